@@ -35,8 +35,7 @@ TEN = np.arange(1.0, 11.0)
 NOISE = NoiseModel(("one", "two"), np.array([[0.5, 0.1], [0.3, 1 / 3]]), np.array([1.0, 0.1]), np.eye(2))
 SCORES = ScoreScale({"pod": 0.3}, {"pod": 1.1}, {"one||time": -0.2}, {"one||time": 1.0})
 NULL = NullDistribution(
-    *(NOISE, SCORES, 3.9, 4.4, 8),
-    *(Measure(-1.0, 0.1), {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)}),
+    *(NOISE, SCORES, 3.9, 4.4, 8), *(Measure(-1.0, 0.1), {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)})
 )
 CARD = Case(maneuver="circle")
 LOG = FlightLog(

@@ -7,13 +7,7 @@ import pandas as pd
 import pytest
 
 from pitotbench import air, bench
-from pitotbench.bench.flights import (
-    Comparison,
-    compare_curve,
-    compare_wind,
-    rms,
-    scored,
-)
+from pitotbench.bench.flights import Comparison, compare_curve, compare_wind, rms, scored
 from pitotbench.records.calibration import Estimate, WindEstimate
 from pitotbench.units import KNOT
 from pitotlab.fixed_speed import compare_points

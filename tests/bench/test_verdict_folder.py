@@ -24,10 +24,7 @@ def outcome(*effects: Candidate, kind: str = "named"):
     """As much of an outcome as adding needs."""
     verdict = SimpleNamespace(kind=kind, effects=effects, closure=Closure(100.0, 11.0, 10.0))
     account = SimpleNamespace(
-        log="flight.csv",
-        aircraft="navajo",
-        formula=None,
-        rounds=(SimpleNamespace(verdict=verdict),),
+        log="flight.csv", aircraft="navajo", formula=None, rounds=(SimpleNamespace(verdict=verdict),)
     )
     made = patch_of_effects(effects, "flight.csv", "2026-01-01")
     return SimpleNamespace(reconciliation=SimpleNamespace(verdict=verdict), account=account, patch=made)

@@ -139,10 +139,7 @@ def test_logs_without_three_tracks_or_a_turn_are_refused_with_what_to_fly(path):
 @pytest.mark.parametrize("location", ["impact", "static"])
 @pytest.mark.parametrize(
     ("channel", "name", "off"),
-    [
-        ("total_temperature", "temperature_k", 1.0),
-        ("static_pressure", "static_pressure_pa", 40.0),
-    ],
+    [("total_temperature", "temperature_k", 1.0), ("static_pressure", "static_pressure_pa", 40.0)],
 )
 def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(channel, name, off, location):
     """The log with that very error moves the correction by the share, which adds to the bound as a square."""

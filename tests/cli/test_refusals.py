@@ -152,11 +152,7 @@ def test_a_log_that_cannot_be_written_is_refused_before_the_flight(out, case, mo
 
 @pytest.mark.parametrize(
     "command",
-    [
-        ["plan"],
-        ["campaign", "--maneuver", "circle", "--das", "20/1"],
-        ["reconcile", "no-such-log.csv"],
-    ],
+    [["plan"], ["campaign", "--maneuver", "circle", "--das", "20/1"], ["reconcile", "no-such-log.csv"]],
     ids=lambda command: command[0],
 )
 @pytest.mark.parametrize("out", ["taken", "taken/below", "/proc/out"])

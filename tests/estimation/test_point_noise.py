@@ -44,10 +44,7 @@ def _dense(rate: float, level: float, memory: float) -> tuple[np.ndarray, np.nda
 
 
 def _noise(rate: float, level: float, memory: float) -> PointNoise:
-    processes = [
-        random_walk(TIME, rate, FIRST, (1.0, -1.0)),
-        ornstein_uhlenbeck(TIME, level, memory, (0.0, 1.0)),
-    ]
+    processes = [random_walk(TIME, rate, FIRST, (1.0, -1.0)), ornstein_uhlenbeck(TIME, level, memory, (0.0, 1.0))]
     return PointNoise(WHITE, processes, UnknownColumns(COLUMNS, PRECISION))
 
 

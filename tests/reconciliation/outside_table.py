@@ -40,9 +40,7 @@ def times(*factors: str | float) -> str:
 AREA, BETA = "aero/qbar-area", "aero/beta-rad"
 
 
-OUTSIDERS: Mapping[str, Outsider] = {
-    "drag in sideslip": Outsider("drag", {"DRAG": times(AREA, BETA, BETA, 3.0)}),
-}
+OUTSIDERS: Mapping[str, Outsider] = {"drag in sideslip": Outsider("drag", {"DRAG": times(AREA, BETA, BETA, 3.0)})}
 
 
 def day(number: int, maneuver: str = "diagnostic", aircraft: str = "navajo") -> Case:

@@ -125,11 +125,7 @@ def laid(maneuver: str, seed: int, *effects: EffectSpec, shown: Catalog = FEW):
 
 @pytest.fixture(scope="module")
 def flights():
-    return (
-        laid("rapid_decel", 2301, HIDDEN),
-        laid("step_decrease", 2302, HIDDEN),
-        laid("rapid_decel", 2303),
-    )
+    return (laid("rapid_decel", 2301, HIDDEN), laid("step_decrease", 2302, HIDDEN), laid("rapid_decel", 2303))
 
 
 def judged(*flights):

@@ -37,13 +37,7 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.gap_page import account_page, draw_trace, reconciliation_record, telling_panels
-from pitotbench.show.gap_words import (
-    calibration_words,
-    evidence_words,
-    features_limit,
-    part_words,
-    sentences,
-)
+from pitotbench.show.gap_words import calibration_words, evidence_words, features_limit, part_words, sentences
 from pitotbench.show.style import stacked
 from pitotbench.show.verdict import account_json, candidate_columns, print_account
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words

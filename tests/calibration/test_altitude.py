@@ -37,14 +37,9 @@ def _rows_of(log: FlightLog, options: CalibrationOptions = STATIC):
 
 @pytest.mark.parametrize("down", [True, False])
 @pytest.mark.parametrize("maneuver", ["step_decrease", "circle"])
-def test_a_flight_without_noise_is_recovered(maneuver, down):
+def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the_rows(maneuver, down):
     log = fixture.fly(maneuver, 1, replace(fixture.PERFECT, down=down), fixture.CALM)
     assert np.max(np.abs(_error_kt(calibrate(log, STATIC)))) < 0.005
-
-
-@pytest.mark.parametrize("down", [True, False])
-def test_without_noise_the_rows_leave_nothing_at_the_truth(down):
-    log = fixture.fly("circle", 1, replace(fixture.PERFECT, down=down), fixture.CALM)
     rows = _rows_of(log)
     left = altitude_regression(rows, MODEL, THETA, ()).response[: len(rows)]
     free = np.stack([rows.gain, rows.warmth], axis=1)  # the reference pressure, and the air's unknown humidity
@@ -69,20 +64,15 @@ def test_the_rows_move_with_the_zero_offset_as_their_regressor_says():
     """The ports see the reading minus the offset; the rows at rest see nothing."""
     rows = _rows_of(fixture.after_rest(fixture.fly("circle"), 60.0))
     offset = Nuisance(ZERO, 200.0, lambda prediction, obs: np.zeros(0))
-    plain = altitude_regression(rows, MODEL, THETA, (offset,))
+    found = altitude_regression(rows, MODEL, THETA, (offset,)).regressors[: len(rows), MODEL.count]
     at_rest = rows.impact_pressure == 0.0
-    moved = [
-        altitude_regression(
-            replace(rows, impact_pressure=np.where(at_rest, 0.0, rows.impact_pressure + step)), MODEL, THETA, ()
-        ).response
-        for step in (-1.0, 1.0)
-    ]
-    count = len(rows)
-    np.testing.assert_allclose(
-        plain.regressors[:count, MODEL.count], 0.5 * (moved[1] - moved[0])[:count], atol=1e-6
+    less, more = (
+        replace(rows, impact_pressure=np.where(at_rest, 0.0, rows.impact_pressure + step)) for step in (-1.0, 1.0)
     )
+    moved = [altitude_regression(each, MODEL, THETA, ()).response[: len(rows)] for each in (less, more)]
+    np.testing.assert_allclose(found, 0.5 * (moved[1] - moved[0]), atol=1e-6)
     assert at_rest.any()
-    assert not plain.regressors[:count, MODEL.count][at_rest].any()
+    assert not found[at_rest].any()
 
 
 @pytest.mark.parametrize(
@@ -103,14 +93,10 @@ def test_the_height_narrows_the_bound_as_the_information_allows_and_it_still_cov
 
 
 @pytest.mark.parametrize("maneuver", ["rapid_decel", "circle"])
-def test_a_static_error_is_found_to_be_one(maneuver):
-    result = calibrate(fixture.fly(maneuver, 5))
-    assert result.error_location == "static"
-    assert result.diagnostics.static_probability > 0.99
-
-
-@pytest.mark.parametrize("maneuver", ["rapid_decel", "circle"])
-def test_an_error_of_the_impact_pressure_is_found_to_leave_the_static_pressure_right(maneuver):
+def test_the_place_of_the_error_is_found(maneuver):
+    found = calibrate(fixture.fly(maneuver, 5))
+    assert found.error_location == "static"
+    assert found.diagnostics.static_probability > 0.99
     log = fixture.fly(maneuver, 5, conditions=fixture.Conditions(location="impact"))
     assert calibrate(log).error_location == "total"
     named = calibrate(replace(log, header=SYNTHETIC))

@@ -103,12 +103,9 @@ def test_one_speed_leaves_the_constant():
     assert result.curve.two_sigma.max() < 2.0 * KNOT
 
 
-def test_paper_method_weighs_no_models():
+def test_auto_goes_with_no_other_method_and_is_offered_for_its_misspelling():
     with pytest.raises(BadInputError, match="'covering'"):
         CalibrationOptions(model="auto", method="paper")
-
-
-def test_wrong_name_shows_auto():
     with pytest.raises(UnknownNameError, match="Did you mean 'auto'"):
         CalibrationOptions(model="atuo")
 

@@ -31,30 +31,17 @@ def test_bound_covers_and_is_not_idle(rate, gps_rate, gps_noise):
     assert 1.5 < ratio < 3.5  # 2 for a perfect 2σ
 
 
-@pytest.mark.parametrize("rates", [(20, 1), (50, 50)])
-def test_recovers_the_curve_in_calm_air(rates):
-    log = fixture.fly(fixture.step_decrease(rates[0]), *rates, fixture.Air(gust=0.0))
-    curve = calibrate(log).curve
+@pytest.mark.parametrize(("rate", "gps_rate", "down"), [(20, 1, True), (50, 50, True), (20, 20, False)])
+def test_recovers_the_curve_in_calm_air(rate, gps_rate, down):
+    log = fixture.fly(fixture.step_decrease(rate), rate, gps_rate, fixture.Air(gust=0.0))
+    curve = calibrate(log, CalibrationOptions(use_down=down)).curve
     error = curve.correction - fixture.true_correction(curve.indicated_airspeed)
     assert np.sqrt(np.mean(error**2)) <= 0.05 * KNOT
 
 
-def test_same_log_same_answer():
-    log = fixture.fly(fixture.step_decrease(20), 20, 1, fixture.Air())
-    first, second = calibrate(log), calibrate(log)
-    np.testing.assert_array_equal(first.curve.two_sigma, second.curve.two_sigma)
-    assert first.parameters == second.parameters
-
-
-def test_more_gust_more_bound():
+def test_more_gust_more_bound_and_the_same_log_the_same_answer():
     path = fixture.step_decrease(20)
-    calm, rough = (
-        calibrate(fixture.fly(path, 20, 20, fixture.Air(gust=g))).curve.two_sigma.mean() for g in (0.1, 0.6)
-    )
-    assert rough > 2.0 * calm
-
-
-def test_without_vertical_velocity_the_fit_still_runs():
-    log = fixture.fly(fixture.step_decrease(20), 20, 20, fixture.Air())
-    result = calibrate(log, CalibrationOptions(use_down=False))
-    assert np.all(np.isfinite(result.curve.two_sigma))
+    calm, rough, again = (calibrate(fixture.fly(path, 20, 20, fixture.Air(gust=g))) for g in (0.1, 0.6, 0.6))
+    assert rough.curve.two_sigma.mean() > 2.0 * calm.curve.two_sigma.mean()
+    np.testing.assert_array_equal(rough.curve.two_sigma, again.curve.two_sigma)
+    assert rough.parameters == again.parameters

@@ -4,26 +4,10 @@ import numpy as np
 import pytest
 
 from pitotbench.calibration.fit_checks import judge_curve
-from pitotbench.pressure_error import MODELS
-from pitotbench.pressure_error.models import PressureErrorCurve
-from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT
 
 SPEED = np.linspace(100.0, 160.0, 7) * KNOT
 SURE = np.full(7, 0.005)
-
-
-def test_the_error_of_a_light_twin_is_plausible():
-    spec = PressureErrorSpec()
-    curve = PressureErrorCurve(MODELS[spec.model], spec.parameters, spec.reference_pressure)
-    impact = 0.5 * 1.225 * SPEED**2
-    assert judge_curve(SPEED, curve.impact_pressure(impact) / impact - 1.0, SURE).kind == "plausible"
-
-
-def test_knots_read_as_meters_per_second_make_an_impossible_curve():
-    verdict = judge_curve(SPEED, np.full(7, 0.75), SURE)
-    assert verdict.kind == "impossible"
-    assert "+75% of the impact pressure at 100 kt" in verdict.words
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -36,14 +20,13 @@ def test_one_point_decides_and_either_sign_counts(sign, size, kind):
     if kind != "plausible":
         assert verdict.worst == sign * size
         assert verdict.indicated_airspeed == SPEED[4]
+        assert f"{100.0 * sign * size:+.0f}% of the impact pressure at 140 kt" in verdict.words
 
 
 def test_a_large_error_that_is_hardly_known_is_not_impossible():
     assert judge_curve(SPEED, np.full(7, 0.3), np.full(7, 0.35)).kind == "plausible"
     assert judge_curve(SPEED, np.full(7, 0.3), np.full(7, 0.15)).kind == "doubtful"
-
-
-def test_the_worst_is_named_among_the_points_that_are_known():
+    # The worst is named among the points that are known.
     error, bound = np.array([0.9, 0.25, 0.0]), np.array([2.0, 0.01, 0.01])
     assert judge_curve(SPEED[:3], error, bound).worst == 0.25
 

@@ -69,12 +69,8 @@ def test_legs_and_turns_are_found_and_recover_curve_and_wind(path, method, count
 def test_horseshoe_stands_beside_three_legs_only_where_tracks_are_square():
     windy = fixture.fly(legs_path(0, 90, 180), RATE, RATE, fixture.CALM)
     assert {point.method for point in fixed_speed_points(windy)} == {"three_leg"}
-    still = replace(
-        windy,
-        velocity_north=windy.velocity_north - fixture.WIND[0],
-        velocity_east=windy.velocity_east - fixture.WIND[1],
-    )
-    points = fixed_speed_points(still)
+    north, east = (windy.velocity_north - fixture.WIND[0], windy.velocity_east - fixture.WIND[1])
+    points = fixed_speed_points(replace(windy, velocity_north=north, velocity_east=east))
     assert [point.method for point in points] == ["three_leg", "horseshoe"] * 2
     assert points[1].correction == pytest.approx(points[0].correction, abs=1e-3)
 
@@ -170,11 +166,9 @@ def test_a_zero_offset_belongs_to_the_correction_and_hardly_widens_it(location):
 
 def test_accuracies_of_the_header_and_of_a_standard_day_count():
     log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
-    (plain,), (stated,) = (
-        fixed_speed_points(log),
-        fixed_speed_points(replace(log, header={"accuracy": {"temperature_k": 10.0}})),
-    )
-    (unmeasured,) = fixed_speed_points(replace(log, total_temperature=None))
+    warm = replace(log, header={"accuracy": {"temperature_k": 10.0}})
+    logs = (log, warm, replace(log, total_temperature=None))
+    (plain,), (stated,), (unmeasured,) = (fixed_speed_points(each) for each in logs)
     assert plain.two_sigma < 0.05 * KNOT < 1.0 * KNOT < stated.two_sigma
     assert unmeasured.two_sigma == pytest.approx(stated.two_sigma, rel=0.1)
 

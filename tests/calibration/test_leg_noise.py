@@ -1,6 +1,7 @@
 """The noise of fixed-speed points, held against dense linear algebra that knows nothing of groups or recursions."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,8 @@ from tests.calibration.test_fixed_speed_points import RATE, circle_path, legs_pa
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from pitotbench.calibration import leg_points
-from pitotbench.calibration import leg_points as leg_noise
 from pitotbench.calibration.leg_points import (
     LegLikelihood,
-    LinearizedGroup,
     answer_variances,
     circle_fit,
     circle_gain,
@@ -88,7 +87,7 @@ def test_gusts_that_two_groups_share_move_no_bound_by_a_percent(seed):
     groups = groups_of(legs_path(0, 90, 180, 270, speeds_kt=(110.0, 125.0, 140.0)), seed)
 
     def log_posterior(noise):
-        return dense_likelihood(groups, dense_covariance(groups, noise)) + leg_noise._log_prior(noise)
+        return dense_likelihood(groups, dense_covariance(groups, noise)) + leg_points._log_prior(noise)
 
     noises, weights = weighted_noises(log_posterior, np.log([0.5, 533.0, 0.2]))
     for group, bound in zip(groups, two_sigma(groups), strict=True):
@@ -97,13 +96,16 @@ def test_gusts_that_two_groups_share_move_no_bound_by_a_percent(seed):
         np.testing.assert_allclose(bound, expected, rtol=0.01)
 
 
+COLUMNS = ("time", "residual", "along", "gain")
+
+
 def test_the_order_in_which_legs_are_joined_does_not_matter():
-    groups = groups_of(legs_path(0, 90, 180, 270))
-    mixed = []
-    for group in groups:
-        order = np.random.default_rng(1).permutation(len(group.time))
-        columns = (group.time, group.residual, group.along, group.gain)
-        mixed.append(LinearizedGroup(*(column[order] for column in columns), group.airspeed))
+    groups, rng = groups_of(legs_path(0, 90, 180, 270)), np.random.default_rng(1)
+    orders = [rng.permutation(len(group.time)) for group in groups]
+    mixed = [
+        replace(group, **{name: getattr(group, name)[order] for name in COLUMNS})
+        for group, order in zip(groups, orders, strict=True)
+    ]
     np.testing.assert_allclose(two_sigma(mixed), two_sigma(groups), rtol=1e-12)
 
 
@@ -143,15 +145,6 @@ def _gauss_newton(velocity, answer):
     return answer + np.linalg.lstsq(jacobian, distance - answer[0])[0]
 
 
-def many(count):
-    """Copies of one group, an hour apart."""
-    (group,) = groups_of(circle_path())
-    return [
-        LinearizedGroup(group.time + 3600.0 * hour, group.residual, group.along, group.gain, group.airspeed)
-        for hour in range(count)
-    ]
-
-
 def peak_memory(groups):
     tracemalloc.start()
     two_sigma(groups)
@@ -161,21 +154,18 @@ def peak_memory(groups):
 
 
 def test_memory_grows_with_the_number_of_groups_and_not_with_its_square():
-    few, more = many(10), many(40)
-    assert peak_memory(more) <= 5.0 * peak_memory(few)
+    """Copies of one turn, an hour apart."""
+    (one,) = groups_of(circle_path())
+    copies = [replace(one, time=one.time + 3600.0 * hour) for hour in range(40)]
+    assert peak_memory(copies) <= 5.0 * peak_memory(copies[:10])
 
 
 def test_a_long_turn_needs_no_matrix_of_all_its_pairs_of_seconds():
     """Two hours of circling in gusts: 7,200² numbers are 415 MB."""
-    (one,) = solved(circle_path())
-    long = LinearizedGroup(
-        np.arange(7200.0),
-        np.resize(one.linearized.residual, 7200),
-        np.resize(one.linearized.along, (7200, 2)),
-        np.resize(one.linearized.gain, (7200, 3)) * len(one.velocity) / 7200.0,
-        one.linearized.airspeed,
-    )
-    assert peak_memory([long]) < 40e6
+    (one,) = groups_of(circle_path())
+    columns = {name: np.resize(getattr(one, name), (7200, *getattr(one, name).shape[1:])) for name in COLUMNS}
+    columns |= {"time": np.arange(7200.0), "gain": columns["gain"] * len(one.time) / 7200.0}
+    assert peak_memory([replace(one, **columns)]) < 40e6
 
 
 def test_points_are_found_on_one_thread(monkeypatch):

@@ -69,13 +69,17 @@ def test_models_are_mixed_over_both_locations_where_the_height_is_undecided(tota
     assert np.mean(static.two_sigma) < np.mean(mixed.two_sigma) < 1.1 * np.mean(total.two_sigma)
 
 
-def test_fixed_speed_points_find_the_location_by_the_height(turns):
-    here, there = (fixed_speed_points(turns, _stated(name)) for name in ("static", "total"))
+def test_fixed_speed_points_and_the_cross_check_find_the_location_by_the_height(turns):
+    here, there, known = (fixed_speed_points(turns, _stated(name)) for name in ("static", "total", "auto"))
     assert len(here) >= 3
-    for point, static, total in zip(fixed_speed_points(turns), here, there, strict=True):
+    for point, static, total in zip(known, here, there, strict=True):
         # A share of some percent may remain for the other location.
         assert abs(point.correction - static.correction) <= 0.1 * abs(total.correction - static.correction)
         assert static.two_sigma <= point.two_sigma < static.two_sigma + abs(total.correction - static.correction)
+    found = calibrate(turns)
+    assert found.error_location == "static"
+    checked = [p.correction for p in cross_check(turns, None, found)]
+    assert checked == pytest.approx([p.correction for p in known], abs=1e-6)
 
 
 def test_fixed_speed_points_without_height_are_static_with_the_difference_in_the_bound(turns):
@@ -86,10 +90,3 @@ def test_fixed_speed_points_without_height_are_static_with_the_difference_in_the
         apart = total.correction - static.correction
         assert point.two_sigma == pytest.approx(np.hypot(static.two_sigma, 2.0 * apart), rel=1e-6)
         assert abs(apart) > 1e-3
-
-
-def test_the_cross_check_has_the_location_of_the_curve(turns):
-    found = calibrate(turns)
-    assert found.error_location == "static"
-    points, known = cross_check(turns, None, found), fixed_speed_points(turns)
-    assert [p.correction for p in points] == pytest.approx([p.correction for p in known], abs=1e-6)

@@ -27,7 +27,11 @@ HOUR, RATE = 3600.0, 2
 CURVE = -0.06  # Δp/q_c of the long flight
 
 
-def circling(seconds=HOUR, wind=lambda t: (5.0 + 6.0 * t / HOUR, -4.0 * np.sin(2.0 * np.pi * t / HOUR)), seed=3):
+def usual_wind(time):
+    return 5.0 + 6.0 * time / HOUR, -4.0 * np.sin(2.0 * np.pi * time / HOUR)
+
+
+def circling(seconds=HOUR, wind=usual_wind, seed=3):
     """A flight that turns once in four minutes at slowly changing airspeeds, carried by a wind of the time."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, seconds, 1.0 / RATE)
     height = 1500.0 + 100.0 * np.sin(time / 400.0)
@@ -79,16 +83,13 @@ def test_ground_and_ends_are_left_out_and_told():
     assert float(found.residuals.time.min()) >= begin
 
 
-def test_a_log_of_maneuvers_alone_is_used_whole():
-    assert usable_parts(circling(600.0)).rows.all()
+def test_steep_flight_is_left_out_and_neither_maneuvers_nor_a_spike_are():
     assert usable_parts(fixture.fly("circle")).rows.all()
-
-
-def test_steep_flight_is_left_out_and_a_spike_is_not_steep():
     log = circling(600.0)
     pressure = log.static_pressure.copy()
     pressure[::97] += 2000.0
-    assert usable_parts(replace(log, static_pressure=pressure)).rows.all()
+    for static in (log.static_pressure, pressure):
+        assert usable_parts(replace(log, static_pressure=static)).rows.all()
     dive = log.static_pressure + np.clip(log.time - 300.0, 0.0, 40.0) * 150.0  # 13 m/s at 60
     parts = usable_parts(replace(log, static_pressure=dive))
     assert parts.reasons == (STEEP,)
@@ -98,25 +99,26 @@ def test_steep_flight_is_left_out_and_a_spike_is_not_steep():
 def test_an_hour_has_a_wind_for_each_window_and_one_curve():
     log = circling()
     found = calibrate(log, CHECKED)
-    q = np.asarray(air.impact_pressure(found.curve.indicated_airspeed))
-    true = np.asarray(air.calibrated_airspeed(q / (1.0 - CURVE))) - found.curve.indicated_airspeed
-    assert np.all(np.abs(found.curve.correction - true) <= found.curve.two_sigma)
+    assert np.all(correction_error(found.curve) <= found.curve.two_sigma)
     assert len(found.winds) == 6
     for window in found.winds:
-        inside = (log.time >= window.begin) & (log.time <= window.end)
-        north, east = 5.0 + 6.0 * log.time / HOUR, -4.0 * np.sin(2.0 * np.pi * log.time / HOUR)
-        assert abs(window.north.value - north[inside].mean()) <= 1.5 * window.north.two_sigma
-        assert abs(window.east.value - east[inside].mean()) <= 1.5 * window.east.two_sigma
-        assert max(window.north.two_sigma, window.east.two_sigma) < 2.0
+        time = log.time[(log.time >= window.begin) & (log.time <= window.end)]
+        for axis, wind in zip(("north", "east"), usual_wind(time), strict=True):
+            estimate = getattr(window, axis)
+            assert abs(estimate.value - wind.mean()) <= 1.5 * estimate.two_sigma < 3.0
+
+
+def correction_error(curve):
+    q = np.asarray(air.impact_pressure(curve.indicated_airspeed))
+    true = np.asarray(air.calibrated_airspeed(q / (1.0 - CURVE))) - curve.indicated_airspeed
+    return np.abs(curve.correction - true)
 
 
 def test_a_wind_that_drifts_far_bends_nothing():
     """Ten times the drift: a problem linearized around its mean alone would be off by a meter a second."""
     log = circling(wind=lambda t: (20.0 * t / HOUR, 15.0 * np.sin(2.0 * np.pi * t / HOUR)))
     curve = calibrate(log, CHECKED).curve
-    q = np.asarray(air.impact_pressure(curve.indicated_airspeed))
-    true = np.asarray(air.calibrated_airspeed(q / (1.0 - CURVE))) - curve.indicated_airspeed
-    assert np.all(np.abs(curve.correction - true) <= 1.2 * curve.two_sigma)
+    assert np.all(correction_error(curve) <= 1.2 * curve.two_sigma)
 
 
 def test_a_long_flight_is_not_asked_for_one_wind():
@@ -208,18 +210,14 @@ def test_a_fixed_speed_point_far_from_the_curve_is_told(correction, told):
 def test_the_c172s_of_a_whole_hour_agrees_with_its_handbook():
     """Pilot's Operating Handbook, flaps up: 100 KIAS are 97 KCAS, 110 are 107, ±3 kt for one airplane."""
     found = calibrate(read_log(real_log("garmin", "c172s-g1000-2011.csv.gz")), CHECKED)
-    for indicated, correction in (
-        (60.0, 2.0),
-        (70.0, 0.0),
-        (80.0, -2.0),
-        (90.0, -3.0),
-        (100.0, -3.0),
-        (110.0, -3.0),
-    ):
-        value = float(np.interp(indicated, found.curve.indicated_airspeed_kt, found.curve.correction_kt))
-        bound = float(np.interp(indicated, found.curve.indicated_airspeed_kt, found.curve.two_sigma_kt))
-        assert abs(value - correction) <= np.hypot(bound, 3.0)
-        assert indicated < 95.0 or bound <= 4.0
+    indicated = np.array([60.0, 70.0, 80.0, 90.0, 100.0, 110.0])
+    handbook = np.array([2.0, 0.0, -2.0, -3.0, -3.0, -3.0])
+    value, bound = (
+        np.interp(indicated, found.curve.indicated_airspeed_kt, of)
+        for of in (found.curve.correction_kt, found.curve.two_sigma_kt)
+    )
+    assert np.all(np.abs(value - handbook) <= np.hypot(bound, 3.0))
+    assert np.all(bound[indicated > 95.0] <= 4.0)
     assert found.usable
     assert len(found.winds) > 3
 
@@ -229,14 +227,11 @@ def test_height_alone_agrees_with_a_balloon(name):
     """Δp/q_c by the balloon's pressure at GPS height: 0.035 to 0.037 at 340 KIAS; 0.5 hPa are its own doubt."""
     log = read_log(real_log("jmoss", f"{name}.csv"), "jmoss")
     track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
-    starts = range(0, len(log) - 2000, 500)
-    spread = [np.ptp(track[i : i + 2000]) for i in starts]
-    start = starts[int(np.argmin(spread))]
+    start = min(range(0, len(log) - 2000, 500), key=lambda row: np.ptp(track[row : row + 2000]))
     options = CalibrationOptions(model="auto", error_location="static", wind="drifting", mach_max=0.9,
                                  accuracies={"temperature_k": 5.0})  # fmt: skip
     found = calibrate(log.select(np.arange(start, start + 2000)), options)
     assert found.wind is None
-    q = float(air.impact_pressure(found.curve.indicated_airspeed[len(found.curve.correction) // 2]))
     middle = len(found.curve.correction) // 2
-    bound = np.hypot(found.curve.normalized_two_sigma[middle], 50.0 / q)
-    assert abs(found.curve.normalized_pressure_error[middle] - 0.036) <= bound
+    bound = np.hypot(found.curve.normalized_two_sigma, 50.0 / air.impact_pressure(found.curve.indicated_airspeed))
+    assert abs(found.curve.normalized_pressure_error[middle] - 0.036) <= bound[middle]

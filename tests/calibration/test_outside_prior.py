@@ -38,8 +38,7 @@ def test_a_zero_offset_beyond_its_accuracy_is_named_with_its_size():
 def test_gusts_of_another_scale_are_named_with_their_length():
     """A wave of 300 s, some 20 km, where gusts of 533 m are expected."""
     log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.0, pressure=2.0))
-    wave = 1.5 * np.sin(2.0 * np.pi * log.time / 300.0)
-    slow = replace(log, velocity_north=log.velocity_north + wave)
+    slow = replace(log, velocity_north=log.velocity_north + 1.5 * np.sin(2.0 * np.pi * log.time / 300.0))
     result = calibrate(slow, CalibrationOptions(wind="constant"))
     assert any("gusts' length" in warning for warning in _outside(result)), result.diagnostics
 
@@ -69,11 +68,8 @@ def test_estimates_scatter_as_the_prior_and_the_log_let_them():
         return bool(_nuisances_outside(structure, answer))
 
     one_in_a_hundred = 2.576 * np.sqrt(10.0)
-    assert [said(share * one_in_a_hundred, 3.0) for share in (-1.01, -0.99, 0.99, 1.01)] == [
-        True,
-        False,
-        False,
-        True,
-    ]
+    for share in (1.01, -1.01):
+        assert said(share * one_in_a_hundred, 3.0)
+        assert not said(share * 0.98 * one_in_a_hundred, 3.0)
     assert said(9.0, 3.0)  # moves the estimate by less than its prior's deviation
     assert not said(90.0, 100.0)  # a log that says nothing

@@ -8,18 +8,13 @@ from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 
-def test_one_heading_is_not_observable():
-    log = fixture.fly(fixture.straight(10), 10, 10, fixture.Air())
+def test_one_heading_or_one_speed_does_not_carry_three_parameters():
     with pytest.raises(NoAnswerError, match="headings lie within"):
-        calibrate(log)
-
-
-def test_one_speed_does_not_carry_three_parameters():
+        calibrate(fixture.fly(fixture.straight(10), 10, 10, fixture.Air()))
     speed, heading = fixture.step_decrease(10)
     log = fixture.fly((np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1))
     with pytest.raises(NoAnswerError, match="--model bias"):
@@ -27,17 +22,20 @@ def test_one_speed_does_not_carry_three_parameters():
     assert calibrate(log, CalibrationOptions(model="bias")).converged
 
 
-def test_standing_still_is_bad_input():
+@pytest.mark.parametrize(
+    ("changes", "options", "says"),
+    [
+        ({"impact_pressure": 5.0}, {}, "usable"),
+        ({"velocity_north": 60.0, "velocity_east": 60.0, "gps_fresh": None}, {}, "GPS"),
+        ({}, {"on_condition": True}, "on_condition"),
+    ],
+    ids=["standing still", "stuck GPS", "no column on_condition"],
+)
+def test_a_log_without_what_is_needed_is_bad_input(changes, options, says):
     log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    with pytest.raises(BadInputError, match="usable"):
-        calibrate(replace(log, impact_pressure=np.full(len(log), 5.0)))
-
-
-def test_stuck_gps_is_bad_input():
-    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    stuck = np.full(len(log), 60.0)
-    with pytest.raises(BadInputError, match="GPS"):
-        calibrate(replace(log, velocity_north=stuck, velocity_east=stuck, gps_fresh=None))
+    filled = {name: value if value is None else np.full(len(log), value) for name, value in changes.items()}
+    with pytest.raises(BadInputError, match=says):
+        calibrate(replace(log, **filled), CalibrationOptions(**options))
 
 
 def _in_knots_from_the_middle(log):
@@ -75,41 +73,20 @@ def _round_and_round(rate):
     return speed * KNOT, np.deg2rad(heading)
 
 
-def test_on_condition_needs_its_column():
-    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    with pytest.raises(BadInputError, match="on_condition"):
-        calibrate(log, CalibrationOptions(on_condition=True))
-
-
 @pytest.mark.parametrize("choice", [{"method": "papre"}, {"error_location": "pitot"}])
 def test_unknown_choices_name_the_known(choice):
     with pytest.raises(BadInputError, match="Known"):
         CalibrationOptions(**choice)
 
 
-def test_unknown_model_names_the_nearest():
-    with pytest.raises(UnknownNameError, match="'quadratic'"):
-        CalibrationOptions(model="quadratc")
-
-
-def test_missing_temperature_is_said():
-    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    result = calibrate(replace(log, total_temperature=None))
-    assert any("temperature" in warning for warning in result.warnings)
-
-
-def test_knots_read_as_meters_per_second_get_no_answer():
-    log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.1))
-    fast = replace(log, velocity_north=log.velocity_north / KNOT, velocity_east=log.velocity_east / KNOT)
-    with pytest.raises(BadInputError, match=r"no airplane's is so large.*knots read as m/s"):
-        calibrate(fast)
-
-
-def test_a_curve_that_is_doubtfully_large_warns():
+def test_a_curve_that_is_doubtfully_large_warns_and_one_that_no_airplane_has_is_refused():
     log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.1))
     assert not calibrate(log).warnings
     strong = replace(log, impact_pressure=0.85 * log.impact_pressure)
     assert any("a certified airplane's is smaller" in warning for warning in calibrate(strong).warnings)
+    fast = replace(log, velocity_north=log.velocity_north / KNOT, velocity_east=log.velocity_east / KNOT)
+    with pytest.raises(BadInputError, match=r"no airplane's is so large.*knots read as m/s"):
+        calibrate(fast)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from functools import partial, reduce
 from pathlib import Path
 
 import numpy as np
@@ -31,8 +32,12 @@ def put(name: str, rows: slice | int, value: float) -> Callable[[Table], Table]:
     return spoil
 
 
+def change(name: str, function: Callable[[NDArray], NDArray]) -> Callable[[Table], Table]:
+    return lambda table: {**table, name: function(table[name])}
+
+
 def scale(name: str, factor: float) -> Callable[[Table], Table]:
-    return lambda table: {**table, name: table[name] * factor}
+    return change(name, lambda values: values * factor)
 
 
 def drop(*names: str) -> Callable[[Table], Table]:
@@ -45,6 +50,30 @@ def rename(old: str, new: str) -> Callable[[Table], Table]:
 
 def add(name: str, like: str) -> Callable[[Table], Table]:
     return lambda table: {**table, name: table[like]}
+
+
+def first(rows: int) -> Callable[[Table], Table]:
+    return lambda table: {name: values[:rows] for name, values in table.items()}
+
+
+def then(*spoils: Callable[[Table], Table]) -> Callable[[Table], Table]:
+    """One after the other."""
+    return lambda table: reduce(lambda spoiled, spoil: spoil(spoiled), spoils, table)
+
+
+def of(table: Table, *spoils: Callable[[Table], Table]) -> Callable[[Table], Table]:
+    """Another log in place of the sample, spoiled."""
+    return lambda _: then(*spoils)(table)
+
+
+def faster(factor: float) -> Callable[[Table], Table]:
+    return then(scale("velocity_north_mps", factor), scale("velocity_east_mps", factor))
+
+
+def stepping(column: str, step: float) -> Callable[[Table], Table]:
+    """Another clock in the first column."""
+    clock = {column: np.arange(sample.ROWS) * step}
+    return lambda table: clock | drop("time_s")(table)
 
 
 def flown(heading, speed=65.0, wind=(5.0, -6.0), height=1830.0, temperature=276.3):
@@ -89,34 +118,30 @@ def with_decimal_commas(mark):
     return table, [mark.join(table), *rows]
 
 
+NAN = float("nan")
+PITOT, STATIC, PROBE = "impact_pressure_pa", "static_pressure_pa", "total_temperature_k"
+CLOCK, NORTH, EAST = "time_s", "velocity_north_mps", "velocity_east_mps"
+KNOTS = "look like knots: name the columns velocity_north_kt and velocity_east_kt"
+
+# What is wrong with the columns, and what is said of it.
 _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
-    "no time": (drop("time_s"), r"missing column time_s"),
-    "time runs back": (
-        put("time_s", 300, 2.0),
-        r"'time_s', row 301: time runs back from 29.9 to 2 s.*sort the rows",
-    ),
-    "time stands still": (lambda t: {**t, "time_s": np.minimum(TIME, 30.0)}, r"time stamps repeat.*more digits"),
+    "no time": (drop(CLOCK), r"missing column time_s"),
+    "time runs back": (put(CLOCK, 300, 2.0), r"'time_s', row 301: time runs back from 29.9 to 2 s.*sort the rows"),
+    "time stands still": (change(CLOCK, lambda t: np.minimum(t, 30.0)), r"time stamps repeat.*more digits"),
     "NaN in most rows": (
-        put("impact_pressure_pa", slice(100, 450), np.nan),
+        put(PITOT, slice(100, 450), NAN),
         r"350 of 600 values are not numbers \(rows 101–450\): too few rows remain",
     ),
-    "time NaN often": (put("time_s", slice(100, 150), np.nan), r"'time_s': 50 of 600"),
-    "text in a number": (
-        put("static_pressure_pa", 41, "err"),
-        r"'static_pressure_pa', row 42: 'err' is not a number",
-    ),
+    "time NaN often": (put(CLOCK, slice(100, 150), NAN), r"'time_s': 50 of 600"),
+    "text in a number": (put(STATIC, 41, "err"), r"'static_pressure_pa', row 42: 'err' is not a number"),
     "no flag": (put("on_condition", 6, "perhaps"), r"'on_condition', row 7: 'perhaps' is not true or false"),
-    "no static pressure": (drop("static_pressure_pa"), r"missing column static_pressure_pa"),
+    "no static pressure": (drop(STATIC), r"missing column static_pressure_pa"),
     "much missing": (
-        drop("velocity_north_mps", "velocity_east_mps", "impact_pressure_pa"),
+        drop(NORTH, EAST, PITOT),
         r"missing columns velocity_north_mps or ground_speed_kt with track_deg or latitude_deg with longitude_deg, "
-        r"velocity_east_mps, impact_.*"
-        r"--mapping",
+        r"velocity_east_mps, impact_.*--mapping",
     ),
-    "misspelled": (
-        rename("impact_pressure_pa", "impact_presure_pa"),
-        r"Is 'impact_presure_pa' meant for impact_pressure_pa",
-    ),
+    "misspelled": (rename(PITOT, "impact_presure_pa"), r"Is 'impact_presure_pa' meant for impact_pressure_pa"),
     "unknown suffix": (rename("altitude_m", "altitude_furlong"), r"unknown unit suffix 'furlong'.*altitude_m"),
     "wrong dimension": (rename("altitude_m", "altitude_kt"), r"'kt' is a unit of speed, but altitude is of length"),
     "two units of one": (
@@ -125,109 +150,93 @@ _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
     ),
     "column twice": (add("altitude_m ", "altitude_m"), r"'altitude_m' is given twice"),
     "inches said to be pascal": (
-        scale("static_pressure_pa", 1 / 3386.389),
+        scale(STATIC, 1 / 3386.389),
         r"typical values of 23\.98 pa are not those of an airplane; they would fit .*static_pressure_inhg",
     ),
     "Celsius said to be kelvin": (
-        lambda t: {**t, "total_temperature_k": t["total_temperature_k"] - 273.15},
+        change(PROBE, lambda t: t - 273.15),
         r"typical values of 5\.\d+ k.*total_temperature_degc",
     ),
-    "knots of feet": (scale("velocity_north_mps", 100.0), r"velocity_north_mps.*not those of an airplane"),
+    "knots of feet": (scale(NORTH, 100.0), r"velocity_north_mps.*not those of an airplane"),
     "millibar said to be pascal": (
-        scale("impact_pressure_pa", 0.01),
+        scale(PITOT, 0.01),
         r"air data say about 7 m/s.*name the column impact_pressure_hpa",
     ),
     "feet per second said to be meters": (
-        lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 3.28084 for k in ("north", "east")}},
+        faster(3.28084),
         r"the air data say about.*name the columns velocity_north_fps and velocity_east_fps",
     ),
-    "knots said to be m/s": (
-        lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 1.944 for k in ("north", "east")}},
-        r"look like knots: name the columns velocity_north_kt and velocity_east_kt",
-    ),
+    "knots said to be m/s": (faster(1.944), KNOTS),
     "Fahrenheit said to be kelvin": (
-        lambda t: {**t, "total_temperature_k": t["total_temperature_k"] * 1.8 - 459.67},
+        change(PROBE, lambda t: t * 1.8 - 459.67),
         r"they would fit total_temperature_degf",
     ),
-    "negative impact pressure": (scale("impact_pressure_pa", -1.0), r"negative in 600 of 600 rows.*swap them"),
-    "stuck pitot": (scale("impact_pressure_pa", 0.0), r"stuck at 0 Pa in every row"),
-    "mostly stuck pitot": (put("impact_pressure_pa", slice(100, 580), 2500.0), r"rows 101–580.*80% of the log"),
+    "negative impact pressure": (scale(PITOT, -1.0), r"negative in 600 of 600 rows.*swap them"),
+    "stuck pitot": (scale(PITOT, 0.0), r"stuck at 0 Pa in every row"),
+    "mostly stuck pitot": (put(PITOT, slice(100, 580), 2500.0), r"rows 101–580.*80% of the log"),
     "stuck GPS": (
-        lambda t: put("velocity_east_mps", slice(None), 1.0)(put("velocity_north_mps", slice(None), 60.0)(t)),
+        then(put(NORTH, slice(None), 60.0), put(EAST, slice(None), 1.0)),
         r"GPS velocity is the same in every row",
     ),
     "nothing remains": (
-        lambda t: put("impact_pressure_pa", 1, np.nan)(
-            put("static_pressure_pa", 0, np.nan)({k: v[:3] for k, v in t.items()})
-        ),
+        then(first(3), put(STATIC, 0, NAN), put(PITOT, 1, NAN)),
         r"1 of 2 values are not numbers .*no log remains",
     ),
-    "one row": (lambda t: {k: v[:1] for k, v in t.items()}, r"at least 2 are needed"),
-    "no rows": (lambda t: {k: v[:0] for k, v in t.items()}, r"no rows"),
+    "one row": (first(1), r"at least 2 are needed"),
+    "no rows": (first(0), r"no rows"),
     **{
-        f"knots on the headings of {name}": (
-            lambda _, name=name: scale("velocity_east_mps", 1.0 / KNOT)(
-                scale("velocity_north_mps", 1.0 / KNOT)(GOOD[name])
-            ),
-            "look like knots: name the columns velocity_north_kt and velocity_east_kt",
-        )
+        f"knots on the headings of {name}": (of(GOOD[name], faster(1.0 / KNOT)), KNOTS)
         for name in ("a circle", "out and back", "a jet in a jet stream")
     },
     "no day is so warm": (
-        lambda _: flown(CIRCLE, height=8000.0, temperature=236.2 + 70.0),
+        of(flown(CIRCLE, height=8000.0, temperature=236.2 + 70.0)),
         "70 K warmer than on a standard day",
     ),
     "twice the impact pressure, without height, heading or temperature": (
-        lambda _: scale("impact_pressure_pa", 2.0)({name: GOOD["a circle"][name] for name in NEEDED}),
+        of({name: GOOD["a circle"][name] for name in NEEDED}, scale(PITOT, 2.0)),
         "twice the impact pressure",
     ),
     **{
-        f"{column} in steps of {step:g}": (
-            lambda t, column=column, step=step: {
-                column: np.arange(sample.ROWS) * step,
-                **{name: values for name, values in t.items() if name != "time_s"},
-            },
-            says,
-        )
+        f"{column} in steps of {step:g}": (stepping(column, step), says)
         for column, step, says in (
-            ("time_s", 50.0, r"rows are 50 s apart.*50 between rows would fit a column named time_ms"),
+            (CLOCK, 50.0, r"rows are 50 s apart.*50 between rows would fit a column named time_ms"),
             ("time_ms", 0.05, r"0\.05 between rows would fit a column named time_s"),
-            ("time_s", 1e6, r"check the unit of the clock"),
-            ("time_s", 100.0, r"time_ms"),
-            ("time_s", 1e-10, r"unit of the clock"),
+            (CLOCK, 1e6, r"check the unit of the clock"),
+            (CLOCK, 100.0, r"time_ms"),
+            (CLOCK, 1e-10, r"unit of the clock"),
         )
     },
     "time jumps by days": (
-        lambda t: {**t, "time_s": t["time_s"] + np.where(np.arange(sample.ROWS) < 300, 0.0, 1e9)},
+        change(CLOCK, lambda t: t + np.where(t < 30.0, 0.0, 1e9)),
         r"'time_s', row 301: time jumps from 29.9 to 1e\+09 s; cut the log",
     ),
 }
 
 
-def _spoiled(path: Path, spoil: Callable[[Table], Table]) -> Path:
-    return sample.write(path / "flight7.csv", spoil(sample.columns()))
+def _spoiled(spoil: Callable[[Table], Table], folder: Path) -> Path:
+    return sample.write(folder / "flight7.csv", spoil(sample.columns()))
 
 
-def _edited(folder: Path, edit: Callable[[list[str]], list[str]]) -> Path:
+def _edited(edit: Callable[[list[str]], list[str]], folder: Path) -> Path:
     """The sample log as a CSV file whose lines are changed."""
     path = sample.write(folder / "flight7.csv", sample.columns())
     path.write_text("\n".join(edit(path.read_text().splitlines())))
     return path
 
 
-def _file(folder: Path, name: str, content: bytes) -> Path:
+def _file(name: str, content: bytes, folder: Path) -> Path:
     (folder / name).write_bytes(content)
     return folder / name
 
 
-def _cut(folder: Path, suffix: str, share: float) -> Path:
+def _cut(suffix: str, share: float, folder: Path) -> Path:
     whole = write_log(sample.log(), folder / f"whole{suffix}").read_bytes()
-    return _file(folder, f"cut{suffix}", whole[: int(share * len(whole))])
+    return _file(f"cut{suffix}", whole[: int(share * len(whole))], folder)
 
 
-def _mixed_marks(folder: Path, mark: str) -> Path:
-    lines = with_decimal_commas(mark)[1]
-    return _file(folder, "flight7.csv", "\n".join([lines[0], lines[1].replace(",", "."), *lines[2:]]).encode())
+def _mixed_marks(mark: str, folder: Path) -> Path:
+    head, row, *rest = with_decimal_commas(mark)[1]
+    return _file("flight7.csv", "\n".join([head, row.replace(",", "."), *rest]).encode(), folder)
 
 
 def _unequal(folder: Path) -> Path:
@@ -248,117 +257,94 @@ def _text_of_bytes(folder: Path) -> Path:
 _BOMB = 60_000_000  # numbers, in files of a few kilobytes
 
 
-def _bomb(folder: Path, suffix: str) -> Path:
-    path = folder / f"bomb{suffix}"
-    if suffix == ".parquet":
+def _bomb(kind: str, folder: Path) -> Path:
+    path = folder / f"bomb{'.parquet' if kind == '.parquet' else '.mat'}"
+    if kind == ".parquet":
         parquet.write_table(pa.table({"time_s": pa.nulls(_BOMB, pa.float64())}), path)
-    elif suffix == ".mat":
+    elif kind == ".mat":
         savemat(path, {"flight": {"time_s": np.zeros(_BOMB, np.uint8)}}, do_compression=True)
     else:
         h5py = pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
-        with h5py.File(path := folder / "bomb.mat", "w") as file:
+        with h5py.File(path, "w") as file:
             file.create_dataset("time_s", shape=(_BOMB,), chunks=(1000,), dtype="f8")
     return path
 
 
-def _pipe(folder: Path, suffix: str) -> Path:
+def _pipe(suffix: str, folder: Path) -> Path:
     os.mkfifo(folder / f"pipe{suffix}")
     return folder / f"pipe{suffix}"
 
 
+_CSV = {  # what is wrong with a CSV file: its bytes, and what is said
+    "decimal commas between commas": (
+        b"time_s,static_pressure_pa\n0,1,81200,5\n0,2,81200,5\n",
+        r"row 1 has 4 columns, the first line names 2 \(decimal commas\?",
+    ),
+    "a lone carriage return": (b"a,b\n1\r2,3\n", r"row 1 has 1 columns, the first line names 2"),
+    "a very long cell": (b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n", "missing columns"),
+    "a short row that is not UTF-8": (b"time_s,a\n1,2\n\xff\n", "line 3 is not UTF-8 text"),
+    "a megabyte of blank lines": (b"\n" * 1_100_000, "comments or blank lines"),
+    "a key of thousands of parts": (b"# " + b".".join([b"a"] * 30_000) + b" = 1\ntime_s\n1\n", "missing columns"),
+    "far too many columns": ((",".join(["a"] * 20_000) + "\n").encode() * 2, "20,000 columns"),
+    "too many columns for a draft": (
+        (",".join(f"a{i}" for i in range(1001)) + "\n" + "1," * 1000 + "1\n").encode(),
+        "missing columns",
+    ),
+}
+_BINARY = {
+    "flight.ulg": (b"", b"ULog", b"not a ulog at all, but long enough to have a header"),
+    "flight.BIN": (b"", b"\xa3\x95", b"no log at all", b"\xa3\x95\x80" + bytes(300)),
+}
+_NOTHING = (b"", b"\n\n", b"# only = 'a header'\n", b"\x00\x01\x02\xff" * 50)
+
 # The name of a bad log: how it is made in a folder, and what the refusal says, whose exit code is 2.
 BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
-    **{
-        name: (lambda folder, spoil=spoil: _spoiled(folder, spoil), rf"flight7\.csv: .*{says}")
-        for name, (spoil, says) in _SPOILED.items()
-    },
+    **{name: (partial(_spoiled, spoil), rf"flight7\.csv: .*{says}") for name, (spoil, says) in _SPOILED.items()},
+    **{name: (partial(_file, "log.csv", content), says) for name, (content, says) in _CSV.items()},
     "a ragged row": (
-        lambda folder: _edited(folder, lambda lines: [*lines[:51], "1,2,3", *lines[52:]]),
+        partial(_edited, lambda lines: [*lines[:51], "1,2,3", *lines[52:]]),
         "row 51 has 3 columns, the first line names 14",
     ),
     "several rows that break off are no cut file": (
-        lambda folder: _edited(folder, lambda lines: [*lines[:-2], *(line[:20] for line in lines[-2:])]),
+        partial(_edited, lambda lines: [*lines[:-2], *(line[:20] for line in lines[-2:])]),
         f"row {sample.ROWS - 1} has . columns, the first line names 14; corr",
-    ),
-    "decimal commas between commas": (
-        lambda folder: _file(folder, "log.csv", b"time_s,static_pressure_pa\n0,1,81200,5\n0,2,81200,5\n"),
-        r"row 1 has 4 columns, the first line names 2 \(decimal commas\?",
     ),
     **{
         f"two decimal marks beside {mark!r}": (
-            lambda folder, mark=mark: _mixed_marks(folder, mark),
+            partial(_mixed_marks, mark),
             "has a decimal comma; write decimal points in the whole file",
         )
         for mark in (";", "\t")
     },
     **{
-        f"{share:.0%} of a {suffix} file": (
-            lambda folder, suffix=suffix, share=share: _cut(folder, suffix, share),
-            rf"cut{suffix}: .*(empty|not a complete)",
-        )
+        f"{share:.0%} of a {suffix} file": (partial(_cut, suffix, share), rf"cut{suffix}: .*(empty|not a complete)")
         for suffix in FORMATS
         for share in (0.0, 0.3, 0.9)
         if suffix != ".csv" or share == 0.0
     },
     **{
         f"{content[:20]!r} in a {suffix} file": (
-            lambda folder, suffix=suffix, content=content: _file(folder, f"log{suffix}", content),
+            partial(_file, f"log{suffix}", content),
             r"log\.(csv|parquet|mat): ",
         )
         for suffix in FORMATS
-        for content in (b"", b"\n\n", b"# only = 'a header'\n", b"\x00\x01\x02\xff" * 50)
+        for content in _NOTHING
     },
-    "a lone carriage return": (
-        lambda folder: _file(folder, "log.csv", b"a,b\n1\r2,3\n"),
-        r"row 1 has 1 columns, the first line names 2",
-    ),
-    "a very long cell": (
-        lambda folder: _file(folder, "log.csv", b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n"),
-        "missing columns",
-    ),
-    "a short row that is not UTF-8": (
-        lambda folder: _file(folder, "log.csv", b"time_s,a\n1,2\n\xff\n"),
-        "line 3 is not UTF-8 text",
-    ),
-    "a megabyte of blank lines": (
-        lambda folder: _file(folder, "log.csv", b"\n" * 1_100_000),
-        "comments or blank lines",
-    ),
-    "a key of thousands of parts": (
-        lambda folder: _file(folder, "log.csv", b"# " + b".".join([b"a"] * 30_000) + b" = 1\ntime_s\n1\n"),
-        "missing columns",
-    ),
-    "far too many columns": (
-        lambda folder: _file(folder, "log.csv", (",".join(["a"] * 20_000) + "\n").encode() * 2),
-        "20,000 columns",
-    ),
-    "too many columns for a draft": (
-        lambda folder: _file(
-            folder, "log.csv", (",".join(f"a{i}" for i in range(1001)) + "\n" + "1," * 1000 + "1\n").encode()
-        ),
-        "missing columns",
-    ),
     "text in Parquet that is not UTF-8": (_text_of_bytes, r"flight7\.parquet: not a complete Parquet file"),
     **{
-        f"a bomb of {kind}": (lambda folder, kind=kind: _bomb(folder, kind), r"would unpack to 60,000,\d+ ")
+        f"a bomb of {kind}": (partial(_bomb, kind), r"would unpack to 60,000,\d+ ")
         for kind in (".parquet", ".mat", "HDF5")
     },
     **{
-        f"a pipe named {suffix}": (lambda folder, suffix=suffix: _pipe(folder, suffix), "not a regular file")
-        for suffix in (".csv", ".mat", ".ulg", ".bin")
+        f"a pipe named {end}": (partial(_pipe, end), "not a regular file")
+        for end in (".csv", ".mat", ".ulg", ".bin")
     },
     "no file": (lambda folder: folder / "none.csv", "cannot be read"),
     "a folder": (lambda folder: folder, "a folder"),
     "no ending of a log": (lambda folder: folder / "x.doc", "ends in"),
     **{
-        f"{content[:8]!r} as {name}": (
-            lambda folder, name=name, content=content: _file(folder, name, content),
-            rf"{name}: |needs py",
-        )
-        for name, contents in {
-            "flight.ulg": (b"", b"ULog", b"not a ulog at all, but long enough to have a header"),
-            "flight.BIN": (b"", b"\xa3\x95", b"no log at all", b"\xa3\x95\x80" + bytes(300)),
-        }.items()
+        f"{content[:8]!r} as {name}": (partial(_file, name, content), rf"{name}: |needs py")
+        for name, contents in _BINARY.items()
         for content in contents
     },
     "unequal lengths": (_unequal, r"differ in length .*time_s 5"),

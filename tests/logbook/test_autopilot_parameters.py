@@ -106,16 +106,13 @@ def test_a_curve_of_scale_and_offset_gives_them_back():
     speed = np.linspace(15.0, 45.0, 7)
     right = np.sqrt(1.2 * speed**2 - 1.85 * 1.2 * 10.0)  # R = 1.2 · 1.85 and δ = 10 Pa
     held = {"ARSPD_RATIO": 1.85, "ARSPD_OFFSET": 3.0}
-    ratio, offset, *_ = autopilot_settings(
-        calibration_of(exact_curve(right - speed, speed, 1e-3), held), "ardupilot"
-    ).settings
+    curve = exact_curve(right - speed, speed, 1e-3)
+    ratio, offset, *_ = autopilot_settings(calibration_of(curve, held), "ardupilot").settings
     assert ratio.value == pytest.approx(1.2 * 1.85, rel=1e-9)
     assert offset.value == pytest.approx(13.0, abs=1e-6)
     assert (ratio.old, offset.old) == (1.85, 3.0)
-    swapped = {**held, "ARSPD_TUBE_ORDR": 1.0}
-    _, offset, *_ = autopilot_settings(
-        calibration_of(exact_curve(right - speed, speed, 1e-3), swapped), "ardupilot"
-    ).settings
+    swapped = calibration_of(curve, {**held, "ARSPD_TUBE_ORDR": 1.0})
+    _, offset, *_ = autopilot_settings(swapped, "ardupilot").settings
     assert offset.value == pytest.approx(-7.0, abs=1e-6)
 
 
@@ -145,36 +142,10 @@ def test_the_airspeed_of_a_dataflash_log_is_that_which_was_shown(tmp_path):
     pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
     held = {"ARSPD_RATIO": 1.9, "ARSPD_OFFSET": 4.0, "ARSPD_TYPE": 1.0, "RLL2SRV_P": 0.5}
     log = read_log(foreign.dataflash(tmp_path / "log.bin", FLOWN, held))
-    np.testing.assert_allclose(
-        air.calibrated_airspeed(log.impact_pressure), np.sqrt(1.9 * FLOWN["impact_pressure"]), rtol=1e-5
-    )
+    want = np.sqrt(1.9 * FLOWN["impact_pressure"])
+    np.testing.assert_allclose(air.calibrated_airspeed(log.impact_pressure), want, rtol=1e-5)
     assert dict(log.header[PARAMETERS]) == pytest.approx({n: v for n, v in held.items() if n != "RLL2SRV_P"})
     assert any("ARSPD_RATIO 1.9, ARSPD_OFFSET 4" in text for text in log.header["warnings"])
-
-
-def test_the_throttle_of_a_dataflash_log_is_read_and_a_wash_looked_for(tmp_path):
-    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
-    throttle = 0.5 + 0.3 * np.sign(np.sin(FLOWN["time"] / 25.0))
-    held = {"ARSPD_RATIO": 1.7, "ARSPD_OFFSET": 4.0, "ARSPD_TYPE": 1.0}
-    log = read_log(foreign.dataflash(tmp_path / "log.bin", {**FLOWN, "throttle": throttle}, held))
-    np.testing.assert_allclose(log.throttle_left, throttle, atol=1e-3)
-    wash = calibrate(log, replace(CHOICE, use_altitude=False)).params("ardupilot").wash
-    assert wash is not None
-    assert abs(wash.value) < 2.0 * wash.two_sigma < 2.0
-
-
-@pytest.mark.parametrize("renewed", [False, True])
-def test_the_thrust_of_a_ulog_is_read_and_a_wash_looked_for(tmp_path, renewed):
-    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
-    throttle = 0.5 + 0.3 * np.sign(np.sin(FLOWN["time"] / 25.0))
-    throttle[:3] = np.nan  # motors that are stopped
-    held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}
-    log = read_log(foreign.ulog(tmp_path / "log.ulg", {**FLOWN, "throttle": throttle}, renewed, held))
-    assert len(log) == len(FLOWN["time"]) - 3
-    np.testing.assert_allclose(log.throttle_left, throttle[3:], atol=1e-6)
-    wash = calibrate(log, replace(CHOICE, use_altitude=False)).params("px4").wash
-    assert wash is not None
-    assert abs(wash.value) < 2.0 * wash.two_sigma < 2.0
 
 
 def test_the_airspeed_of_a_ulog_is_that_which_was_shown(tmp_path):
@@ -184,6 +155,25 @@ def test_the_airspeed_of_a_ulog_is_that_which_was_shown(tmp_path):
     want = shown("px4", held, FLOWN["impact_pressure"])
     np.testing.assert_allclose(air.calibrated_airspeed(log.impact_pressure), want, rtol=1e-4)
     assert dict(log.header[PARAMETERS]) == pytest.approx(held)
+
+
+@pytest.mark.parametrize("kind", ["dataflash", "ulog", "renewed ulog"])
+def test_the_throttle_is_read_and_a_wash_looked_for(tmp_path, kind):
+    pytest.importorskip("pymavlink" if kind == "dataflash" else "pyulog", reason="needs pitotbench[logs]")
+    throttle = 0.5 + 0.3 * np.sign(np.sin(FLOWN["time"] / 25.0))
+    if kind == "dataflash":
+        held = {"ARSPD_RATIO": 1.7, "ARSPD_OFFSET": 4.0, "ARSPD_TYPE": 1.0}
+        log = read_log(foreign.dataflash(tmp_path / "log.bin", {**FLOWN, "throttle": throttle}, held))
+    else:
+        throttle[:3] = np.nan  # motors that are stopped
+        held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}
+        flown = {**FLOWN, "throttle": throttle}
+        log = read_log(foreign.ulog(tmp_path / "log.ulg", flown, kind == "renewed ulog", held))
+    np.testing.assert_allclose(log.throttle_left, throttle[np.isfinite(throttle)], atol=1e-3)
+    found = calibrate(log, replace(CHOICE, use_altitude=False))
+    wash = found.params("ardupilot" if kind == "dataflash" else "px4").wash
+    assert wash is not None
+    assert abs(wash.value) < 2.0 * wash.two_sigma < 2.0
 
 
 @pytest.mark.parametrize(

@@ -47,33 +47,26 @@ def test_what_is_missing_is_said():
     assert "# No column was found for velocity_north or ground_speed" in mapping_text(drafted, "log.csv")
 
 
-def test_an_ambiguous_unit_is_asked_for():
+KNOWN = {
+    "time": FLOWN["time"],
+    "qc_pa": FLOWN["impact_pressure"],
+    "ps_pa": FLOWN["static_pressure"],
+    "vn_mps": FLOWN["velocity_north"],
+    "ve_mps": FLOWN["velocity_east"],
+}
+
+
+def questions_about(**columns):
+    return {line.guess.theirs: line.question for line in draft_mapping(as_table(**KNOWN, **columns)).lines}
+
+
+def test_an_ambiguous_unit_and_two_columns_for_one_quantity_are_asked_for():
     """A temperature of 8 to 10 may be in °C or in °F, and nothing else in the log tells."""
-    table = as_table(
-        time=FLOWN["time"],
-        qc_pa=FLOWN["impact_pressure"],
-        ps_pa=FLOWN["static_pressure"],
-        oat=FLOWN["air_temperature"] - 273.15 + 6.0,
-        vn_mps=FLOWN["velocity_north"],
-        ve_mps=FLOWN["velocity_east"],
-    )
-    questions = {line.guess.theirs: line.question for line in draft_mapping(table).lines}
+    questions = questions_about(oat=FLOWN["air_temperature"] - 273.15 + 6.0)
     assert questions["oat"] == "the file states no unit: is it degc, or degf?"
     assert not questions["qc_pa"]
-
-
-def test_two_columns_for_one_quantity_are_asked_for():
-    table = as_table(
-        time=FLOWN["time"],
-        qc_pa=FLOWN["impact_pressure"],
-        ps_pa=FLOWN["static_pressure"],
-        hdg=FLOWN["heading"] * 57.3,
-        vn_mps=FLOWN["velocity_north"],
-        ve_mps=FLOWN["velocity_east"],
-        alt_m=FLOWN["altitude"],
-        gps_alt_m=FLOWN["altitude"] + 40.0,
-    )
-    questions = {line.guess.theirs: line.question for line in draft_mapping(table).lines}
+    heights = {"alt_m": FLOWN["altitude"], "gps_alt_m": FLOWN["altitude"] + 40.0}
+    questions = questions_about(hdg=FLOWN["heading"] * 57.3, **heights)
     assert any("or is it" in question for question in questions.values())
 
 
@@ -92,23 +85,27 @@ def test_the_command_writes_a_mapping_that_calibrate_offers(tmp_path, capsys):
     assert main(["map", str(log), "-o", str(mapping)]) == 0
     assert "6 columns recognized" in capsys.readouterr().out
     assert len(read_log(log, mapping)) == foreign.ROWS
-    assert main(["map", str(log), "-o", str(tmp_path / "m.txt")]) == 2
-    assert main(["map", str(log), "-o", str(log)]) == 2
-
-
-def test_a_known_log_needs_no_mapping(tmp_path, capsys):
+    for refused in (tmp_path / "m.txt", log):
+        assert main(["map", str(log), "-o", str(refused)]) == 2
+    # What cannot work is not offered for use.
+    log = quoted.write_quoted(tmp_path / "log.csv", quoted.QUOTED["no direction"])
+    capsys.readouterr()
+    assert main(["map", str(log), "-o", str(mapping)]) == 0
+    said = capsys.readouterr().out
+    assert "use it" not in said
+    assert f"complete it first, then: pitotbench calibrate {log}" in said
+    # A known log needs no mapping.
     assert main(["map", str(foreign.dynon(tmp_path / "log.csv", FLOWN))]) == 0
     assert "dynon" in capsys.readouterr().out
 
 
-def test_our_own_names_in_capitals_are_drafted_without_a_question(tmp_path):
-    units = {"time": "s", "air_temperature": "k", "altitude": "m", "heading": "rad"}
-    kind = {name: units.get(name, "pa" if "pressure" in name else "mps") for name in FLOWN}
-    drafted = draft_mapping(as_table(**{f"{name}_{kind[name]}".upper(): values for name, values in FLOWN.items()}))
+def test_our_own_names_in_capitals_are_drafted_without_a_question():
+    columns = foreign.canonical(FLOWN)
+    drafted = draft_mapping(as_table(**{name.upper(): values for name, values in columns.items()}))
     assert drafted.sure
     assert not drafted.missing
     ours = {line.guess.theirs: f"{line.guess.quantity}_{line.unit}" for line in drafted.lines}
-    assert ours == {name.upper(): name for name in (f"{name}_{kind[name]}" for name in FLOWN)}
+    assert ours == {name.upper(): name for name in columns}
 
 
 @pytest.mark.parametrize("name", list(quoted.QUOTED))
@@ -144,11 +141,3 @@ def same_quantity(one, other):
 
 def drafted_quantity(drafted, column):
     return next(line.guess.quantity for line in drafted.lines if line.guess.theirs == column)
-
-
-def test_what_cannot_work_is_not_offered_for_use(tmp_path, capsys):
-    log = quoted.write_quoted(tmp_path / "log.csv", quoted.QUOTED["no direction"])
-    assert main(["map", str(log), "-o", str(tmp_path / "m.toml")]) == 0
-    said = capsys.readouterr().out
-    assert "use it" not in said
-    assert f"complete it first, then: pitotbench calibrate {log}" in said

@@ -109,23 +109,15 @@ def test_joins(join, expected):
     base = Table(("time_s",), (np.array([0.0, 1.0, 1.75]),))
     other = Table(("time_s", "altitude_m"), (np.array([0.0, 1.0, 2.0]), np.array([1.0, 2.0, 3.0])))
     np.testing.assert_allclose(join_tables(base, [(other, join)]).column("altitude_m"), expected)
-
-
-def test_files_without_a_common_time():
-    early, late = (Table(("time_s",), (np.array([t, t + 1.0]),)) for t in (0.0, 10.0))
     with pytest.raises(BadInputError, match="do not overlap in time"):
-        join_tables(early, [(late, "last")])
+        join_tables(base, [(Table(("time_s",), (np.array([10.0, 11.0]),)), join)])
 
 
-def test_the_folder_serves_for_the_file(tmp_path):
-    path = several(tmp_path, "last")
-    by_file, by_folder = (read_log(p, mapping=tmp_path / "m.toml") for p in (path, tmp_path))
-    np.testing.assert_array_equal(by_file.velocity_north, by_folder.velocity_north)
-
-
-def test_files_that_are_not_there(tmp_path):
+def test_the_folder_serves_for_the_file_where_it_holds_each_once(tmp_path):
     path = several(tmp_path, "last")
     mapping = tmp_path / "m.toml"
+    by_file, by_folder = (read_log(p, mapping=mapping) for p in (path, tmp_path))
+    np.testing.assert_array_equal(by_file.velocity_north, by_folder.velocity_north)
     with pytest.raises(BadInputError, match=r"expects the folder of the log or its file '\*air.csv'"):
         read_log(tmp_path / "07_gps.csv", mapping=mapping)
     (tmp_path / "08_air.csv").write_bytes(path.read_bytes())
@@ -135,9 +127,11 @@ def test_files_that_are_not_there(tmp_path):
         read_log(tmp_path / "08_air.csv", mapping=mapping)
 
 
-def test_unknown_mapping_names_the_shipped(tmp_path):
+def test_a_mapping_that_is_not_there(tmp_path):
     with pytest.raises(UnknownNameError, match=r"unknown mapping 'jmos'\. Did you mean 'jmoss'"):
         read_log(tmp_path / "log.csv", mapping="jmos")
+    with pytest.raises(BadInputError, match=r"none\.toml: cannot be read"):
+        read_log(tmp_path / "log.csv", mapping=tmp_path / "none.toml")
 
 
 BAD_MAPPINGS = {
@@ -159,11 +153,6 @@ def test_bad_mappings(tmp_path, text):
     path = sample.write(tmp_path / "log.csv", sample.columns())
     with pytest.raises(BadInputError, match=BAD_MAPPINGS[text]):
         read_log(path, mapping=tmp_path / "m.toml")
-
-
-def test_a_mapping_file_that_is_not_there(tmp_path):
-    with pytest.raises(BadInputError, match=r"none\.toml: cannot be read"):
-        read_log(tmp_path / "log.csv", mapping=tmp_path / "none.toml")
 
 
 @pytest.mark.parametrize(("name", "rows"), [("CLASS55.csv", 8885), ("CLASS65.csv", 8178)])

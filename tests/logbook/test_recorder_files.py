@@ -34,10 +34,8 @@ def igc(path, *, fix="A", start=86_380, extensions=EXTENSIONS):
         "OAT": 10.0 * (FLOWN["air_temperature"] - 273.15),
     }
     height = air.pressure_altitude(FLOWN["static_pressure"])
-    first, parts = 36, []
-    for code, width in extensions:
-        parts.append(f"{first:02d}{first + width - 1:02d}{code}")
-        first += width
+    ends = 35 + np.cumsum([width for _, width in extensions])
+    parts = [f"{end - width + 1:02d}{end:02d}{code}" for end, (code, width) in zip(ends, extensions, strict=True)]
     lines = [*ABOVE, f"I{len(parts):02d}{''.join(parts)}", "LXXXWORDS"]
     for row, second in enumerate(FLOWN["time"] + start):
         clock = round(second) % 86_400
@@ -58,12 +56,8 @@ def test_a_recorder_file_is_read(name, tmp_path):
     np.testing.assert_allclose(log.impact_pressure, FLOWN["impact_pressure"], rtol=2e-3)
     np.testing.assert_allclose(log.air_temperature, FLOWN["air_temperature"], atol=0.051)
     np.testing.assert_allclose(log.altitude, FLOWN["altitude"], atol=0.51)
-    assert (
-        np.abs(
-            np.hypot(log.velocity_north - FLOWN["velocity_north"], log.velocity_east - FLOWN["velocity_east"])
-        ).max()
-        < 1.0
-    )
+    north, east = (getattr(log, name) - FLOWN[name] for name in ("velocity_north", "velocity_east"))
+    assert np.hypot(north, east).max() < 1.0
 
 
 def test_no_name_of_a_person_leaves_the_file(tmp_path):

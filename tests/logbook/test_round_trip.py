@@ -7,6 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.logbook import sample_log as sample
+from tests.logbook.bad_logs import NEEDED
 
 from pitotbench.logbook.formats import FORMATS, write_log
 from pitotbench.logbook.reading import read_log
@@ -30,8 +31,10 @@ def assert_equal(one: FlightLog, two: FlightLog) -> None:
 
 
 @formats
-def test_whole_log(tmp_path, suffix):
+@pytest.mark.parametrize("names", [None, ("time", *(q.rpartition("_")[0] for q in NEEDED[1:]))])
+def test_a_whole_and_a_minimal_log(tmp_path, suffix, names):
     log = replace(sample.log(), header=HEADER)
+    log = log if names is None else FlightLog(**{name: getattr(log, name) for name in names})
     assert_equal(read_log(write_log(log, tmp_path / f"log{suffix}")), log)
 
 
@@ -44,13 +47,6 @@ def test_every_digit(tmp_path, suffix, values):
     back = read_log(write_log(log, tmp_path / f"log{suffix}"))
     np.testing.assert_array_equal(back.velocity_down, log.velocity_down)
     np.testing.assert_array_equal(back.gps_fresh, log.gps_fresh)
-
-
-@formats
-def test_minimal_log(tmp_path, suffix):
-    names = ("time", "impact_pressure", "static_pressure", "velocity_north", "velocity_east")
-    log = FlightLog(**{name: getattr(sample.log(), name) for name in names})
-    assert_equal(read_log(write_log(log, tmp_path / f"log{suffix}")), log)
 
 
 def test_csv_looks_as_agreed(tmp_path):
@@ -83,12 +79,10 @@ def test_an_old_log_is_replaced_not_overwritten(tmp_path):
     assert (tmp_path / "old").stat().st_size > 5 * (tmp_path / "log.csv").stat().st_size
 
 
-def test_a_folder_that_is_not_there(tmp_path):
-    with pytest.raises(BadInputError, match="cannot be written"):
-        write_log(sample.log(), tmp_path / "no" / "log.csv")
-
-
-@pytest.mark.parametrize("name", ["log.txt", "log", "log.xlsx"])
-def test_unknown_formats_name_the_known(tmp_path, name):
-    with pytest.raises(BadInputError, match=r"\.csv, \.parquet, \.mat"):
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [*((name, r"\.csv, \.parquet, \.mat") for name in ("log.txt", "log", "log.xlsx")), ("a/log.csv", "be written")],
+)
+def test_unknown_formats_name_the_known_and_a_folder_must_be_there(tmp_path, name, says):
+    with pytest.raises(BadInputError, match=says):
         write_log(sample.log(), tmp_path / name)

@@ -38,20 +38,13 @@ def test_the_account_is_that_of_the_flight():
     assert not answered["reconciliation with a model"]
 
 
-def test_the_bound_to_expect_is_about_that_of_the_calibration():
-    """For known noise it is the smaller one; the calibration has to estimate the noise."""
-    log = circles()
-    speeds, expected = inspect_log(log).expected
-    curve = calibrate(log).curve
-    given = np.interp(speeds, curve.indicated_airspeed, curve.two_sigma)
-    assert 0.4 < float(np.mean(expected)) / float(np.mean(given)) < 1.5
-
-
-def test_a_zero_that_is_to_be_estimated_belongs_to_the_bound_to_expect():
-    """The zero and the curve are nearly one unknown: the bound of their sum is small, as the card's is."""
-    log, options = circles(), CalibrationOptions(model="bias", accuracies={"impact_pressure_zero_pa": 400.0})
-    speeds, expected = inspect_log(log, options).expected
-    curve = calibrate(log, options).curve
+@pytest.mark.parametrize("options", [{}, {"model": "bias", "accuracies": {"impact_pressure_zero_pa": 400.0}}])
+def test_the_bound_to_expect_is_about_that_of_the_calibration(options):
+    """For known noise it is the smaller one; the calibration has to estimate the noise. A zero that is to be
+    estimated and the curve are nearly one unknown: the bound of their sum is small, as the card's is."""
+    log, stated = circles(), CalibrationOptions(**options)
+    speeds, expected = inspect_log(log, stated).expected
+    curve = calibrate(log, stated).curve
     given = np.interp(speeds, curve.indicated_airspeed, curve.two_sigma)
     assert 0.4 < float(np.mean(expected)) / float(np.mean(given)) < 1.5
 

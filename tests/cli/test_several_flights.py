@@ -64,11 +64,14 @@ def test_one_curve_covers_and_is_narrower_than_that_of_each_alone(documents, fli
         assert np.mean(bound) < np.mean(alone.two_sigma) / KNOT
 
 
-def test_each_flight_has_its_own_wind(documents):
+def test_each_flight_has_its_own_wind_and_says_which_it_is(documents):
     first, second = (document["wind"] for document in documents)
     for axis, more in (("north", NORTH), ("east", EAST)):
         bound = np.hypot(first[f"{axis}_two_sigma_kt"], second[f"{axis}_two_sigma_kt"])
         assert second[f"{axis}_kt"] - first[f"{axis}_kt"] == pytest.approx(more / KNOT, abs=1.5 * bound)
+    first, second = (document["flight"] for document in documents)
+    assert (first["number"], second["number"], first["of"], first["flights_of_the_curve"]) == (1, 2, 2, 2)
+    assert second["from_s"] - first["to_s"] == pytest.approx(PAUSE)
 
 
 def test_text_and_page_say_which_flight_it_is(path, capsys, tmp_path):
@@ -80,12 +83,6 @@ def test_text_and_page_say_which_flight_it_is(path, capsys, tmp_path):
         assert f"two.csv, flight {number} of 2" in html
         assert f"flight {number} of 2 in the log" in text
     assert text.count("one curve from 2 flights") == html.count("one curve from 2 flights") == 2
-
-
-def test_the_document_says_which_flight_it_is(documents):
-    first, second = (document["flight"] for document in documents)
-    assert (first["number"], second["number"], first["of"], first["flights_of_the_curve"]) == (1, 2, 2, 2)
-    assert second["from_s"] - first["to_s"] == pytest.approx(PAUSE)
 
 
 def test_a_flight_that_determines_nothing_is_left_out_and_said(flights):

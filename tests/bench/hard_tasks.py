@@ -27,6 +27,8 @@ def act(task: Stub) -> str:
     if name == "crash-once" and not Path(task.notes, "crashed").exists():
         Path(task.notes, "crashed").touch()
         os._exit(7)
+    if name == "exit":
+        os._exit(1)
     if name in ("hang", "sleep"):
         time.sleep(float(number or 1000))
     if name == "eat":

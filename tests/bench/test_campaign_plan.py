@@ -66,22 +66,16 @@ def test_a_plan_is_rows_times_grid_times_seeds(tmp_path):
     tasks = list(plan.tasks())
     assert plan.count == len(tasks) == 2 * 2 * 3 * 2 * 3
     assert len({task.key for task in tasks}) == len({task.name for task in tasks}) == len(tasks)
-    assert plan.varied == (
-        "turbulence", "pressure_error.location", "wind.speed_kt", "effects.0.parameters.latency_s",
-    )  # fmt: skip
+    latency = "effects.0.parameters.latency_s"
+    assert plan.varied == ("turbulence", "pressure_error.location", "wind.speed_kt", latency)
     assert {task.case.altitude for task in tasks} == {4000.0 * FOOT}
     assert {task.case.wind.speed for task in tasks} == {0.0, 15.0 * KNOT, 30.0 * KNOT}
     assert {task.case.effects[0].parameters["latency_s"] for task in tasks} == {0.1, 0.5}
-    assert {(t.case.turbulence, t.case.pressure_error.location) for t in tasks} == {
-        ("none", "impact"),
-        ("light", "static"),
-    }
+    rows = {(task.case.turbulence, task.case.pressure_error.location) for task in tasks}
+    assert rows == {("none", "impact"), ("light", "static")}
     assert {task.case.truth_seed for task in tasks} == {501, 502, 503}
-    assert [(label, o.model, o.method) for label, o in tasks[0].calibrations] == [
-        ("", "inverse+", "covering"),
-        ("", "bias", "covering"),
-        ("paper", "inverse+", "paper"),
-    ]
+    ways = [(label, options.model, options.method) for label, options in tasks[0].calibrations]
+    assert ways == [("", "inverse+", "covering"), ("", "bias", "covering"), ("paper", "inverse+", "paper")]
     assert [system.label for system in tasks[0].systems] == ["20/1", "50/50"]
 
 
@@ -173,18 +167,8 @@ def test_seeds_are_a_number_or_a_range():
 def test_a_dry_run_prints_counts_minutes_and_bytes_and_makes_nothing(tmp_path, capsys):
     plan_of(tmp_path, PLAN)
     out = tmp_path / "out"
-    flags = [
-        "campaign",
-        str(tmp_path / "plan.toml"),
-        "--out",
-        str(out),
-        "--dry-run",
-        "--shard",
-        "1/2",
-        "--jobs",
-        "4",
-    ]
-    assert main(flags) == 0
+    flags = ["--dry-run", "--shard", "1/2", "--jobs", "4"]
+    assert main(["campaign", str(tmp_path / "plan.toml"), "--out", str(out), *flags]) == 0
     said = capsys.readouterr().out
     assert "flights: 36 (3 calibrations each; varied: turbulence, " in said
     assert "on 4 processes" in said

@@ -5,7 +5,6 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -43,10 +42,10 @@ def half(number):
     return number / 2
 
 
-def end_of_process(number):
-    if number:
-        os._exit(1)
-    return number
+def after_a_while(number):
+    """The first of the tasks ends last."""
+    time.sleep(0.4 if number == 1 else 0.0)
+    return half(number)
 
 
 def threads(number):
@@ -54,25 +53,16 @@ def threads(number):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_results_come_in_the_order_of_the_tasks(jobs):
-    assert run_tasks(later, [0.5, 0.0, 0.1], jobs) == [0.5, 0.0, 0.1]
-
-
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_failed_task_is_a_failure_in_words_and_the_others_are_kept(jobs):
+def test_results_come_in_the_order_of_the_tasks_and_a_failed_one_is_a_failure_in_words(jobs):
     steps = []
-    first, refused, stubborn, last = run_tasks(half, [1, 2, 3, 4], jobs, step=lambda: steps.append(None))
+    tasks = [1, 2, 3, 4]
+    first, refused, stubborn, last = run_tasks(after_a_while, tasks, jobs, step=lambda: steps.append(None))
     assert (first, last) == (0.5, 2.0)
     assert refused == Failure("two is not halved", BadInputError)
     assert stubborn.reason == "StubbornError: one and two"
     assert "in half" in stubborn.trace
     assert len(steps) == 4
-
-
-def test_a_process_that_ends_is_a_failure_in_words():
-    (failure,) = run_tasks(end_of_process, [1], jobs=2)
-    assert failure.reason == "its process ended (exit code 1), twice"
-    assert failure.quarantined
+    assert run_tasks(half, [], jobs) == []
 
 
 def test_the_first_failure_is_raised_where_all_results_are_required():
@@ -100,32 +90,17 @@ def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():
     assert time.monotonic() - begun < 30.0  # all of them take 40 s
 
 
-def test_no_tasks_give_no_results():
-    assert run_tasks(half, []) == []
-
-
-def test_no_other_file_of_the_package_starts_processes():
-    package = Path(fleet.__file__).parents[1]
-    texts = {file.name: file.read_text(encoding="utf-8") for file in package.rglob("*.py")}
-    assert {name for name, text in texts.items() if "get_context" in text} == {"worker_pool.py"}
-    assert not [name for name, text in texts.items() if "ProcessPoolExecutor" in text]
-
-
-def test_without_a_terminal_a_line_says_how_far_the_work_is(monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ("label", "said"), [("flying", "pitotbench: flying: 2 of 1,200\npitotbench: flying: 4 of 1,200\n"), ("", "")]
+)
+def test_without_a_terminal_a_line_says_how_far_the_work_is(label, said, monkeypatch, capsys):
     """At most one line in 20 s: the tasks end 5, 21, 30 and 45 s after the begin."""
     clock = iter([0.0, 5.0, 21.0, 21.0, 30.0, 45.0, 45.0])
     monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: next(clock))
-    with fleet.progress("flying", 1200) as advance:
+    with fleet.progress(label, 1200) as advance:
         for _ in range(4):
             advance()
-    assert capsys.readouterr().err == "pitotbench: flying: 2 of 1,200\npitotbench: flying: 4 of 1,200\n"
-
-
-def test_without_a_label_nothing_is_said(monkeypatch, capsys):
-    monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: 1e9)
-    with fleet.progress("", 2) as advance:
-        advance()
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err == said
 
 
 UNGUARDED = """
@@ -135,27 +110,18 @@ print(run_tasks(abs, [1, 2, 3], 2))
 
 
 def test_a_script_without_a_guard_ends_at_once_and_is_told_the_line_it_lacks(tmp_path):
-    script = tmp_path / "unguarded.py"
+    script = tmp_path / "script.py"
+    command = [sys.executable, script]
     script.write_text(UNGUARDED, encoding="utf-8")
-    ended = subprocess.run(
-        [sys.executable, script], capture_output=True, text=True, timeout=60, check=False, env=os.environ
-    )
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 1
-    assert ended.stderr.splitlines()[-1].endswith('if __name__ == "__main__":')
-
-
-def test_a_script_with_a_guard_runs(tmp_path):
-    script = tmp_path / "guarded.py"
-    guarded = UNGUARDED.replace("print", "if __name__ == '__main__':\n    print")
-    script.write_text(guarded, encoding="utf-8")
-    assert subprocess.check_output([sys.executable, script], text=True, timeout=60) == "[1, 2, 3]\n"
+    lacked = 'if __name__ == "__main__":'
+    assert ended.stderr.splitlines()[-1].endswith(lacked)
+    script.write_text(UNGUARDED.replace("print", f"{lacked}\n    print"), encoding="utf-8")
+    assert subprocess.check_output(command, text=True, timeout=60) == "[1, 2, 3]\n"
 
 
 HERE = Host({"python": "3.11.7", "jsbsim": "1.3.3"}, "c0de")
-
-
-def test_workers_that_are_like_the_driver_pass():
-    check_hosts(HERE, {"a": HERE, "b": replace(HERE)})
 
 
 @pytest.mark.parametrize(
@@ -165,23 +131,24 @@ def test_workers_that_are_like_the_driver_pass():
         (replace(HERE, code="other"), "worker b has other code"),
         (ModuleNotFoundError("No module named 'pitotbench'"), "worker b cannot fly: ModuleNotFoundError"),
     ],
-)  # fmt: skip
+)
 def test_a_worker_that_differs_is_refused_by_name(worker, says):
+    check_hosts(HERE, {"a": HERE, "b": replace(HERE)})
     with pytest.raises(BadInputError, match=says):
         check_hosts(HERE, {"a": HERE, "b": worker})
 
 
-def test_a_scheduler_with_certificates_asks_for_the_security_file():
-    pytest.importorskip("distributed", reason="dask.distributed is an extra")
-    says = "asks for certificates: give --security FILE"
-    with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits()):
-        pass
-
-
-def test_a_wrong_security_file_is_refused_by_name(tmp_path):
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "asks for certificates: give --security FILE"),
+        ("ca = 1", "paths ca, cert and key"),
+        ('ca = "a"\ncert = "b"\nkey = "c"', "No such file"),
+    ],
+)
+def test_a_missing_or_wrong_security_file_is_refused_by_name(tmp_path, text, says):
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
     file = tmp_path / "tls.toml"
-    for text, says in (("ca = 1", "paths ca, cert and key"), ('ca = "a"\ncert = "b"\nkey = "c"', "No such file")):
-        file.write_text(text)
-        with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits(), file):
-            pass
+    file.write_text(text or "")
+    with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits(), text and file):
+        pass

@@ -21,41 +21,42 @@ def keys(count):
     return [Stub(f"{number:02d}") for number in range(count)]
 
 
+QUARANTINED = {  # its reason, and what its trace holds
+    "crash": ("its process ended (signal 6), twice", "the simulator fell over"),
+    "exit": ("its process ended (exit code 1), twice", ""),
+    "hang": ("it took longer than its limit of 1 s, twice", "in act"),
+    "eat": ("it needs more than its limit of 1 GB of memory", ""),
+}
+
+
 @pytest.fixture(scope="module")
 def performed(tmp_path_factory):
     """Good tasks around one of every bad kind, performed by two processes."""
     notes = str(tmp_path_factory.mktemp("notes"))
-    bad = [Stub("crash", "crash"), Stub("hang", "hang"), Stub("eat", "eat 3"), Stub("once", "crash-once", notes)]
+    bad = [
+        *(Stub(deed, "eat 3" if deed == "eat" else deed) for deed in QUARANTINED),
+        Stub("once", "crash-once", notes),
+    ]
     tasks = [*keys(6), *bad, *keys(12)[6:]]
     with open_fleet(2, limits=LIMITS) as fleet:
         return dict(zip([task.key for task in tasks], fleet.perform(act, tasks), strict=True))
 
 
-def test_all_other_tasks_are_done(performed):
-    assert {key: result for key, result in performed.items() if isinstance(result, str)} == {
-        key: key for key in [*(stub.key for stub in keys(12)), "once"]
-    }
+@pytest.mark.parametrize("deed", list(QUARANTINED))
+def test_a_bad_task_is_in_quarantine_with_its_reason_and_its_trace_and_all_others_are_done(performed, deed):
+    if deed == "eat" and sys.platform != "linux":
+        pytest.skip("the limit of data is enforced on Linux")
+    assert_quarantined(performed[deed], deed)
+    assert {key for key in performed if performed[key] == key} == {*(stub.key for stub in keys(12)), "once"}
 
 
-def test_a_task_that_crashes_its_process_is_in_quarantine_with_its_log(performed):
-    failure = performed["crash"]
+def assert_quarantined(failure, deed):
+    reason, trace = QUARANTINED[deed]
     assert failure.quarantined
-    assert failure.reason == "its process ended (signal 6), twice"
-    assert "the simulator fell over" in failure.trace
-    assert "hard_tasks.py" in failure.trace  # where it was, from the handler of faults
-
-
-def test_a_task_that_hangs_is_in_quarantine_with_the_place_where_it_hung(performed):
-    failure = performed["hang"]
-    assert failure.quarantined
-    assert failure.reason == "it took longer than its limit of 1 s, twice"
-    assert "in act" in failure.trace
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the limit of data is enforced on Linux")
-def test_a_task_that_eats_memory_is_in_quarantine(performed):
-    assert performed["eat"].quarantined
-    assert performed["eat"].reason.startswith("it needs more than its limit of 1 GB of memory")
+    assert failure.reason.startswith(reason)
+    assert trace in failure.trace
+    if deed == "crash":
+        assert "hard_tasks.py" in failure.trace  # where it was, from the handler of faults
 
 
 class KilledWorker(Exception):  # noqa: N818 (the name is the interface)
@@ -77,14 +78,10 @@ def test_a_cluster_that_does_not_tell_why_a_worker_died_is_asked_again_apart():
     bad = [Stub("crash", "crash"), Stub("hang", "hang")]
     with ClusterOfThreads(2) as cluster:
         fleet = Fleet(cluster, LIMITS, apart=True)
-        first, crashed, hung, last = fleet.perform(act, [Stub("1"), *bad, Stub("2")])
+        first, *failures, last = fleet.perform(act, [Stub("1"), *bad, Stub("2")])
     assert (first, last) == ("1", "2")
-    assert crashed.quarantined
-    assert crashed.reason == "its process ended (signal 6), twice"
-    assert "the simulator fell over" in crashed.trace
-    assert hung.quarantined
-    assert hung.reason == "it took longer than its limit of 1 s, twice"
-    assert "in act" in hung.trace
+    for failure, stub in zip(failures, bad, strict=True):
+        assert_quarantined(failure, stub.deed)
 
 
 def test_the_limits_do_not_hold_in_the_process_of_the_driver():
@@ -175,15 +172,12 @@ class CountingThreads(ThreadPoolExecutor):
         return super().submit(*call)
 
 
-def test_short_tasks_share_a_call_and_each_is_done_once():
+def test_short_tasks_share_a_call_and_long_ones_have_one_each():
     tasks = [Stub(f"{number:03d}", "sleep 0.01") for number in range(120)]
     with CountingThreads(2) as cluster:
         done = [task.key for task, _ in Fleet(cluster, window=4, bundle=0.1).stream(act, tasks)]
         assert cluster.calls < 60
     assert sorted(done) == [task.key for task in tasks]
-
-
-def test_long_tasks_have_a_call_each():
     with CountingThreads(2) as cluster:
         Fleet(cluster, window=4, bundle=0.1).perform(act, [Stub(str(number), "sleep 0.11") for number in range(8)])
         assert cluster.calls == 8

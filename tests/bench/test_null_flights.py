@@ -1,11 +1,13 @@
 """The cache of null flights: whatever stands in it, a log is judged by flights of its card and this code."""
 
 import json
+import operator
 import os
 import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -80,49 +82,52 @@ def test_a_card_is_flown_once(flown, tmp_path):
 
 
 GOOD = json.loads(text_of(NULL))
+
+
+def changed(*path: str, to: object) -> bytes:
+    """The document with another value at a path of keys."""
+    document = json.loads(text_of(NULL))
+    place = reduce(operator.getitem, path[:-1], document)
+    place[path[-1]] = to
+    return json.dumps(document).encode()
+
+
 SPOILED = {
     "empty": b"",
     "cut": text_of(NULL).encode()[:-40],
     "binary": bytes(range(256)),
     "another document": b"[1, 2]",
     "a key less": json.dumps({k: v for k, v in GOOD.items() if k != "spectral_lines"}).encode(),
-    "a threshold that is no number": json.dumps({**GOOD, "threshold": float("nan")}).encode(),
-    "an infinite threshold": json.dumps({**GOOD, "cell_threshold": float("inf")}).encode(),
-    "a threshold of zero": json.dumps({**GOOD, "threshold": 0.0}).encode(),
-    "a threshold of text": json.dumps({**GOOD, "threshold": "x"}).encode(),
-    "a number as text": json.dumps({**GOOD, "threshold": "3.9"}).encode(),
-    "a spread of zero": json.dumps({**GOOD, "scores": {**GOOD["scores"], "effect_spread": {"pod": 0.0}}}).encode(),
-    "a deviation of zero": json.dumps(
-        {**GOOD, "spectral_lines": {"one": {"mean": 0.0, "deviation": 0.0}}}
-    ).encode(),
-    "a mean that is no number": json.dumps(
-        {**GOOD, "scores": {**GOOD["scores"], "cell_mean": {"one||time": float("nan")}}}
-    ).encode(),
-    "noise of another size": json.dumps({**GOOD, "noise": {**GOOD["noise"], "deviations": [1.0]}}).encode(),
-    "ragged noise": json.dumps({**GOOD, "noise": {**GOOD["noise"], "coefficients": [[0.1], [0.1, 0.2]]}}).encode(),
-    "other flights": json.dumps({**GOOD, "flights": 4}).encode(),
+    "a threshold that is no number": changed("threshold", to=float("nan")),
+    "an infinite threshold": changed("cell_threshold", to=float("inf")),
+    "a threshold of zero": changed("threshold", to=0.0),
+    "a threshold of text": changed("threshold", to="x"),
+    "a number as text": changed("threshold", to="3.9"),
+    "a spread of zero": changed("scores", "effect_spread", to={"pod": 0.0}),
+    "a deviation of zero": changed("spectral_lines", to={"one": {"mean": 0.0, "deviation": 0.0}}),
+    "a mean that is no number": changed("scores", "cell_mean", to={"one||time": float("nan")}),
+    "noise of another size": changed("noise", "deviations", to=[1.0]),
+    "ragged noise": changed("noise", "coefficients", to=[[0.1], [0.1, 0.2]]),
+    "other flights": changed("flights", to=4),
+    "a folder": None,
 }
 
 
 @pytest.mark.parametrize("content", SPOILED.values(), ids=SPOILED.keys())
-def test_a_spoiled_entry_is_flown_again_and_replaced(flown, tmp_path, content: bytes) -> None:
-    null_distribution_of(CARD)
-    (place,) = entries(tmp_path)
-    place.write_bytes(content)
-    said: list[str] = []
-    assert same(null_distribution_of(CARD, progress=said.append), NULL)
-    assert len(flown) == 16
-    assert "flown again" in said[0]
-    assert same(read_distribution(place.read_bytes()), NULL)
-
-
-def test_an_entry_that_cannot_be_read_is_flown_again(flown, tmp_path):
+def test_a_spoiled_entry_is_flown_again_and_replaced(flown, tmp_path, content: bytes | None) -> None:
     null_distribution_of(CARD)
     (place,) = entries(tmp_path)
     place.unlink()
-    place.mkdir()
-    assert same(null_distribution_of(CARD), NULL)
+    if content is None:
+        place.mkdir()
+    else:
+        place.write_bytes(content)
+    said: list[str] = []
+    assert same(null_distribution_of(CARD, progress=said.append), NULL)
     assert len(flown) == 16
+    if content is not None:
+        assert "flown again" in said[0]
+        assert same(read_distribution(place.read_bytes()), NULL)
 
 
 def test_a_cache_that_cannot_be_written_costs_no_answer(flown, tmp_path):
@@ -149,10 +154,7 @@ def test_without_keeping_nothing_is_read_and_nothing_written(flown, tmp_path):
 
 
 def test_null_flights_are_laid_out_in_the_setting_of_the_log_and_kept_apart_by_it(flown, tmp_path):
-    settings = [
-        *(AnalysisSetting(day_known=True), AnalysisSetting(day_known=True, static_error=True)),
-        AnalysisSetting(day_known=True, mach_max=0.2),
-    ]
+    settings = [AnalysisSetting(day_known=True, **more) for more in ({}, {"static_error": True}, {"mach_max": 0.2})]
     for setting in settings:
         null_distribution_of(CARD, setting=setting)
     assert flown[::8] == settings
@@ -192,14 +194,12 @@ def test_no_module_that_the_conductor_loads_is_left_out_of_the_key():
 
 
 def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flown, tmp_path, monkeypatch):
-    copy = Path(
-        shutil.copytree(PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
-    )
+    copy = tmp_path / "copy"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
     monkeypatch.setattr(digests, "PACKAGE", copy)
     null_distribution_of(CARD)
-    changed = sorted(
-        {f for f in (*copy.glob("*.py"), *copy.glob("*/__init__.py")) if f.parent.name not in NOT_DECIDING}
-    )
+    modules = {*copy.glob("*.py"), *copy.glob("*/__init__.py")}
+    changed = sorted(file for file in modules if file.parent.name not in NOT_DECIDING)
     for count, file in enumerate(changed, start=2):
         file.write_text(file.read_text() + "\nADDED = 1\n")
         null_distribution_of(CARD)
@@ -261,33 +261,23 @@ def test_the_command_can_leave_the_cache_alone(monkeypatch, flags: tuple[str, ..
     assert asked == [keep]
 
 
-def test_without_an_aircraft_model_the_mass_of_the_log_does_not_matter(monkeypatch):
-    """It may be that of any airplane: the card is flown for the noise of its sensors alone."""
-    asked: list[Case] = []
+def test_a_reconciliation_hands_on_its_card_the_setting_and_keeping(monkeypatch):
+    """Up to the null flights: nothing is flown. Without a model of the aircraft the mass of the log does not
+    matter: it may be that of any airplane, and the card is flown for the noise of its sensors alone."""
+    asked: list[tuple[Case, AnalysisSetting, bool]] = []
 
-    def stop(card: Case, *_: object) -> None:
-        asked.append(card)
+    def stop(card: Case, flights: int, progress: object, setting: AnalysisSetting, keep: bool) -> None:
+        asked.append((card, setting, keep))
         raise BadInputError("far enough")
 
     monkeypatch.setattr(rounds, "null_distribution_of", stop)
     jet = replace(LOG, mass=np.full(len(LOG), 20_000.0))
-    with pytest.raises(BadInputError, match="far enough"):
-        reconcile_logs([NamedLog("log", jet, CARD)], "none")
-    assert asked == [CARD]
-
-
-def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):
-    """Up to the null flights: nothing is flown."""
-    asked: list[tuple[AnalysisSetting, bool]] = []
-
-    def stop(card: Case, flights: int, progress: object, setting: AnalysisSetting, keep: bool) -> None:
-        asked.append((setting, keep))
-        raise BadInputError("far enough")
-
-    monkeypatch.setattr(rounds, "null_distribution_of", stop)
-    with pytest.raises(BadInputError, match="far enough"):
-        reconcile_logs([NamedLog("log", LOG, CARD)], setting=AnalysisSetting(static_error=True), keep=False)
-    assert asked == [(AnalysisSetting(day_known=True, instruments_known=True, static_error=True), False)]
+    for log, aircraft in ((LOG, "navajo"), (jet, "none")):
+        named = [NamedLog("log", log, CARD)]
+        with pytest.raises(BadInputError, match="far enough"):
+            reconcile_logs(named, aircraft, setting=AnalysisSetting(static_error=True), keep=False)
+    setting = AnalysisSetting(day_known=True, instruments_known=True, static_error=True)
+    assert asked == [(CARD, setting, False)] * 2
 
 
 def test_the_time_that_is_left_is_told_while_null_flights_are_flown():
@@ -296,8 +286,5 @@ def test_the_time_that_is_left_is_told_while_null_flights_are_flown():
     tell = flights_told(3, lines.append, lambda: next(hours))
     for _ in range(3):
         tell()
-    assert lines == [
-        "null flight 1 of 3, about 60 s left",
-        "null flight 2 of 3, about 25 s left",
-        "null flight 3 of 3",
-    ]
+    left = (", about 60 s left", ", about 25 s left", "")
+    assert lines == [f"null flight {number} of 3{said}" for number, said in enumerate(left, start=1)]

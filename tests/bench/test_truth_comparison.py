@@ -20,43 +20,33 @@ def calibrated(smooth_flights):
     return flight, bench.calibrate(bench.sense(flight, "20/1"))
 
 
-def test_figures_are_those_of_the_errors():
+def test_figures_are_those_of_the_errors_and_an_error_that_is_no_number_is_not_inside():
     found = Comparison(np.array([1.0, -2.0, 2.0, -1.0]), np.array([1.0, 1.0, 3.0, 3.0]))
     assert found.inside == 0.75
     assert found.rms_error == pytest.approx(np.sqrt(2.5))
     assert found.mean_two_sigma == 2.0
     assert Comparison(found.error, found.two_sigma + 1.0).inside == 1.0
-
-
-def test_an_error_that_is_no_number_is_not_inside():
     found = Comparison(np.array([0.0, np.nan]), np.array([1.0, 1.0]))
     assert found.inside == 0.5
     assert np.isnan(found.rms_error)
-
-
-def test_a_missing_number_of_a_table_is_skipped_by_the_rms():
+    # A missing number of a table is skipped.
     assert rms(pd.Series([3.0, np.nan, 4.0])) == pytest.approx(np.sqrt(12.5))
     assert np.isnan(rms(np.array([3.0, np.nan])))
 
 
 def test_a_curve_shifted_by_a_knot_is_a_knot_wrong(calibrated):
     flight, result = calibrated
-    truth = flight.case.pressure_error
-    exact = replace(
-        result.curve, correction=bench.true_correction(truth, result.curve.indicated_airspeed) + 1.0 * KNOT
-    )
+    truth, curve = flight.case.pressure_error, result.curve
+    exact = replace(curve, correction=bench.true_correction(truth, curve.indicated_airspeed) + KNOT)
     found = compare_curve(exact, truth)
     assert len(found.error) == scored(exact).sum() < len(exact.correction)
     assert np.mean(found.error) == pytest.approx(KNOT)
     between = compare_curve_at(exact, truth, np.array([101.0, 133.3]) * KNOT)
     np.testing.assert_allclose(between.error, KNOT, rtol=1e-2)
-
-
-def test_the_score_is_the_comparison(calibrated):
-    flight, result = calibrated
-    score, curve = bench.score(result, flight), compare_curve(result.curve, flight.case.pressure_error)
-    assert (score.curve_rms_error, score.curve_coverage) == (curve.rms_error, curve.inside)
-    assert score.two_sigma == curve.mean_two_sigma
+    # The score is the comparison.
+    score, found = bench.score(result, flight), compare_curve(curve, truth)
+    assert (score.curve_rms_error, score.curve_coverage) == (found.rms_error, found.inside)
+    assert score.two_sigma == found.mean_two_sigma
 
 
 def test_a_wind_is_compared_by_component():

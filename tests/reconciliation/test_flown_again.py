@@ -43,17 +43,26 @@ def log(rate: float = -1.0, pitch: float = 2.0, noise: int = 0, segments: bool =
     )
 
 
+def cards(first: float = -1.0, second: float = -1.0) -> tuple[list[FlightLog], list[FlightLog]]:
+    """The card flown twice by the model, and twice by the patched one, at rates of slowing down [kt/s]."""
+    return [log(first, noise=1), log(first, noise=2)], [log(second, noise=3), log(second, noise=4)]
+
+
 def test_the_same_airplane_is_within_every_tolerance():
-    flown = compare_cards(log(noise=9), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    flown = compare_cards(log(noise=9), *cards())
     assert [t.quantity for t in flown.tolerances] == ["indicated airspeed", "pitch", "bank", "heading"]
     assert all(t.before == t.after == t.by_chance == 1.0 for t in flown.tolerances)
     assert not flown.skipped
+    decel = next(h for h in flown.histories if h.quantity == "indicated airspeed" and h.time[0] > 1.0)
+    assert decel.time[0] == pytest.approx(40.0)  # at the time of the log
+    assert decel.measured[0] == pytest.approx(150.0, abs=0.5)
+    pitch = compare_cards(log(pitch=3.0), *cards()).tolerances[1]
+    assert (pitch.half_width, pitch.before, pitch.after) == (pytest.approx(0.6), 0.0, 0.0)  # degrees
+    assert "segments" in compare_cards(log(segments=False), *cards()).skipped
 
 
 def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
-    flown = compare_cards(
-        log(-1.2, noise=9), [log(noise=1), log(noise=2)], [log(-1.2, noise=3), log(-1.2, noise=4)]
-    )
+    flown = compare_cards(log(-1.2, noise=9), *cards(-1.0, -1.2))
     airspeed = flown.tolerances[0]
     # 1.2 kt apart after 6 of the 30 s in which it slows down, of 70 s in all
     assert airspeed.before == pytest.approx(46 / 70, abs=0.02)
@@ -65,38 +74,17 @@ def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
     assert abs(slowing.measured - slowing.patched) < 5.0 * slowing.deviation
 
 
-def test_pitch_is_compared_in_degrees():
-    flown = compare_cards(log(pitch=3.0), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
-    pitch = flown.tolerances[1]
-    assert (pitch.half_width, pitch.before, pitch.after) == (pytest.approx(0.6), 0.0, 0.0)
-
-
-def test_histories_stand_at_the_time_of_the_log():
-    flown = compare_cards(log(), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
-    decel = next(h for h in flown.histories if h.quantity == "indicated airspeed" and h.time[0] > 1.0)
-    assert decel.time[0] == pytest.approx(40.0)
-    assert decel.measured[0] == pytest.approx(150.0, abs=0.5)
-
-
-def test_logs_without_segments_are_skipped_with_a_reason():
-    bare = log(segments=False)
-    assert "segments" in compare_cards(bare, [log(), log()], [log(), log()]).skipped
-
-
 def test_a_turn_has_bank_beyond_that_of_its_turn_rate():
     speed, bank = 70.0, 30.0 * DEGREE
-    time = np.arange(200) / 10.0
-    rate = 9.80665 * np.tan(bank) / speed
     part = log().select(np.arange(200))
-    turning = FlightLog(
-        **part.channels()
-        | {
-            "time": time,
-            "roll": np.full(200, bank + 1.0 * DEGREE),
-            "heading": (rate * time) % (2 * np.pi),
-            "velocity_north": speed * np.cos(rate * time),
-            "velocity_east": speed * np.sin(rate * time),
-        }
+    angle = 9.80665 * np.tan(bank) / speed * part.time
+    turning = replace(
+        part,
+        roll=np.full(200, bank + 1.0 * DEGREE),
+        heading=angle % (2 * np.pi),
+        velocity_north=speed * np.cos(angle),
+        velocity_east=speed * np.sin(angle),
+        segment=None,
     )
     found = features_of(turning)
     assert found["bank beyond that of the turn rate", "°"] == pytest.approx(1.0, abs=0.01)
@@ -150,6 +138,9 @@ def test_the_hand_is_told_by_what_moves_to_and_fro():
     assert hand_apart(moved(1.0), [moved(0.5), moved(0.5)]) == pytest.approx(np.log(2.0), abs=1e-6)
     assert hand_apart(still, [still]) == 0.0
     assert hand_apart(log(segments=False), [still]) == 0.0
+    # Both logs must be long enough.
+    assert hand_apart(log(), [log().select(np.arange(420))]) >= 0.0
+    assert hand_apart(log().select(np.arange(52)), [log().select(np.arange(48))]) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -165,8 +156,3 @@ def test_the_card_is_flown_by_the_hand_that_the_log_shows(air: str, pilot: str, 
     assert again.pilot == found
     bank = next(t for t in again.tolerances if t.quantity == "bank")
     assert air == "moderate" or bank.before > 0.8 * bank.by_chance
-
-
-def test_a_hand_is_compared_where_both_logs_are_long_enough():
-    assert hand_apart(log(), [log().select(np.arange(420))]) >= 0.0
-    assert hand_apart(log().select(np.arange(52)), [log().select(np.arange(48))]) == 0.0

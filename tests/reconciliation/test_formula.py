@@ -66,22 +66,15 @@ def found(layout: Layout) -> FoundFormula:
     return formula
 
 
-def test_the_drag_in_sideslip_is_found_with_its_coefficient(found):
+def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_flight(found, slipping):
     (term,) = found.terms
     assert (term.quantity, term.symbol, term.term) == ("drag", "ΔC_D", "sin²β")
     assert abs(term.size.value - 3.0) < term.size.two_sigma < 0.75
-
-
-def test_the_formula_closes_another_flight(found, slipping):
+    said = r"The gap follows a formula: drag: ΔC_D = \(\d\.\d+ ± 0\.\d+\) sin²β; ± is 2σ\."
+    assert re.match(said, formula_sentences(found, "other.csv")[0])
     other = laid_out(slipping[1])
     assert closure_on(other, null_of(other), found).share > 0.8
     assert found.closure.share > 0.9
-
-
-def test_the_sentence_says_the_formula(found):
-    first = formula_sentences(found, "other.csv")[0]
-    said = r"The gap follows a formula: drag: ΔC_D = \(\d\.\d+ ± 0\.\d+\) sin²β; ± is 2σ\."
-    assert re.match(said, first)
 
 
 def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(tmp_path):
@@ -159,9 +152,13 @@ def test_a_signature_of_a_force_is_that_of_the_force_meter(layout, name):
             assert error < 0.1 * largest / size
 
 
-def test_a_static_pressure_formula_is_that_by_hand(slipping):
+@pytest.fixture(scope="module")
+def signals(slipping) -> Signals:
     channels = {n: v for n, v in slipping[0].channels().items() if v.dtype == float and n != "time"}
-    signals = Signals(slipping[0].time, channels)
+    return Signals(slipping[0].time, channels)
+
+
+def test_a_static_pressure_formula_is_that_by_hand(signals):
     wrong = FORMULAS["static_pressure_formula"].apply(signals, {"elevator": 0.8, "bank_squared": -0.1})
     error = (0.8 * signals["elevator"] - 0.1 * np.sin(signals["roll"]) ** 2) * signals["impact_pressure"]
     assert np.allclose(wrong["static_pressure"] - signals["static_pressure"], error)
@@ -169,9 +166,7 @@ def test_a_static_pressure_formula_is_that_by_hand(slipping):
 
 
 @pytest.mark.parametrize("name", READINGS)
-def test_a_sensor_formula_changes_its_channels_alone(slipping, name):
-    channels = {n: v for n, v in slipping[0].channels().items() if v.dtype == float and n != "time"}
-    signals = Signals(slipping[0].time, channels)
+def test_a_sensor_formula_changes_its_channels_alone(signals, name):
     changed = FORMULAS[name].apply(signals, FORMULAS[name].typical())
     moved = {n for n in signals if not np.array_equal(changed[n], signals[n])}
     assert moved == set(READINGS[name].channels)

@@ -16,6 +16,7 @@ from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.pictures import clearest_channel, traces
 from pitotbench.reconciliation.signatures import cause_of
 from pitotbench.reconciliation.verdict import judge
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.show.verdict import verdict_json
@@ -79,18 +80,14 @@ def test_the_belly_pod_is_named_with_its_size_and_closes_the_gap(pod) -> None:
     assert pod.located[0].channel == "specific_force_x"
 
 
-def test_the_verdict_is_plain_data(pod) -> None:
+def test_the_verdict_is_plain_data_and_its_patch_an_entry_of_a_case_file(pod) -> None:
     document = verdict_json(pod)
     assert document["verdict"] == pod.kind
     assert document["gap_before"] > document["gap_after"]
     assert document["effects"][0]["parameters"][0]["name"] == "drag_area_m2"
-
-
-def test_the_patch_is_an_entry_of_a_case_file(pod) -> None:
-    made = patch_of_effects(pod.effects, "flight.csv", "2026-01-01")
-    case = read_case(made.text)
-    assert case.effects[0].name == "belly_pod"
-    assert case.effects[0].parameters["drag_area_m2"] == pytest.approx(pod.effects[0].sizes[0].value, rel=1e-4)
+    (entry,) = read_case(patch_of_effects(pod.effects, "flight.csv", "2026-01-01").text).effects
+    assert entry.name == "belly_pod"
+    assert entry.parameters["drag_area_m2"] == pytest.approx(pod.effects[0].sizes[0].value, rel=1e-4)
 
 
 def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
@@ -100,13 +97,10 @@ def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
     assert card_of({}, "navajo") is None
 
 
-def test_an_unknown_aircraft_is_refused(sensed) -> None:
+def test_an_unknown_aircraft_and_a_log_without_attitude_are_refused(sensed) -> None:
     with pytest.raises(UnknownNameError, match="Known"):
         reconcile_logs([NamedLog("log", sensed())], "navayo")
-
-
-def test_a_log_without_attitude_is_refused_with_a_way_out(sensed) -> None:
-    with pytest.raises(Exception, match="attitude"):
+    with pytest.raises(BadInputError, match="attitude"):
         reconcile_logs([NamedLog("log", replace(sensed(), roll=None, pitch=None, heading=None))], "none")
 
 

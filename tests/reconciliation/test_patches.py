@@ -3,6 +3,8 @@
 import tomllib
 import xml.etree.ElementTree as ET
 
+import pytest
+
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
@@ -17,7 +19,6 @@ def candidate(name: str, *sizes: tuple[str, float, float]) -> Candidate:
 
 POD = candidate("belly_pod", ("drag_area_m2", 0.1234567, 0.01))
 GEAR = candidate("gear_not_up", ("extension", 0.26, 0.02))
-FRONT = candidate("sea_breeze_front", ("north_mps", 3.0, 0.4))
 
 
 def test_it_reads_back_with_bounds_and_provenance_in_comments():
@@ -35,21 +36,23 @@ def test_an_inseparable_effect_stands_in_comments_ready_to_replace_the_named_one
     assert table["effects"] == [{"name": "gear_not_up", "parameters": {"extension": 0.26}}]
 
 
-def test_a_size_out_of_range_is_brought_to_its_edge():
-    made = patch_of_effects([candidate("belly_pod", ("drag_area_m2", 3.0, 0.1))], "flight.csv", "2026-01-01")
-    assert dict(made.entries) == {"belly_pod": {"drag_area_m2": 0.8}}
-
-
-def test_a_size_that_the_log_does_not_show_is_stated_as_none():
-    """A case with water in the line must state its column, so that the patch could not be flown without it."""
-    made = patch_of_effects([candidate("water_in_line", ("lag_s", 0.5, 0.2))], "flight.csv", "2026-01-01")
-    assert read_case(made.text).effects == (EffectSpec("water_in_line", {"column_m": 0.0, "lag_s": 0.5}),)
-
-
-def test_the_time_of_an_event_is_kept():
-    shapes = {"sea_breeze_front": {"at_s": 123.0}}
-    made = patch_of_effects([FRONT], "flight.csv", "2026-01-01", shapes)
-    assert dict(made.entries)["sea_breeze_front"]["at_s"] == 123.0
+@pytest.mark.parametrize(
+    ("name", "size", "shapes", "entry"),
+    [
+        # A size out of range is brought to its edge.
+        ("belly_pod", ("drag_area_m2", 3.0, 0.1), {}, {"drag_area_m2": 0.8}),
+        # A case with water in the line must state its column, so that the patch could not be flown without it.
+        ("water_in_line", ("lag_s", 0.5, 0.2), {}, {"column_m": 0.0, "lag_s": 0.5}),
+        # The time of an event is kept.
+        ("sea_breeze_front", ("north_mps", 3.0, 0.4), {"at_s": 123.0}, {"at_s": 123.0, "north_mps": 3.0}),
+    ],
+)
+def test_the_patch_holds_sizes_that_can_be_flown(name, size, shapes, entry):
+    made = patch_of_effects([candidate(name, size)], "flight.csv", "2026-01-01", {name: shapes})
+    (effect,) = read_case(made.text).effects
+    assert effect.name == name
+    assert entry.items() <= effect.parameters.items()
+    assert entry.items() <= dict(made.entries)[name].items()
 
 
 def test_the_overlay_holds_what_is_added_and_nothing_else():
@@ -60,7 +63,4 @@ def test_the_overlay_holds_what_is_added_and_nothing_else():
     assert [f.get("name") for f in functions] == ["effects/drag-0"]
     assert root.find("propulsion") is None
     assert root.find("metrics") is None
-
-
-def test_effects_on_the_sensors_make_no_overlay():
-    assert overlay_xml("navajo", [EffectSpec("pitot_lag", {"lag_s": 0.4})]) == ""
+    assert overlay_xml("navajo", [EffectSpec("pitot_lag", {"lag_s": 0.4})]) == ""  # on the sensors alone

@@ -171,16 +171,14 @@ def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> N
     joint = judged(flights[0], laid("step_decrease", 2302, shown=blind))
     assert [effect.name for effect in joint.verdict.effects] == ["gps_latency"]
     assert joint.verdict.kind == "named"
-    assert [[step.effect for step in waterfall(naming)] for naming in joint.together.namings] == [
-        ["gps_latency"],
-        [],
-    ]
+    steps = [[step.effect for step in waterfall(naming)] for naming in joint.together.namings]
+    assert steps == [["gps_latency"], []]
 
 
 def test_the_order_of_the_flights_does_not_matter(flights, both) -> None:
-    one, other = both, judged(*flights[1::-1])
-    assert one.verdict.effects[0].sizes[0].value == pytest.approx(other.verdict.effects[0].sizes[0].value, rel=1e-6)
-    assert one.verdict.log_bayes_factor == pytest.approx(other.verdict.log_bayes_factor, rel=1e-6)
+    one, other = both.verdict, judged(*flights[1::-1]).verdict
+    assert one.effects[0].sizes[0].value == pytest.approx(other.effects[0].sizes[0].value, rel=1e-6)
+    assert one.log_bayes_factor == pytest.approx(other.log_bayes_factor, rel=1e-6)
 
 
 def test_a_name_is_withdrawn_with_its_reason(alone) -> None:

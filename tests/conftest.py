@@ -7,10 +7,8 @@ from hypothesis import settings
 from scipy import linalg  # noqa: F401 - its BLAS is loaded before the threads are limited
 from threadpoolctl import threadpool_limits
 
-from pitotbench.records.case import Case
-from pitotbench.records.flight import Flight
+from pitotbench import Case, Flight, fly
 from pitotbench.simulation.maneuvers import MANEUVERS
-from pitotbench.simulation.sortie import fly
 
 settings.register_profile("untimed", deadline=None)  # a busy machine is no defect
 settings.load_profile("untimed")

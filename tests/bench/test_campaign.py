@@ -6,10 +6,9 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from pitotbench.bench.campaign import CampaignRequest, run_campaign
+from pitotbench import BadInputError, CampaignRequest, NoAnswerError, run_campaign
 from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.bench.result_table import write_page
-from pitotbench.records import BadInputError, NoAnswerError
 
 COLUMNS = [
     "maneuver", "das", "model", "seed", "turbulence", "minutes", "samples", "residual_two_sigma_kt", "two_sigma_kt",

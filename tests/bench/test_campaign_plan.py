@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pitotbench.bench.campaign import CampaignRequest, forecast_of_costs
+from pitotbench import BadInputError, CampaignRequest, UnknownNameError
+from pitotbench.bench.campaign import forecast_of_costs
 from pitotbench.bench.campaign_plan import Draws, read_plan, seeds_of
 from pitotbench.bench.campaign_task import sharded
-from pitotbench.catalog import UnknownNameError
 from pitotbench.cli.app import main
-from pitotbench.records import BadInputError
 from pitotbench.units import FOOT, KNOT
 
 PLAN = """

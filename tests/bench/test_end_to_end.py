@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench import bench
-from pitotbench.catalog import UnknownNameError
-from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
+from pitotbench import Case, UnknownNameError, bench
+from pitotbench.records.case import EffectSpec, PressureErrorSpec, Wind
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import DEGREE, KNOT
 

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench import Case, FlightLog, fly, sense
+from pitotbench import BadInputError, Case, FlightLog, fly, sense
 from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
 from pitotbench.effects.overlay import Overlay
 from pitotbench.reconciliation.track import motion_of, track_of
-from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec, PressureErrorSpec
 from pitotbench.simulation.modified import Loading, loaded_mass, mass_of
 from pitotbench.units import FOOT

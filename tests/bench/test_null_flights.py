@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pitotbench import Case, FlightLog
+from pitotbench import BadInputError, Case, FlightLog
 from pitotbench.bench import digests, null_flights, rounds, workflow
 from pitotbench.bench.digests import NOT_DECIDING
 from pitotbench.bench.fleet import open_fleet
@@ -30,7 +30,6 @@ from pitotbench.reconciliation.null_distribution import (
     read_distribution,
     text_of,
 )
-from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft import PACKAGE
 
 TEN = np.arange(1.0, 11.0)

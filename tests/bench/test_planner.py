@@ -6,20 +6,18 @@ import numpy as np
 import pytest
 
 import pitotbench
-from pitotbench import bench
-from pitotbench.bench.planner import (
+from pitotbench import (
+    BadInputError,
+    CalibrationOptions,
+    Case,
+    NoAnswerError,
     PlanRequest,
-    best_card,
-    forecast,
-    free_numbers,
-    known_noise_two_sigma,
-    smooth_flight,
+    bench,
+    read_case,
+    write_case,
 )
+from pitotbench.bench.planner import best_card, forecast, free_numbers, known_noise_two_sigma, smooth_flight
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.case import Case
-from pitotbench.records.case_file import read_case, write_case
 from pitotbench.sensing.sampling import has_velocity_down
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import KNOT

@@ -15,14 +15,13 @@ import pandas as pd
 import pytest
 from tests.bench.hard_tasks import Stub, act, stored
 
+from pitotbench import BadInputError, CampaignRequest, Case, run_campaign
 from pitotbench.bench import store as store_module
-from pitotbench.bench.campaign import CampaignRequest, Watch, fly_missing, run_campaign
+from pitotbench.bench.campaign import Watch, fly_missing
 from pitotbench.bench.fleet import Fleet
 from pitotbench.bench.result_table import chosen_rows, means, reproduce, result_table
 from pitotbench.bench.store import ResultStore, StoreError
 from pitotbench.cli.app import main
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case
 
 SHORT = Case(card={"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0})
 

@@ -6,13 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pitotbench import BadInputError, Verdict, read_log
 from pitotbench.bench.verdict_folder import install, keep
 from pitotbench.cli.app import main
-from pitotbench.logbook.reading import read_log
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import Candidate, Closure, Verdict
+from pitotbench.records.verdict import Candidate, Closure
 from pitotbench.units import INCH_OF_MERCURY
 
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0)

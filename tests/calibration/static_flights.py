@@ -9,8 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from pitotbench import air
-from pitotbench.records.log import FlightLog
+from pitotbench import FlightLog, air
 from pitotbench.units import DEGREE, KNOT, Array
 
 RATE = 20

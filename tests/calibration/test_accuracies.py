@@ -7,21 +7,14 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench import air
+from pitotbench import BadInputError, CalibrationOptions, NoAnswerError, air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import Posterior
-from pitotbench.calibration.options import (
-    USUAL,
-    Accuracies,
-    CalibrationOptions,
-    accuracies_of,
-    assumptions_of,
-    parse_accuracies,
-)
+from pitotbench.calibration.options import USUAL, Accuracies, accuracies_of, assumptions_of, parse_accuracies
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
-from pitotbench.records import USUAL_ACCURACIES, BadInputError, NoAnswerError
+from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.show.calibration import calibration_json
 from pitotbench.show.columns import json_text
 from pitotbench.units import KNOT

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 from tests.calibration import static_flights as fixture
 
-from pitotbench import air
+from pitotbench import Calibration, CalibrationOptions, FlightLog, air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.altitude import altitude_regression, altitude_rows
 from pitotbench.calibration.observations import observe
-from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.records.calibration import Calibration
-from pitotbench.records.log import FlightLog
 from pitotbench.units import FOOT, KNOT
 
 STATIC = CalibrationOptions(error_location="static")

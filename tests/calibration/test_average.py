@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench import air
+from pitotbench import BadInputError, CalibrationOptions, UnknownNameError, air, write_log
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.catalog import UnknownNameError
 from pitotbench.cli.app import main
-from pitotbench.logbook.formats import write_log
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import TableCurve
-from pitotbench.records import BadInputError
 from pitotbench.units import KNOT
 
 AUTO = CalibrationOptions(model="auto")

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench import air
-from pitotbench.bench.flights import sense, true_correction, wind_toward
+from pitotbench import CalibrationOptions, NoAnswerError, air, sense
+from pitotbench.bench.flights import true_correction, wind_toward
 from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
 from pitotbench.calibration.legs import block_means
 from pitotbench.calibration.observations import observe
-from pitotbench.calibration.options import Accuracies, CalibrationOptions
-from pitotbench.records import NoAnswerError
+from pitotbench.calibration.options import Accuracies
 from pitotbench.units import DEGREE, KNOT
 
 RATE = 10

@@ -5,12 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from pitotbench import air
+from pitotbench import BadInputError, air
 from pitotbench.calibration.hand_card import _of_readings, reduce_fly_bys
 from pitotbench.calibration.options import Accuracies
 from pitotbench.cli.app import main
 from pitotbench.logbook.points_table import is_points_table, read_fly_bys
-from pitotbench.records import BadInputError
 from pitotbench.records.legs import FlyBy
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
 from pitotlab.takehome import fly_by_card, fly_by_rows

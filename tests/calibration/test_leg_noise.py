@@ -10,13 +10,7 @@ from tests.calibration.test_fixed_speed_points import RATE, circle_path, legs_pa
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from pitotbench.calibration import leg_points
-from pitotbench.calibration.leg_points import (
-    LegLikelihood,
-    answer_variances,
-    circle_fit,
-    circle_gain,
-    two_sigma,
-)
+from pitotbench.calibration.leg_points import LegLikelihood, answer_variances, circle_fit, circle_gain, two_sigma
 from pitotbench.calibration.legs import steady_groups
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import CalibrationOptions

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from tests.calibration import static_flights as fixture
 
-from pitotbench import bench
+from pitotbench import CalibrationOptions, bench
 from pitotbench.calibration import average as model_average
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
-from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.pressure_error import MODELS
 
 FEW = {name: MODELS[name] for name in ("linear", "inverse+", "spline")}

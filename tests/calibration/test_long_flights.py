@@ -7,19 +7,16 @@ import pytest
 from tests.calibration import static_flights as fixture
 from tests.shared_data import real_log
 
-from pitotbench import air
+from pitotbench import CalibrationOptions, FlightLog, NoAnswerError, air, read_log
 from pitotbench.bench.inspection import inspect_log
 from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration.fit_checks import disagreements, with_points
 from pitotbench.calibration.observations import ENDS, GROUND, STEEP, spans, usable_parts
-from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.columns import Table
-from pitotbench.logbook.reading import log_of, read_log
-from pitotbench.records import NoAnswerError
+from pitotbench.logbook.reading import log_of
 from pitotbench.records.calibration import ErrorCurve, Residuals
 from pitotbench.records.legs import FixedSpeedPoint
-from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 
 CHECKED = CalibrationOptions(wind="checked")

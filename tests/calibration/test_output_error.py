@@ -5,14 +5,12 @@ import pytest
 from scipy.optimize import least_squares
 from tests.calibration import trajectories as fixture
 
-from pitotbench import bench
+from pitotbench import CalibrationOptions, NoAnswerError, bench
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.observations import observe
-from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.output_error import airspeed_outputs, fit_output_error
 from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.records import NoAnswerError
 from pitotbench.units import KNOT
 from pitotlab.experiment import Trial, random_case
 

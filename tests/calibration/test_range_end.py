@@ -8,11 +8,9 @@ from tests.calibration import trajectories as fixture
 from tests.calibration.test_fixed_speed_points import RATE as LEG_RATE
 from tests.calibration.test_fixed_speed_points import legs_path
 
+from pitotbench import BadInputError, NoAnswerError, read_log, write_log
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points
-from pitotbench.logbook.formats import write_log
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 RATE = 20

@@ -7,9 +7,8 @@ import pytest
 from scipy.signal import lfilter
 from tests.calibration import trajectories as fixture
 
+from pitotbench import BadInputError, CalibrationOptions, NoAnswerError
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 RATE = 20

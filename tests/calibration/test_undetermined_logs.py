@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
+from pitotbench import BadInputError, CalibrationOptions, NoAnswerError
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from pitotbench import air
+from pitotbench import FlightLog, air
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve, TableCurve
-from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array
 
 TRUTH = PressureErrorCurve(MODELS["inverse+"], (-0.13, 0.01, 0.14), REFERENCE_PRESSURE)

@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
+from pitotbench import BadInputError, CalibrationOptions, Case, read_log, write_log
 from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import command_line, main
 from pitotbench.cli.plan import request_of as plan_request
-from pitotbench.logbook.formats import write_log
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
+from pitotbench import BadInputError, write_log
 from pitotbench.cli.app import main
-from pitotbench.logbook.formats import write_log
 from pitotbench.pressure_error.models import PressureErrorCurve
-from pitotbench.records import BadInputError
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.show.takehome import curve_difference, difference_sentence
 from pitotbench.units import KNOT

@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
+from pitotbench import CalibrationOptions, Case, NoAnswerError, write_log
 from pitotbench.bench.inspection import inspect_log
 from pitotbench.bench.planner import gust_deviation
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import main
-from pitotbench.logbook.formats import write_log
-from pitotbench.records import NoAnswerError
-from pitotbench.records.case import Case
 from pitotbench.units import KNOT
 
 

@@ -8,10 +8,8 @@ from io import StringIO
 import numpy as np
 import pytest
 
-from pitotbench import bench
+from pitotbench import FlightLog, bench, write_log
 from pitotbench.cli.app import DONE, main
-from pitotbench.logbook.formats import write_log
-from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 
 NORTH, EAST = 5.0, -3.0  # m/s: the second flight meets so much more wind

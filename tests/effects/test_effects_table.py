@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from tests.effects.sample_signals import turning
 
+from pitotbench import BadInputError, Case, UnknownNameError, read_case, write_case
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.catalog import UnknownNameError
 from pitotbench.effects import EFFECTS, FORMS, FORMULAS, chosen
 from pitotbench.effects.effect import AircraftEffect, Part
 from pitotbench.effects.response import Signals
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.case_file import read_case, write_case
+from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 UNSHAPED = [

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from tests.effects.sample_signals import turning
 
+from pitotbench import BadInputError, Case, read_case, write_case
 from pitotbench.effects import EFFECTS, FORMS, chosen
 from pitotbench.effects.effect import AirEffect
 from pitotbench.effects.overlay import Baseline, evaluate
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.case_file import read_case, write_case
+from pitotbench.records.case import EffectSpec
 
 TIMED = [name for name in EFFECTS if f"{name}_for_a_time" in FORMS]
 SENSORS = [name for name in TIMED if EFFECTS[name].acts_on == "sensors"]

@@ -13,8 +13,8 @@ from pyarrow import parquet
 from scipy.io import savemat
 from tests.logbook import sample_log as sample
 
-from pitotbench import air
-from pitotbench.logbook.formats import FORMATS, write_log
+from pitotbench import air, write_log
+from pitotbench.logbook.formats import FORMATS
 from pitotbench.units import KNOT
 
 Table = dict[str, NDArray]

@@ -7,8 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from tests.logbook import sample_log as sample
 
-from pitotbench.logbook.reading import read_log
-from pitotbench.records.log import FlightLog
+from pitotbench import FlightLog, read_log
 
 
 @pytest.fixture

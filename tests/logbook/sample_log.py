@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench import air
+from pitotbench import FlightLog, air
 from pitotbench.logbook.columns import parse_column
-from pitotbench.records.log import FlightLog
 
 ROWS = 600
 RATE = 10.0

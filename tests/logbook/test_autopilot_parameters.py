@@ -8,19 +8,15 @@ import pytest
 from tests.calibration import trajectories
 from tests.logbook import foreign_files as foreign
 
-from pitotbench import air
-from pitotbench.calibration import CalibrationOptions, calibrate
+from pitotbench import BadInputError, Calibration, CalibrationOptions, FlightLog, air, read_log, write_log
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.fit_checks import wash_of
 from pitotbench.cli import main
 from pitotbench.logbook.autopilot import AUTOPILOTS, autopilot_settings, stated_parameters
 from pitotbench.logbook.columns import PARAMETERS
-from pitotbench.logbook.formats import write_log
-from pitotbench.logbook.reading import read_log
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import PressureErrorCurve
-from pitotbench.records import BadInputError
-from pitotbench.records.calibration import AutopilotSettings, Calibration, ErrorCurve, RecordedAutopilot, Residuals
-from pitotbench.records.log import FlightLog
+from pitotbench.records.calibration import AutopilotSettings, ErrorCurve, RecordedAutopilot, Residuals
 from pitotbench.units import KNOT, Array
 
 FLOWN = foreign.flight()

@@ -9,9 +9,8 @@ from scipy.io import savemat
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import TIME, Table, put, scale, with_decimal_commas
 
+from pitotbench import read_log, write_log
 from pitotbench.logbook.columns import parse_header
-from pitotbench.logbook.formats import write_log
-from pitotbench.logbook.reading import read_log
 
 
 def hold(table: Table) -> Table:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from tests.logbook import sample_log as sample
 
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
+from pitotbench import BadInputError, read_log
 from pitotbench.timeline import minutes_text
 
 

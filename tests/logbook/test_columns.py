@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from tests.logbook import sample_log as sample
 
+from pitotbench import BadInputError, read_log
 from pitotbench.logbook.columns import QUANTITIES, parse_column
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
 from pitotbench.units import SUFFIXES, from_si
 
 EVERY_COLUMN = [(q.name, s) for q in QUANTITIES.values() for s in (q.suffixes or [""])]

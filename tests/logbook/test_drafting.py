@@ -7,11 +7,11 @@ from tests.logbook import foreign_headers as headers
 from tests.logbook import quoted_headers as quoted
 from tests.logbook.test_foreign_files import assert_same_flight
 
-from pitotbench import air
+from pitotbench import air, read_log
 from pitotbench.cli.app import main
 from pitotbench.logbook.columns import QUANTITIES, Table
 from pitotbench.logbook.drafting import draft_mapping, guesses, mapping_text
-from pitotbench.logbook.reading import read_log, read_table
+from pitotbench.logbook.reading import read_table
 
 FLOWN = foreign.flight()
 

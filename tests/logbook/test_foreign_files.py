@@ -9,11 +9,10 @@ import pytest
 from tests.logbook import foreign_files as foreign
 from tests.logbook import sample_log as sample
 
-from pitotbench import air
+from pitotbench import BadInputError, FlightLog, air, read_log
 from pitotbench.logbook.columns import Table
-from pitotbench.logbook.reading import log_of, needs_mapping, read_log
-from pitotbench.records import USUAL_ACCURACIES, BadInputError
-from pitotbench.records.log import FlightLog
+from pitotbench.logbook.reading import log_of, needs_mapping
+from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 FLOWN = foreign.flight()

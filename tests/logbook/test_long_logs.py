@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from tests.logbook import sample_log as sample
 
+from pitotbench import BadInputError, read_log
 from pitotbench.logbook import csv as csv_blocks
 from pitotbench.logbook import csv as csv_format
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.formats import read_parquet, write_parquet
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
 
 ROWS = 400
 PLAIN = {

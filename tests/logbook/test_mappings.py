@@ -7,13 +7,10 @@ import pytest
 from tests.logbook import sample_log as sample
 from tests.shared_data import real_log
 
-from pitotbench import air
-from pitotbench.catalog import UnknownNameError
+from pitotbench import BadInputError, UnknownNameError, air, read_log
 from pitotbench.logbook.columns import Table, parse_column
 from pitotbench.logbook.joining import join_tables
 from pitotbench.logbook.mapping import find_mapping, shipped
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
 from pitotbench.units import FOOT, KNOT, PSI
 
 OWN = """

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 from tests.logbook.bad_logs import GOOD, NEEDED, TIME
 
-from pitotbench import air
-from pitotbench.logbook.formats import write_log
-from pitotbench.logbook.reading import read_log
-from pitotbench.records.log import FlightLog
+from pitotbench import FlightLog, air, read_log, write_log
 from pitotbench.units import DEGREE, STANDARD_GRAVITY
 
 

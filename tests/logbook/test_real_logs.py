@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from tests.shared_data import real_log
 
-from pitotbench import air
+from pitotbench import air, read_log
 from pitotbench.logbook.drafting import draft_mapping
-from pitotbench.logbook.reading import read_log, read_table
+from pitotbench.logbook.reading import read_table
 from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.units import FOOT, KNOT
 

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from tests.logbook import foreign_files as foreign
 
-from pitotbench import air
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
+from pitotbench import BadInputError, air, read_log
 
 FLOWN = foreign.flight()
 ABOVE = [

@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import NEEDED
 
-from pitotbench.logbook.formats import FORMATS, write_log
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
+from pitotbench import BadInputError, FlightLog, read_log, write_log
+from pitotbench.logbook.formats import FORMATS
 
 HEADER = {
     "format": "pitotbench flight log 1",

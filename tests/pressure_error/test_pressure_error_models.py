@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pitotbench import air
-from pitotbench.catalog import UnknownNameError
+from pitotbench import UnknownNameError, air
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import (
     PressureErrorCurve,

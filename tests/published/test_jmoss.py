@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from tests.shared_data import real_log
 
-from pitotbench import air
+from pitotbench import CalibrationOptions, air, read_log
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import Accuracies, CalibrationOptions
-from pitotbench.logbook.reading import read_log
+from pitotbench.calibration.options import Accuracies
 from pitotbench.units import KNOT
 
 BALLOON_KT = {"CLASS55": (26.0, 4.8), "CLASS65": (35.6, 8.4)}

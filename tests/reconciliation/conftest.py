@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench import Case, FlightLog, fly, sense
+from pitotbench import Case, Flight, FlightLog, fly, sense
 from pitotbench.effects import EFFECTS
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.flight import Flight
 
 Sensed = Callable[..., FlightLog]
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pitotbench import Case, air, fly, sense
+from pitotbench import Case, FlightLog, air, fly, sense
 from pitotbench.bench.flights import true_correction
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.bench.workflow import as_the_log_shows, error_curve_of, fly_again
@@ -17,7 +17,6 @@ from pitotbench.reconciliation.card_comparison import compare_cards, features_of
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, fit_free_parameters
 from pitotbench.reconciliation.layout import DAY, lay_out
 from pitotbench.records.case import DataSystem, PressureErrorSpec
-from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
 LEG, DECEL = "leg 150 kt 000°", "decel 1"

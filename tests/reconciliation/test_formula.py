@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 
-from pitotbench import FlightLog, fly, sense
+from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_case
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import chosen
 from pitotbench.effects.formula import FORCE_FORMULAS, FORCE_TERMS, FORMULAS, READINGS, TERMS, values_of
@@ -29,9 +29,7 @@ from pitotbench.reconciliation.null_distribution import NullDistribution, theore
 from pitotbench.reconciliation.renewal import lay_out_with
 from pitotbench.reconciliation.residuals import change_by_answer
 from pitotbench.reconciliation.track import COARSE, motion_of, replay_rows, spread
-from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.gap import FoundFormula
 from pitotbench.show.gap_words import formula_sentences
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench import Case, fly, sense
+from pitotbench import BadInputError, Case, UnknownNameError, fly, read_case, sense
 from pitotbench.bench.null_flights import aircraft_model, card_of
 from pitotbench.bench.rounds import NamedLog, reconcile_logs
-from pitotbench.catalog import Catalog, UnknownNameError
+from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
@@ -16,9 +16,7 @@ from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.pictures import clearest_channel, traces
 from pitotbench.reconciliation.signatures import cause_of
 from pitotbench.reconciliation.verdict import judge
-from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.case_file import read_case
 from pitotbench.show.verdict import verdict_json
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pitotbench import Flight, FlightLog, Verdict
 from pitotbench.reconciliation.evidence import Evidence, without_score
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
@@ -13,9 +14,6 @@ from pitotbench.reconciliation.null_learning import learn_null_distribution, lef
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.flight import Flight
-from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import Verdict
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
 

@@ -7,14 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pitotbench import BadInputError, FlightLog
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import check_log, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.renewal import NO_EFFECTS
 from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.reconciliation.verdict import judge
-from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
 from pitotbench.timeline import in_outage
 from pitotbench.units import Booleans
 

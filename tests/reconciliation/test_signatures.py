@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench import Case, fly
+from pitotbench import Case, Flight, fly
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.equations import noise_of_log
@@ -16,7 +16,6 @@ from pitotbench.reconciliation.residuals import clean_track
 from pitotbench.reconciliation.signatures import residual_change
 from pitotbench.reconciliation.track import track_of
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.flight import Flight
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
 from pitotbench.units import Array

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench import air
+from pitotbench import BadInputError, FlightLog, air
 from pitotbench.reconciliation.track import Track, grid_of, track_of, varied_states
-from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
 
 PERIOD = 7.0  # s
 

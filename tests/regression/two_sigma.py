@@ -11,16 +11,11 @@ import numpy as np
 import pandas as pd
 from tests.calibration import trajectories
 
-from pitotbench import air
+from pitotbench import CalibrationOptions, Case, Flight, FlightLog, air, fly
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.records.case import Case
-from pitotbench.records.flight import Flight
-from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
 SYSTEMS = ("20/1", "50/50", "100/100")

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from pitotbench import air
-from pitotbench.records.case import Case, DataSystem, PressureErrorSpec
-from pitotbench.records.flight import Flight
+from pitotbench import Case, Flight, air
+from pitotbench.records.case import DataSystem, PressureErrorSpec
 from pitotbench.sensing.recorder import PLAIN
 from pitotbench.units import Array
 

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench import air
-from pitotbench.records import BadInputError
+from pitotbench import BadInputError, air
 from pitotbench.records.case import DataSystem
 from pitotbench.sensing.sampling import SYSTEMS, data_system, has_velocity_down, require_rates
 from pitotbench.units import INCH_OF_MERCURY, KNOT, PSI

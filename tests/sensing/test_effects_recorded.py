@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from tests.sensing import synthetic_flight as fixture
 
+from pitotbench import Flight, FlightLog
 from pitotbench.effects import EFFECTS
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.flight import Flight
-from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
 from pitotbench.units import INCH_OF_MERCURY

@@ -7,15 +7,10 @@ import pytest
 from pyarrow import parquet
 from tests.sensing import synthetic_flight as fixture
 
-from pitotbench import air
+from pitotbench import BadInputError, Case, FlightLog, air, read_case, read_log, write_case, write_log
 from pitotbench.calibration.options import USUAL
 from pitotbench.logbook.columns import QUANTITIES
-from pitotbench.logbook.formats import write_log
-from pitotbench.logbook.reading import read_log
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
-from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.log import FlightLog
+from pitotbench.records.case import EffectSpec, PressureErrorSpec, Wind
 from pitotbench.sensing.recorder import (
     PLAIN,
     header,

@@ -12,11 +12,9 @@ import pytest
 from tests.calibration import static_flights
 from tests.calibration import trajectories as fixture
 
-from pitotbench import air
-from pitotbench.calibration import CalibrationOptions, calibrate
+from pitotbench import BadInputError, CalibrationOptions, air, write_log
+from pitotbench.calibration import calibrate
 from pitotbench.cli.app import main
-from pitotbench.logbook.formats import write_log
-from pitotbench.records import BadInputError
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.show.takehome import altitude_correction, handbook_csv, handbook_page, jsbsim_system, table_text
 from pitotbench.simulation.aircraft import find_aircraft

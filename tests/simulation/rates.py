@@ -13,15 +13,12 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pitotbench import bench
+from pitotbench import Case, Flight, PlanRequest, bench, fly
 from pitotbench.bench import planner as forecasting
-from pitotbench.bench.planner import PlanRequest
-from pitotbench.records.case import USUAL_RATE, Case, DataSystem
-from pitotbench.records.flight import Flight
+from pitotbench.records.case import USUAL_RATE, DataSystem
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import maneuvers_named
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 from pitotlab.blind.flown import Environment, flown
 

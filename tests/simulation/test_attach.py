@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pitotbench.catalog import UnknownNameError
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case
+from pitotbench import BadInputError, Case, UnknownNameError, fly
 from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
 from pitotbench.simulation.autopilot.loops import open_all_tanks
-from pitotbench.simulation.sortie import card_of, card_speeds, fly, scaled_card, scaled_case
+from pitotbench.simulation.sortie import card_of, card_speeds, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
 
 

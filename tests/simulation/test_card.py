@@ -2,8 +2,7 @@
 
 import pytest
 
-from pitotbench.catalog import UnknownNameError
-from pitotbench.records import BadInputError
+from pitotbench import BadInputError, UnknownNameError
 from pitotbench.simulation.card import override
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT

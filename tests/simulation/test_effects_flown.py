@@ -6,18 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pitotbench import BadInputError, Case, Flight, fly
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import AircraftEffect, AirEffect
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.response import Signals
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.flight import Flight
+from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import modified, sortie
 from pitotbench.simulation.aircraft import find_aircraft, read_baseline
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import HORSEPOWER
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT, POUND, STANDARD_GRAVITY
 
 SHORT = {"maneuver": "race_track", "card": {"dwell_s": 5.0, "speeds_kt": [140.0]}, "turbulence": "light"}

@@ -2,8 +2,7 @@
 
 import pytest
 
-from pitotbench import Case, fly
-from pitotbench.records import BadInputError
+from pitotbench import BadInputError, Case, fly
 from pitotbench.simulation.modified import Loading, ballast_for, loaded_fuel, loaded_mass, loading_of, mass_of
 from pitotbench.units import POUND
 

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from tests.simulation.rates import corrections, differences, exact
 
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case
+from pitotbench import BadInputError, Case, fly
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
-from pitotbench.simulation.sortie import fly
 from pitotbench.timeline import interval
 
 SMOOTH = Case(maneuver="rapid_decel", turbulence="none")

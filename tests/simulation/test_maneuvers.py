@@ -5,10 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from pitotbench import bench
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case
-from pitotbench.records.flight import Flight
+from pitotbench import BadInputError, Case, Flight, bench
 from pitotbench.simulation.card import override
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pitotbench import Case, fly
 from pitotbench.records.case import PILOTS as CASE_PILOTS
-from pitotbench.records.case import Case
 from pitotbench.simulation.pilot import PILOTS
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT
 
 SHORT = Case(maneuver="race_track", card={"dwell_s": 60.0, "speeds_kt": [140.0]}, turbulence="none")

@@ -8,14 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench import air
-from pitotbench.catalog import UnknownNameError
-from pitotbench.records.case import Case, Wind
-from pitotbench.records.flight import Flight
+from pitotbench import Case, Flight, UnknownNameError, air, fly
+from pitotbench.records.case import Wind
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.properties import CHANNELS
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY
 
 SHORT = Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]}, turbulence="light")

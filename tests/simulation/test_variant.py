@@ -5,15 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from pitotbench.catalog import UnknownNameError
+from pitotbench import BadInputError, Case, Flight, UnknownNameError, fly
 from pitotbench.effects.overlay import AxisFunction, Overlay
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.flight import Flight
+from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.modified import install_variant
 from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.sortie import fly
 from pitotbench.simulation.variant import write_variant
 from pitotbench.units import FOOT, KNOT
 

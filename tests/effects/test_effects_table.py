@@ -28,7 +28,7 @@ def test_an_effect_is_described_and_its_numbers_are_in_order(name):
     effect = EFFECTS[name]
     assert effect.name == name
     assert effect.what.endswith(".")
-    assert len(effect.source) > 15
+    assert effect.source
     assert effect.variant_of == "" or effect.variant_of in EFFECTS
     assert any(not p.shape for p in effect.parameters)
     for p in effect.parameters:
@@ -36,14 +36,9 @@ def test_an_effect_is_described_and_its_numbers_are_in_order(name):
         assert p.low < p.high
         assert p.typical != 0.0 or p.shape
     assert effect.acts_on != "sensors" or effect.changes
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_names_a_known_maneuver_that_shows_it(name):
-    shown = EFFECTS[name].shows_in
-    assert shown.maneuvers
-    assert set(shown.maneuvers) <= set(MANEUVERS)
-    assert len(shown.text) > 15
+    # A known maneuver shows it.
+    assert set() < set(effect.shows_in.maneuvers) <= set(MANEUVERS)
+    assert effect.shows_in.text
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -120,35 +115,30 @@ def test_an_effect_on_top_of_itself_is_one_of_both_sizes(name):
     assert replace(both, sizes=(), temperature_offset=0.0) == replace(whole, sizes=(), temperature_offset=0.0)
 
 
+LAG = EffectSpec("pitot_lag", {"lag_s": 0.3})
 BAD = {
-    "unknown parameter": ({"lag_ms": 300.0, "lag_s": 0.3}, r"pitot_lag: unknown parameter 'lag_ms'.*lag_s"),
-    "missing": ({}, r"pitot_lag: lag_s is missing \(typically 0.4"),
-    "too large": ({"lag_s": 50.0}, r"pitot_lag: lag_s = 50 is not within 0.01 to 3"),
-    "wrong sign": ({"lag_s": -0.2}, r"lag_s = -0.2 is not within"),
-    "not a number": ({"lag_s": float("nan")}, r"lag_s = nan is not within"),
+    "unknown parameter": (
+        [EffectSpec("pitot_lag", {"lag_ms": 300.0, "lag_s": 0.3})],
+        r"pitot_lag: unknown parameter 'lag_ms'.*lag_s",
+    ),
+    "missing": ([EffectSpec("pitot_lag")], r"pitot_lag: lag_s is missing \(typically 0.4"),
+    "too large": ([EffectSpec("pitot_lag", {"lag_s": 50.0})], r"pitot_lag: lag_s = 50 is not within 0.01 to 3"),
+    "wrong sign": ([EffectSpec("pitot_lag", {"lag_s": -0.2})], r"lag_s = -0.2 is not within"),
+    "not a number": ([EffectSpec("pitot_lag", {"lag_s": float("nan")})], r"lag_s = nan is not within"),
+    "all at once": (
+        [EffectSpec("pitot_lag"), EffectSpec("belly_pod", {"drag_area_m2": 9.0})],
+        r"pitot_lag: lag_s is missing.*belly_pod: drag_area_m2 = 9",
+    ),
+    "twice": ([LAG, LAG], "pitot_lag: named 2 times"),
+    "unknown": ([replace(LAG, name="pitot_lagg")], "Did you mean 'pitot_lag'"),
 }
 
 
 @pytest.mark.parametrize("what", BAD)
 def test_each_problem_is_named(what):
-    parameters, message = BAD[what]
-    with pytest.raises(BadInputError, match=message):
-        chosen([EffectSpec("pitot_lag", parameters)])
-
-
-def test_all_problems_at_once():
-    with pytest.raises(BadInputError, match=r"pitot_lag: lag_s is missing.*belly_pod: drag_area_m2 = 9"):
-        chosen([EffectSpec("pitot_lag"), EffectSpec("belly_pod", {"drag_area_m2": 9.0})])
-
-
-def test_an_unknown_effect_names_the_nearest():
-    with pytest.raises(UnknownNameError, match="Did you mean 'pitot_lag'"):
-        chosen([EffectSpec("pitot_lagg", {"lag_s": 0.3})])
-
-
-def test_one_effect_twice_is_refused():
-    with pytest.raises(BadInputError, match="pitot_lag: named 2 times"):
-        chosen([EffectSpec("pitot_lag", {"lag_s": 0.3}), EffectSpec("pitot_lag", {"lag_s": 0.2})])
+    effects, message = BAD[what]
+    with pytest.raises((BadInputError, UnknownNameError), match=message):
+        chosen(effects)
 
 
 def test_shapes_may_be_left_out_and_zero_is_none():

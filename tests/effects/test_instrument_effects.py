@@ -42,12 +42,8 @@ def test_a_vane_has_a_scale_and_a_zero(name, channel):
 def test_a_vane_that_sticks_rests_until_the_flow_has_turned_back_by_its_width():
     time = np.arange(0.0, 400.0, 0.1)
     alpha = 0.1 * np.sin(0.05 * time)
-    _, after = applied(
-        "vane_friction",
-        Signals(time, {"angle_of_attack": alpha, "sideslip": alpha}),
-        alpha_deg=1.0,
-        sideslip_deg=0.0,
-    )
+    signals = Signals(time, {"angle_of_attack": alpha, "sideslip": alpha})
+    _, after = applied("vane_friction", signals, alpha_deg=1.0, sideslip_deg=0.0)
     error = (after["angle_of_attack"] - alpha) / DEGREE
     late, rising = time > 100.0, np.gradient(alpha) > 0.0
     inner = late & (np.abs(alpha) < 0.07)
@@ -70,13 +66,10 @@ def test_a_misaligned_unit_reads_the_same_earth():
 
     difference = (attitude(before) * mount).inv() * attitude(after)
     np.testing.assert_allclose(difference.magnitude(), 0.0, atol=1e-9)
-    for names in (
-        ("roll_rate", "pitch_rate", "yaw_rate"),
-        ("specific_force_x", "specific_force_y", "specific_force_z"),
-    ):
-        np.testing.assert_allclose(vectors(after, *names), mount.inv().apply(vectors(before, *names)), atol=1e-12)
-    # so gravity and all else that is felt has the same direction over the earth
     felt = ("specific_force_x", "specific_force_y", "specific_force_z")
+    for names in (("roll_rate", "pitch_rate", "yaw_rate"), felt):
+        np.testing.assert_allclose(vectors(after, *names), mount.inv().apply(vectors(before, *names)), atol=1e-12)
+    # So gravity and all else that is felt has the same direction over the earth.
     np.testing.assert_allclose(
         attitude(after).apply(vectors(after, *felt)), attitude(before).apply(vectors(before, *felt)), atol=1e-9
     )
@@ -84,11 +77,9 @@ def test_a_misaligned_unit_reads_the_same_earth():
 
 
 def test_a_nose_up_mount_reads_pitch_and_weight():
-    n = 4
-    level = dict.fromkeys(("roll", "pitch", "specific_force_x", "specific_force_y"), np.zeros(n))
-    signals = Signals(
-        np.arange(float(n)), {**level, "heading": np.full(n, 1.0), "specific_force_z": np.full(n, -9.8)}
-    )
+    level = dict.fromkeys(("roll", "pitch", "specific_force_x", "specific_force_y"), np.zeros(4))
+    held = {"heading": np.full(4, 1.0), "specific_force_z": np.full(4, -9.8)}
+    signals = Signals(np.arange(4.0), level | held)
     _, after = applied("inertial_unit_misalignment", signals, roll_deg=0.0, pitch_deg=1.5, yaw_deg=0.0)
     np.testing.assert_allclose(after["pitch"], 1.5 * DEGREE)
     np.testing.assert_allclose(after["specific_force_x"], 9.8 * np.sin(1.5 * DEGREE))
@@ -140,15 +131,9 @@ def test_a_bent_pickup_is_right_at_both_ends_and_off_by_its_bend_between_them():
 
 def test_humid_air_has_its_density_and_reads_colder():
     """By the gas law of each gas alone: the moist air that the probe measures is as dense as the case's dry air."""
-    n, pressure, case_temperature = 2, 90000.0, 300.0
-    signals = Signals(
-        np.arange(float(n)),
-        {
-            "impact_pressure": np.zeros(n),
-            "static_pressure": np.full(n, pressure),
-            "total_temperature": np.full(n, case_temperature),
-        },
-    )
+    pressure, case_temperature = 90000.0, 300.0
+    at_rest = {"impact_pressure": 0.0, "static_pressure": pressure, "total_temperature": case_temperature}
+    signals = Signals(np.arange(2.0), {name: np.full(2, value) for name, value in at_rest.items()})
     _, after = applied("humid_air", signals, relative_humidity=0.8)
     temperature = float(after["total_temperature"][0])
     # Saturation by the table of the World Meteorological Organization: 31.67 hPa at 25 °C, 33.61 hPa at 26 °C
@@ -162,19 +147,9 @@ def test_humid_air_has_its_density_and_reads_colder():
 
 def test_the_antenna_has_a_height_of_its_own():
     """Against the geometry: an antenna ahead and above rises with pitch; to the right, it sinks with bank."""
-    n = 3
-    zero = dict.fromkeys(
-        ("heading", "roll_rate", "pitch_rate", "yaw_rate", "velocity_north", "velocity_east"), np.zeros(n)
-    )
-    signals = Signals(
-        np.arange(float(n)),
-        {
-            **zero,
-            "roll": np.array([0.0, 0.0, 0.5]),
-            "pitch": np.array([0.0, 0.2, 0.0]),
-            "altitude": np.full(n, 1000.0),
-        },
-    )
+    still = ("heading", "roll_rate", "pitch_rate", "yaw_rate", "velocity_north", "velocity_east")
+    moved = {"roll": np.array([0.0, 0.0, 0.5]), "pitch": np.array([0.0, 0.2, 0.0]), "altitude": np.full(3, 1000.0)}
+    signals = Signals(np.arange(3.0), dict.fromkeys(still, np.zeros(3)) | moved)
     _, after = applied("antenna_lever_arm", signals, forward_m=3.0, right_m=2.0, down_m=-1.5)
     expected = [1.5, 3.0 * np.sin(0.2) + 1.5 * np.cos(0.2), 1.5 * np.cos(0.5) - 2.0 * np.sin(0.5)]
     np.testing.assert_allclose(after["altitude"] - 1000.0, expected)

@@ -1,5 +1,7 @@
 """Lags and delays: exact against analytic solutions, whatever the rate, and afresh after a pause."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -39,13 +41,10 @@ def test_the_second_order_line_against_integration():
         return [x[1], w * w * (value + slope * (t - start) - x[0]) - 2.0 * damping * w * x[1]]
 
     states = [np.zeros(2)]
-    for start, end, value, slope in zip(
-        time[:-1], time[1:], drive[:-1], np.diff(drive) / np.diff(time), strict=True
-    ):
-        sample = (start, value, slope)
-        states.append(
-            solve_ivp(rates, (start, end), states[-1], "DOP853", rtol=1e-9, atol=1e-12, args=sample).y[:, -1]
-        )
+    slopes = np.diff(drive) / np.diff(time)
+    for span, *sample in zip(pairwise(time), time[:-1], drive[:-1], slopes, strict=True):
+        found = solve_ivp(rates, span, states[-1], "DOP853", rtol=1e-9, atol=1e-12, args=sample)
+        states.append(found.y[:, -1])
     exact = np.array(states)[:, 0]
     np.testing.assert_allclose(second_order(on(time), drive, lag, damping), exact, rtol=0.0, atol=1e-8)
 

@@ -160,15 +160,9 @@ def test_words_and_ceilings():
 
 
 def test_an_antenna_ahead_swings_with_the_yaw_rate():
-    n = 100
-    time = np.arange(n) / 10.0
-    still = dict.fromkeys(
-        ("roll", "pitch", "roll_rate", "pitch_rate", "velocity_north", "velocity_down"), np.zeros(n)
-    )
-    heading = np.full(n, np.pi / 2.0)
-    signals = Signals(
-        time, {**still, "heading": heading, "yaw_rate": np.full(n, 0.1), "velocity_east": np.full(n, 60.0)}
-    )
+    still = ("roll", "pitch", "roll_rate", "pitch_rate", "velocity_north", "velocity_down")
+    held = dict.fromkeys(still, 0.0) | {"heading": np.pi / 2.0, "yaw_rate": 0.1, "velocity_east": 60.0}
+    signals = Signals(np.arange(100) / 10.0, {name: np.full(100, value) for name, value in held.items()})
     _, after = applied("antenna_lever_arm", signals, forward_m=-4.0, right_m=0.0, down_m=0.0)
     np.testing.assert_allclose(after["velocity_north"], 0.4, atol=1e-12)  # the tail swings left, to the north
     np.testing.assert_allclose(after["velocity_east"], 60.0)

@@ -46,11 +46,6 @@ def test_a_perfect_system_records_the_truth():
     np.testing.assert_array_equal(log.on_condition, flight.on_condition)
 
 
-def test_every_column_of_a_log_is_sensed():
-    log = record(fixture.flight(), SYSTEMS["50/50"], 1)
-    assert set(log.channels()) == set(CHANNEL_NAMES)
-
-
 def test_the_known_error_sits_in_the_impact_pressure_alone():
     flight = fixture.flight()
     log = record(flight, fixture.PERFECT, 1)
@@ -119,18 +114,15 @@ def test_velocity_down_by_system_or_by_wish():
     assert record(flight, data_system("50/50"), 1, velocity_down=False).velocity_down is None
 
 
-def test_leaving_out_velocity_down_moves_no_other_noise():
+@pytest.mark.parametrize("missing", [("roll", "elevator"), ("velocity_down",)])
+def test_a_channel_that_is_left_out_moves_no_other_noise(missing):
     flight = fixture.flight()
-    with_down, without = (record(flight, data_system("50/50"), 1, velocity_down=down) for down in (True, False))
-    for name, values in without.channels().items():
-        np.testing.assert_array_equal(values, getattr(with_down, name), err_msg=name)
-
-
-def test_a_missing_channel_moves_no_other_noise():
-    flight = fixture.flight()
-    fewer = replace(flight, channels={k: v for k, v in flight.channels.items() if k not in ("roll", "elevator")})
-    whole, part = record(flight, data_system("50/50"), 1), record(fewer, data_system("50/50"), 1)
-    assert part.roll is None
+    fewer = replace(flight, channels={k: v for k, v in flight.channels.items() if k not in missing})
+    down = "velocity_down" not in missing
+    whole = record(flight, data_system("50/50"), 1)
+    part = record(fewer if down else flight, data_system("50/50"), 1, velocity_down=down)
+    assert set(whole.channels()) == set(CHANNEL_NAMES)
+    assert set(whole.channels()) - set(part.channels()) == set(missing)
     for name, values in part.channels().items():
         np.testing.assert_array_equal(values, getattr(whole, name), err_msg=name)
 
@@ -161,16 +153,12 @@ def test_a_gap_stays_a_gap():
     assert np.max(np.abs(error[log.gps_fresh])) < 0.6
 
 
-def test_same_seed_same_log():
-    flight = fixture.flight()
+def test_same_seed_same_log_and_another_seed_or_rate_another_draw():
+    flight = fixture.flight(case=fixture.unbiased())
     one, two = record(flight, SYSTEMS["20/1"], 7), record(flight, SYSTEMS["20/1"], 7)
     for name, values in one.channels().items():
         np.testing.assert_array_equal(values, getattr(two, name), err_msg=name)
     assert one.header == two.header
-
-
-def test_another_seed_or_rate_is_another_draw():
-    flight = fixture.flight(case=fixture.unbiased())
     truth = record(flight, fixture.PERFECT, 1).impact_pressure
 
     def noise(rate: int, seed: int):
@@ -192,14 +180,11 @@ def test_the_header_tells_the_case_and_no_truth():
     told = repr(header)
     for secret in ("wind", "pressure_error", "effects", "belly", "21.7", "0.31", "-0.13", "inverse"):
         assert secret not in told, secret
-
-
-def test_the_digest_tells_cases_apart():
-    def digest(case):
-        return record(fixture.flight(seconds=1.0, case=case), SYSTEMS["20/1"], 9).header["case_sha256"]
-
-    assert digest(Case()) == digest(Case())
-    assert digest(Case()) != digest(Case(wind=Wind(speed=1.0)))
+    # The digest tells cases apart.
+    digests = [
+        record(fixture.flight(1.0, case=c), SYSTEMS["20/1"], 9).header["case_sha256"] for c in (case, case, Case())
+    ]
+    assert digests[0] == digests[1] != digests[2]
 
 
 def test_a_log_of_the_bench_states_every_accuracy_that_would_else_be_the_usual_one():
@@ -224,17 +209,11 @@ def test_truth_reads_back(tmp_path):
         np.testing.assert_array_equal(back[name].to_numpy(), values, err_msg=name)
     np.testing.assert_array_equal(back["segment"].to_numpy(), flight.segment)
     np.testing.assert_array_equal(back["on_condition"].to_numpy(), flight.on_condition)
-
-
-def test_writing_a_log_writes_no_truth(tmp_path):
-    write_log(record(fixture.flight(), SYSTEMS["20/1"], 1), tmp_path / "log.parquet")
-    assert [p.name for p in tmp_path.iterdir()] == ["log.parquet"]
-
-
-def test_a_truth_file_is_no_log(tmp_path):
-    path = write_truth(fixture.flight(), tmp_path / "log.csv")
     with pytest.raises(BadInputError, match="missing columns"):
         read_log(path)
+    path.unlink()
+    write_log(record(fixture.flight(), SYSTEMS["20/1"], 1), tmp_path / "log.parquet")
+    assert [p.name for p in tmp_path.iterdir()] == ["log.parquet"]  # and no truth
 
 
 def _recorded(location: str):
@@ -263,22 +242,18 @@ def test_a_case_names_a_place_that_there_is():
         read_case('[pressure_error]\nlocation = "pitot"\n')
 
 
-def test_the_slow_height_error_has_its_level_and_its_memory():
+def test_the_slow_height_error_has_its_level_and_its_memory_and_goes_on_while_nobody_records():
     time = np.arange(0.0, 40000.0, 2.0)
     error = slow_error(time, 2.0, 90.0, np.random.default_rng(4))
     assert np.std(error) == pytest.approx(2.0, rel=0.1)
     assert np.mean(error[45:] * error[:-45]) / np.var(error) == pytest.approx(np.exp(-1.0), abs=0.1)
 
+    def across_pauses(seconds):
+        paused = slow_error(time + seconds * (np.arange(len(time)) // 50), 2.0, 90.0, np.random.default_rng(4))
+        return np.corrcoef(paused[49:-1:50], paused[50::50])[0, 1]
 
-def test_the_slow_height_error_goes_on_while_nobody_records():
-    time = np.arange(0.0, 40000.0, 2.0)
-    gaps = time + 10000.0 * (np.arange(len(time)) // 50)
-    error = slow_error(gaps, 2.0, 90.0, np.random.default_rng(4))
-    before, after = error[49:-1:50], error[50::50]
-    assert abs(np.corrcoef(before, after)[0, 1]) < 0.2
-    short = time + 20.0 * (np.arange(len(time)) // 50)
-    error = slow_error(short, 2.0, 90.0, np.random.default_rng(4))
-    assert np.corrcoef(error[49:-1:50], error[50::50])[0, 1] > 0.6
+    assert abs(across_pauses(10000.0)) < 0.2
+    assert across_pauses(20.0) > 0.6
 
 
 def test_a_receiver_without_a_slow_error_records_what_it_did_before():

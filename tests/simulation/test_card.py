@@ -17,11 +17,10 @@ def test_numbers_come_in_written_units_and_are_held_in_si():
     assert changed.step == pytest.approx(2 * INCH_OF_MERCURY)
     assert changed.bank_limit == pytest.approx(20 * DEGREE)
     assert CARD.dwell != 20.0
-
-
-def test_another_unit_of_the_same_dimension_is_taken():
+    # Another unit of the same dimension is taken.
     assert override(CARD, {"dwell_ms": 5000.0}).dwell == 5.0
     assert override(CARD, {"speeds_mps": [70.0, 60.0]}).speeds == (70.0, 60.0)
+    assert override(MANEUVERS["rapid_decel"].card, {"repeats": 3}).repeats == 3
 
 
 @pytest.mark.parametrize("key", ["dwel_s", "dwell", "dwell_kt", "speed_kt", "heading_"])
@@ -30,34 +29,24 @@ def test_a_wrong_key_names_the_known_ones(key):
         override(CARD, {key: 1.0})
 
 
+@pytest.mark.parametrize("speeds", [160.0, [], "160", [160.0, -1.0], [100.0, 160.0], [160.0]])
+def test_speeds_of_the_wrong_shape_are_refused(speeds):
+    with pytest.raises(BadInputError):
+        override(CARD, {"speeds_kt": speeds})
+
+
 @pytest.mark.parametrize(
-    "change",
+    ("key", "value"),
     [
-        {"speeds_kt": 160.0},
-        {"speeds_kt": []},
-        {"speeds_kt": "160"},
-        {"speeds_kt": [160.0, -1.0]},
-        {"dwell_s": [1.0]},
-        {"dwell_s": "20"},
-        {"dwell_s": True},
-        {"dwell_s": float("nan")},
-        {"turn_rate_degps": 0.0},
-        {"settle_s": -1.0},
-        {"step_inhg": 0.0},
-        {"speeds_kt": [100.0, 160.0]},
-        {"speeds_kt": [160.0]},
+        *(("dwell_s", value) for value in ([1.0], "20", True, float("nan"))),
+        *(("turn_rate_degps", 0.0), ("settle_s", -1.0), ("step_inhg", 0.0)),
     ],
 )
-def test_a_value_of_the_wrong_shape_is_refused(change):
+def test_a_value_of_the_wrong_kind_is_refused(key, value):
     with pytest.raises(BadInputError):
-        override(CARD, change)
-
-
-def test_a_count_is_whole():
-    card = MANEUVERS["rapid_decel"].card
-    assert override(card, {"repeats": 3}).repeats == 3
+        override(CARD, {key: value})
     with pytest.raises(BadInputError, match="whole"):
-        override(card, {"repeats": 1.5})
+        override(MANEUVERS["rapid_decel"].card, {"repeats": 1.5})
 
 
 @pytest.mark.parametrize("name", MANEUVERS)

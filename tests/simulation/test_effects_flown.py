@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, Flight, fly
+from pitotbench.bench.flights import wind_toward
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import AircraftEffect, AirEffect
 from pitotbench.effects.overlay import Baseline, Overlay
@@ -133,7 +134,6 @@ def test_a_pod_slows_the_airplane_at_the_same_power():
     clean = level(seconds=120.0, **held)
     pod = level(overlay("belly_pod", drag_area_m2=0.1), seconds=120.0, **held)
     slower = (clean.get("calibrated_airspeed") - pod.get("calibrated_airspeed")) / KNOT
-    print(f"a pod of 0.1 m² costs {slower:.2f} kt at 26 inHg")
     assert pod.get("manifold_pressure_left") == pytest.approx(clean.get("manifold_pressure_left"), rel=1e-3)
     # Of 0.717 m² at 140 kt (0.0262 S, and 0.0614 C_L² S at 26.6 kN) 78 % is parasite drag. At constant thrust power
     # (0.78 + 0.1/0.717) v³ + 0.22/v = 1, so v = 0.941: 8.3 kt
@@ -216,11 +216,7 @@ def test_winds_are_those_of_the_same_formula_over_a_log(plain):
         assert isinstance(effect, AirEffect)
         assert effect.wind is not None
         blown += np.array(effect.wind(signals, values))
-    steady = (
-        -calm.wind.speed * np.cos(calm.wind.from_direction),
-        -calm.wind.speed * np.sin(calm.wind.from_direction),
-    )
-    for axis, base, expected in zip(("north", "east", "down"), (*steady, 0.0), blown, strict=True):
+    for axis, base, expected in zip(("north", "east", "down"), wind_toward(calm.wind), blown, strict=True):
         assert np.abs(flight[f"wind_{axis}"] - base - expected).max() < 0.02
     assert np.ptp(flight["wind_north"]) > 2.0
 
@@ -248,13 +244,8 @@ def test_warmer_air_is_warmer():
 
 def test_an_aircraft_that_lacks_a_part_is_named():
     bare = Baseline("glider", (0.0, 0.0, 0.0))
-    for name in (
-        "power_deficit",
-        "propeller_efficiency",
-        "governor_speed",
-        "throttle_rigging",
-        "control_effectiveness",
-    ):
+    engines = ("power_deficit", "propeller_efficiency", "governor_speed", "throttle_rigging")
+    for name in (*engines, "control_effectiveness"):
         effect = EFFECTS[name]
         assert isinstance(effect, AircraftEffect)
         with pytest.raises(BadInputError, match=r"'glider'"):

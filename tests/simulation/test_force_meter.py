@@ -29,13 +29,16 @@ def felt_by_the_model(motion: Motion) -> Reaction:
     return measure(plant, motion, loaded_mass("navajo") + ballast)
 
 
+def motion_of(flight, rows):
+    impact = flight["total_pressure"] - flight["static_pressure"]
+    mach = air.mach_from_impact_pressure(impact, flight["static_pressure"])
+    return Motion(**{name: flight[name][rows].copy() for name in STATES}, mach=mach[rows].copy())
+
+
 @pytest.fixture(scope="module", params=LOADINGS.values(), ids=LOADINGS.keys())
 def pair(request):
     flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5, **request.param))
-    mach = air.mach_from_impact_pressure(
-        flight["total_pressure"] - flight["static_pressure"], flight["static_pressure"]
-    )
-    motion = Motion(**{n: flight[n][::EVERY].copy() for n in STATES}, mach=mach[::EVERY].copy())
+    motion = motion_of(flight, slice(None, None, EVERY))
     return flight, motion, felt_by_the_model(motion)
 
 
@@ -86,11 +89,7 @@ AT_THE_ENDS = [
 def few():
     """A quarter of a minute of a flight with full tanks, a state every half second."""
     flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5))
-    rows = slice(0, 1500, 5 * EVERY)
-    mach = air.mach_from_impact_pressure(
-        flight["total_pressure"] - flight["static_pressure"], flight["static_pressure"]
-    )
-    return Motion(**{n: flight[n][rows].copy() for n in STATES}, mach=mach[rows].copy())
+    return motion_of(flight, slice(0, 1500, 5 * EVERY))
 
 
 def react(motion: Motion, name: str, sizes: dict[str, float]) -> Reaction:

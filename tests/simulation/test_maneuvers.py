@@ -30,7 +30,6 @@ def turned(angle: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", PAPER_MANEUVERS)
 def test_time_is_the_papers(name, smooth_flights):
     minutes = len(smooth_flights[name]) / 6000
-    print(f"{name}: {minutes:.2f} min, Table 2 says {MANEUVERS[name].minutes}")
     assert minutes == pytest.approx(MANEUVERS[name].minutes, rel=0.10)
 
 
@@ -65,7 +64,6 @@ def test_on_condition_samples_are_inside_the_cards_tolerances(name, smooth_fligh
 def test_light_turbulence_leaves_most_samples_on_condition(name, light_flights):
     flight = light_flights[name]
     share = flight.on_condition[on_kind(flight, name)].mean()
-    print(f"{name}: {share:.3f} on condition in light turbulence")
     assert share > LEAST_SHARE_LIGHT
 
 

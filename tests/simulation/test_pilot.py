@@ -19,15 +19,11 @@ def wander(flight, name):
     return float(np.std(flight[name][legs]))
 
 
-def test_the_pilots_are_those_of_a_case():
-    assert tuple(PILOTS) == CASE_PILOTS
-
-
 def test_height_and_speed_wander_more_the_busier_the_pilot():
+    assert tuple(PILOTS) == CASE_PILOTS
     flights = {pilot: fly(replace(SHORT, pilot=pilot)) for pilot in PILOTS}
     height = {pilot: wander(flight, "altitude") / FOOT for pilot, flight in flights.items()}
     speed = {pilot: wander(flight, "calibrated_airspeed") / KNOT for pilot, flight in flights.items()}
-    print("height, ft:", height, "speed, kt:", speed)
     assert height["none"] < height["good"] < height["busy"] < 40.0
     assert speed["none"] < speed["good"] < speed["busy"] < 2.0
 

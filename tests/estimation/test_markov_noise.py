@@ -64,25 +64,17 @@ def test_a_memory_that_changes_is_that_of_a_process_in_its_own_time():
     assert changing.log_determinant == pytest.approx(steady.log_determinant, abs=1e-9)
 
 
-def test_a_long_gap_makes_parts_independent():
+def test_a_long_gap_makes_parts_independent_and_white_noise_alone_is_a_division():
     intervals = Intervals(np.array([0.0, 1.0, 1e6, 1e6 + 1.0]), np.array([0, 2]))
     process = MarkovProcess(1.0, np.full(4, 10.0), np.ones((2, 1)))
     weighed = MarkovNoise(intervals, np.full(2, 0.1), [process]).weigh(np.array([[1.0], [0.0]]))
     assert abs(weighed[1, 0]) < 1e-12
-
-
-def test_a_memory_without_end_is_refused():
-    intervals = Intervals(np.arange(5.0), np.arange(4))
-    process = MarkovProcess(1.0, np.array([9.0, 9.0, 1e300, 9.0, 9.0]), np.ones((4, 1)))
-    with pytest.raises(np.linalg.LinAlgError, match="positive definite"):
-        MarkovNoise(intervals, np.full(4, 0.1), [process])
-
-
-def test_white_noise_alone_is_a_division():
-    data = np.array([[1.0], [2.0]])
     noise = MarkovNoise(Intervals(np.arange(3.0), np.arange(2)), np.array([0.5, 4.0]), [])
-    np.testing.assert_allclose(noise.weigh(data), [[2.0], [0.5]])
+    np.testing.assert_allclose(noise.weigh(np.array([[1.0], [2.0]])), [[2.0], [0.5]])
     assert noise.log_determinant == pytest.approx(np.log(2.0))
+    endless = MarkovProcess(1.0, np.array([9.0, 9.0, 1e300, 9.0, 9.0]), np.ones((4, 1)))
+    with pytest.raises(np.linalg.LinAlgError, match="positive definite"):
+        MarkovNoise(Intervals(np.arange(5.0), np.arange(4)), np.full(4, 0.1), [endless])
 
 
 def test_two_outputs_see_one_process_from_two_sides():

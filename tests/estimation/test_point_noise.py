@@ -5,12 +5,7 @@ import pytest
 
 from pitotbench.estimation.noise import Intervals, JointNoiseOf, MarkovNoise, MarkovProcess
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
-from pitotbench.estimation.restricted_likelihood import (
-    Regression,
-    composite_design,
-    restricted_log_likelihood,
-    solve,
-)
+from pitotbench.estimation.restricted_likelihood import Regression, restricted_log_likelihood, solve
 
 N = 40
 RNG = np.random.default_rng(7)
@@ -132,14 +127,3 @@ def test_what_is_remembered_is_what_is_computed():
     fresh = JointNoiseOf(noise_of.data, noise_of.first, noise_of.second, 2, N)
     assert again == restricted_log_likelihood(problem, fresh(mixed))
     assert again != restricted_log_likelihood(problem, fresh(PHI))
-
-
-@pytest.mark.parametrize("dimensions", [6, 7, 8])
-def test_a_design_with_few_corners_keeps_the_moments_of_a_gaussian(dimensions):
-    design = composite_design(dimensions)
-    weights = design.weights * np.exp(-0.5 * np.sum(design.points**2, axis=1))
-    assert len(weights) == 1 + 2 * dimensions + 16
-    assert weights.sum() == pytest.approx(1.0)
-    np.testing.assert_allclose(weights @ design.points, 0.0, atol=1e-12)
-    second = np.einsum("m,mi,mj->ij", weights, design.points, design.points)
-    np.testing.assert_allclose(second, np.eye(dimensions), atol=1e-12)

@@ -82,17 +82,16 @@ def test_white_noise_posterior_gives_student_like_bounds():
     assert half_width(weights, means, deviations)[0] == pytest.approx(student * plug_in, rel=0.08)
 
 
-@pytest.mark.parametrize("dimensions", [1, 2, 3, 4])
+@pytest.mark.parametrize("dimensions", [1, 2, 3, 4, 6, 7, 8])
 def test_design_has_the_moments_of_a_gaussian(dimensions):
+    """Also one of few corners, which many dimensions get."""
     design = composite_design(dimensions)
     weights = design.weights * np.exp(-0.5 * np.sum(design.points**2, axis=1))
+    assert dimensions < 6 or len(weights) == 1 + 2 * dimensions + 16
     assert weights.sum() == pytest.approx(1.0)
     np.testing.assert_allclose(weights @ design.points, 0.0, atol=1e-12)
-    np.testing.assert_allclose((design.points.T * weights) @ design.points, np.eye(dimensions), atol=1e-9)
-
-
-def test_half_width_of_one_gaussian_is_two_sigma():
-    assert half_width(np.ones(1), np.array([[3.0]]), np.array([[0.7]]))[0] == pytest.approx(1.4, rel=1e-6)
+    second = (design.points.T * weights) @ design.points
+    np.testing.assert_allclose(second, np.eye(dimensions), atol=1e-9 if dimensions < 6 else 1e-12)
 
 
 def test_half_width_of_a_mixture_holds_its_share():
@@ -103,3 +102,5 @@ def test_half_width_of_a_mixture_holds_its_share():
         for w, m, s in zip(weights, means[:, 0], deviations[:, 0], strict=True)
     )
     assert inside == pytest.approx(TWO_SIGMA_SHARE, abs=1e-6)
+    # Of one Gaussian it is two σ.
+    assert half_width(np.ones(1), np.array([[3.0]]), np.array([[0.7]]))[0] == pytest.approx(1.4, rel=1e-6)

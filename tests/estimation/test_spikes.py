@@ -11,9 +11,7 @@ def test_the_scale_is_that_of_normal_noise_whatever_a_few_outliers_do():
     assert deviation_of_sizes(sizes) == pytest.approx(1.0, abs=0.03)
     sizes[::100] = 1e6
     assert deviation_of_sizes(sizes) == pytest.approx(1.0, abs=0.15)
-
-
-def test_rounded_data_whose_median_difference_is_zero_still_have_a_scale():
+    # Rounded data whose median difference is zero still have a scale.
     sizes = np.where(np.arange(1000) % 10 == 0, 1.0, 0.0)
     assert deviation_of_sizes(sizes) == pytest.approx(1.0 / 1.96)
 
@@ -29,11 +27,8 @@ def test_of_a_spike_and_its_neighbors_only_the_spike_is_found():
 NOISE = np.random.default_rng(5).normal(7.0, 2.0, (20_000, 2))
 
 
-def test_it_is_the_standard_deviation_of_normal_noise() -> None:
+def test_a_deviation_is_that_of_normal_noise_and_outliers_do_not_enlarge_it_without_bound() -> None:
     assert robust_deviation(NOISE) == pytest.approx([2.0, 2.0], rel=0.03)
-
-
-def test_outliers_do_not_enlarge_it_without_bound() -> None:
     spoiled = NOISE.copy()
     spoiled[: len(spoiled) // 10] = 1e9
     assert np.all(robust_deviation(spoiled) < 1.25 * robust_deviation(NOISE))
@@ -50,9 +45,7 @@ def test_a_process_of_second_order_is_found_from_its_autocovariance() -> None:
     coefficients, deviation = yule_walker(variance * np.array(correlation))
     assert coefficients == pytest.approx([a, b, 0.0, 0.0, 0.0], abs=10.0 * RIDGE)
     assert deviation == pytest.approx(s, rel=10.0 * RIDGE)
-
-
-def test_a_channel_that_does_not_change_has_a_deviation_above_zero() -> None:
+    # A channel that does not change has a deviation above zero.
     coefficients, deviation = yule_walker(np.zeros(4))
     assert np.all(np.isfinite(coefficients))
     assert deviation > 0.0

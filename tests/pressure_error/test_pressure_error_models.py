@@ -46,11 +46,12 @@ def test_indicated_and_true_invert(name, data):
     np.testing.assert_allclose(curve.impact_pressure(curve.indicated_impact_pressure(true)), true, rtol=1e-10)
 
 
-def test_sign_is_true_minus_indicated():
+def test_sign_is_true_minus_indicated_and_the_reference_is_100_knots():
     """Δp = q_c − q_ci: with Δp/q_c = +0.1 the airplane reads 10 % of q_c too low."""
     curve = PressureErrorCurve(MODELS["bias"], (0.1,), REFERENCE_PRESSURE)
     assert curve.indicated_impact_pressure(np.array([1000.0])) == pytest.approx(900.0)
     assert curve.impact_pressure(np.array([900.0])) == pytest.approx(1000.0)
+    assert pytest.approx(float(air.impact_pressure(100.0 * KNOT)), abs=0.01) == REFERENCE_PRESSURE
 
 
 def test_formulas_of_the_source():
@@ -63,45 +64,39 @@ def test_formulas_of_the_source():
         assert PressureErrorCurve(MODELS[name], k, REFERENCE_PRESSURE).normalized(x) == pytest.approx(value), name
 
 
-def test_reference_pressure_is_100_knots():
-    assert pytest.approx(float(air.impact_pressure(100.0 * KNOT)), abs=0.01) == REFERENCE_PRESSURE
-
-
-def test_no_solution_is_said():
+def test_no_solution_a_wrong_number_of_parameters_and_an_unknown_model_are_said():
     curve = PressureErrorCurve(MODELS["inverse"], (0.0, 2.0), REFERENCE_PRESSURE)
     with pytest.raises(PressureErrorRangeError, match="no indicated impact pressure"):
         curve.indicated_impact_pressure(np.array([100.0, 500.0]))
-
-
-def test_wrong_number_of_parameters_is_said():
     with pytest.raises(ValueError, match="takes the parameters k1, k2, k3"):
         PressureErrorCurve(MODELS["inverse+"], (0.1,), REFERENCE_PRESSURE)
-
-
-def test_unknown_model_names_the_nearest():
     with pytest.raises(UnknownNameError, match="'inverse"):
         MODELS["invers"]
 
 
-def test_table_interpolates_and_holds_its_ends():
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: TableCurve((50.0,), (0.1,)), "pressure-error table"),
+        (lambda: TableCurve((50.0, 60.0), (0.1,)), "pressure-error table"),
+        (lambda: TableCurve((60.0, 50.0), (0.1, 0.2)), "pressure-error table"),
+        (lambda: SplineModel("spline", (1.0, 2.0)), "three knots"),
+        (lambda: SplineModel("spline", (0.0, 1.0, 2.0)), "three knots"),
+        (lambda: SplineModel("spline", (1.0, 3.0, 2.0)), "three knots"),
+    ],
+)
+def test_a_table_and_knots_that_are_none_are_refused(make, says):
+    with pytest.raises(ValueError, match=says):
+        make()
+
+
+def test_table_interpolates_holds_its_ends_and_inverts():
     table = TableCurve((50.0, 70.0), (0.10, 0.02))
     speeds = np.array([40.0, 50.0, 60.0, 70.0, 90.0])
     values = table.normalized(air.impact_pressure(speeds))
     np.testing.assert_allclose(values, [0.10, 0.10, 0.06, 0.02, 0.02], atol=1e-12)
-
-
-def test_table_inverts():
-    table = TableCurve((50.0, 60.0, 70.0), (0.08, 0.02, -0.03))
-    true = air.impact_pressure(np.linspace(40.0, 80.0, 41))
+    table, true = TableCurve((50.0, 60.0, 70.0), (0.08, 0.02, -0.03)), air.impact_pressure(np.linspace(40, 80, 41))
     np.testing.assert_allclose(table.impact_pressure(table.indicated_impact_pressure(true)), true, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("airspeed", "values"), [((50.0,), (0.1,)), ((50.0, 60.0), (0.1,)), ((60.0, 50.0), (0.1, 0.2))]
-)
-def test_table_that_is_none(airspeed, values):
-    with pytest.raises(ValueError, match=r"pressure-error table"):
-        TableCurve(airspeed, values)
 
 
 KNOTS = (0.5, 1.0, 2.0, 3.0)
@@ -144,9 +139,3 @@ def test_knots_follow_the_range():
     assert spread.knots[-1] == pytest.approx(4.0)
     np.testing.assert_allclose(np.diff(np.log(spread.knots)), np.log(4.0) / (len(spread.knots) - 1))
     assert MODELS["linear"].spread_over(1.0, 4.0) is MODELS["linear"]
-
-
-@pytest.mark.parametrize("knots", [(1.0, 2.0), (0.0, 1.0, 2.0), (1.0, 3.0, 2.0)])
-def test_knots_that_are_none(knots):
-    with pytest.raises(ValueError, match="three knots"):
-        SplineModel("spline", knots)

@@ -87,33 +87,30 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
     )
 
 
-def test_the_answer_is_in_sentences():
+def test_the_answer_is_in_sentences_and_plain_data():
     text = " ".join(sentences(account()))
     assert text.startswith("It is belly pod (drag area 0.12 ± 0.01 m²; 91 %); ± is 2σ.")
     assert "specific force x over airspeed (-68σ)" in " ".join(evidence_words(account()))
     assert "closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
     assert "no significant gap remains" in text
-
-
-def test_an_effect_that_cannot_be_distinguished_is_named_with_its_size():
-    like = replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))
-    text = sentences(account(like))[0]
+    assert any("before you believe" in text for text in sentences(replace(account(), null_flights=0)))
+    # An effect that cannot be distinguished is named with its size.
+    text = sentences(account(replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))))[0]
     assert "one of these" in text
     assert "or, less probably, gear not up (extension 0.26 ± 0.02; 99 %)" in text
+    document = account_json(account())
+    assert document["rounds"][0] == {"verdict": "named", "added": ["belly_pod"], "closure": pytest.approx(0.99)}
+    assert document["flown_again"]["within_tolerance"][0]["after"] == 0.97
+    assert document["flown_again_holdout"]["skipped"] == "no card"
+    assert document["closure_holdout"] == pytest.approx(0.95)
 
 
 def doubted(**probabilities: float) -> Verdict:
     """A verdict of a pod with a probability, and of one further cause."""
     pod, rival = probabilities
     effect = replace(POD, probability=probabilities[pod])
-    return replace(
-        NAMED,
-        kind="one_of",
-        effects=(effect,),
-        alternatives=((rival,),),
-        candidates=(effect, GEAR),
-        probabilities=probabilities,
-    )
+    found = replace(NAMED, kind="one_of", effects=(effect,), alternatives=((rival,),), candidates=(effect, GEAR))
+    return replace(found, probabilities=probabilities)
 
 
 def test_what_a_set_leaves_for_causes_of_another_form_is_told():
@@ -142,11 +139,8 @@ def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_account(found, Console(width=200))
-    text = capsys.readouterr().out
-    assert (
-        text.index("closes 99 %") < text.index("warning: other.csv: column 'heading_deg'") < text.index("where the")
-    )
-    page = account_page(found)
+    text, page = capsys.readouterr().out, account_page(found)
+    assert text.index("closes 99 %") < text.index("warning: other.csv: column 'heading") < text.index("where the")
     assert page.index("closes 99 %") < page.index("column &#39;heading_deg&#39;") < page.index("Where the gap is")
     assert account_json(found)["warnings"] == list(found.warnings)
 
@@ -180,59 +174,39 @@ def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
     assert "pitch_formula" not in account_page(refused)
 
 
-def test_without_null_flights_the_answer_asks_for_another_flight():
-    assert any("before you believe" in text for text in sentences(replace(account(), null_flights=0)))
-
-
 def test_the_page_stands_alone_and_holds_every_part():
     page = account_page(account())
     assert not re.search(r'(src|href)="(?!#|data:)', page)
-    for part in (
-        "σ",
-        "thrust less drag [g]",
-        "[min]",
-        "inHg",
-        "rows every 0.02 s",
-        "stands at 900 Pa",
-        "lag 0.08 s",
-        "no card",
-    ):
-        assert part in page, part
-    assert "<td>25</td><td>97</td><td>98</td>" in page
+    parts = ("σ", "thrust less drag [g]", "[min]", "inHg", "rows every 0.02 s", "stands at 900 Pa", "lag 0.08 s")
+    assert [part for part in (*parts, "no card", "<td>25</td><td>97</td><td>98</td>") if part not in page] == []
     assert ">nan<" not in page
 
 
-def test_the_numbers_are_plain_data_too():
-    document = account_json(account())
-    assert document["rounds"][0] == {"verdict": "named", "added": ["belly_pod"], "closure": pytest.approx(0.99)}
-    assert document["flown_again"]["within_tolerance"][0]["after"] == 0.97
-    assert document["flown_again_holdout"]["skipped"] == "no card"
-    assert document["closure_holdout"] == pytest.approx(0.95)
+@pytest.mark.parametrize(
+    ("size", "said"),
+    [
+        (("latency_s", 0.3, 0.02), "latency 0.3 ± 0.02 s"),
+        (("drag_area_m2", 0.1), "drag area 0.1 m²"),
+        (("ceiling_pa", 2704.0, 1.0), "ceiling 2704 ± 1 Pa"),
+        (("offset_pa", -577.0, 704.0), "offset -577 ± 700 Pa"),
+        (("extension", 0.26), "extension 0.26"),
+        (("shift_pa_per_k", 6.0, 1.0), "shift 6 ± 1 Pa per K"),
+        (("north_mps_per_min", 0.15), "north 0.15 m/s per min"),
+        (("loss_per_rad2", 1.0), "loss 1 per rad²"),
+    ],
+)
+def test_sizes_carry_their_unit(size, said):
+    assert size_words(*size) == said
 
 
-def test_sizes_carry_their_unit():
-    assert size_words("latency_s", 0.3, 0.02) == "latency 0.3 ± 0.02 s"
-    assert size_words("drag_area_m2", 0.1) == "drag area 0.1 m²"
-    assert size_words("ceiling_pa", 2704.0, 1.0) == "ceiling 2704 ± 1 Pa"
-    assert size_words("offset_pa", -577.0, 704.0) == "offset -577 ± 700 Pa"
-    assert size_words("extension", 0.26) == "extension 0.26"
-    assert size_words("shift_pa_per_k", 6.0, 1.0) == "shift 6 ± 1 Pa per K"
-    assert size_words("north_mps_per_min", 0.15) == "north 0.15 m/s per min"
-    assert size_words("loss_per_rad2", 1.0) == "loss 1 per rad²"
-
-
-def test_every_size_of_an_effect_has_words_without_a_suffix():
+def test_every_size_of_an_effect_has_words_without_a_suffix_and_initials_are_capitals():
     for effect in EFFECTS.values():
         for parameter in effect.parameters:
             noun, _ = name_and_unit(parameter.name)
             assert not set(SYMBOLS) & set(noun.split()[1:]), parameter.name
             assert " per" not in noun, parameter.name
-
-
-def test_initials_are_capitals_wherever_a_name_is_written():
     assert words("to sharpen gps_latency: fly") == "to sharpen GPS latency: fly"
-    assert heading("gps_latency") == "GPS latency"
-    assert heading("belly_pod") == "Belly pod"
+    assert (heading("gps_latency"), heading("belly_pod")) == ("GPS latency", "Belly pod")
 
 
 def telling(channel: str = "specific_force_x", mass: float | None = 2500.0) -> TellingChannel:
@@ -312,15 +286,12 @@ def test_several_flights_are_told_on_the_page_and_in_json():
         assert part in page, part
     # Its steps are of one flight, and the gap is that of all.
     assert "effect by effect" in account_page(account())
+    assert "The flights" not in account_page(account())
     assert "effect by effect" not in page
     assert [flight["log"] for flight in document["flights"]] == ["a.csv", "b.csv"]
     assert document["flights"][1]["closure_left_out"] == pytest.approx(0.31)
     assert document["flights"][1]["own_sizes"][0]["apart"] == pytest.approx(6.3)
     assert document["flights"][0]["causes_alone"] == [["belly_pod", "turn_drag"]]
-
-
-def test_a_single_flight_has_no_table_of_flights():
-    assert "The flights" not in account_page(account())
 
 
 def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
@@ -383,12 +354,9 @@ def test_two_parts_and_a_part_that_shares_a_model_are_told():
 
 def test_title_and_table_agree_on_what_is_named():
     assert "the most probable" in account_page(account(PARTED))
-    results = candidate_columns(PARTED)[-1], candidate_columns(NAMED)[-1]
-    assert [results[0].value(each) for each in PARTED.candidates] == [
-        "the most probable",
-        "cannot be distinguished",
-    ]
-    assert [results[1].value(each) for each in NAMED.candidates] == ["named", ""]
+    doubted, named = ([candidate_columns(v)[-1].value(each) for each in v.candidates] for v in (PARTED, NAMED))
+    assert doubted == ["the most probable", "cannot be distinguished"]
+    assert named == ["named", ""]
 
 
 def test_the_remaining_gap_is_the_first_map_and_the_patch_with_its_commands_stands_under_the_answer():
@@ -424,22 +392,17 @@ def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside
 def test_the_record_is_in_the_order_of_a_qualification_test():
     digest = "0123456789abcdef" * 4
     made = Provenance((InputFile("aircraft", "navajo.xml", digest),), (), {"pitotbench": "0.1.0"}, "2026-01-01")
-    page = reconciliation_record(account(), made)
-    headings = re.findall("<h2>(.*?)</h2>", page)
-    assert headings == [
-        "Objective and inputs", "Settings", "Conditions", "Tolerances", "Results", "Statement", "Checks",
-    ]  # fmt: skip
+    unsure = replace(NAMED, doubts=("it closes only 0.7",), remains=True, closure_holdout=None)
+    page, doubtful = (reconciliation_record(account(each), made) for each in (NAMED, unsure))
+    headings = ["Objective and inputs", "Settings", "Conditions", "Tolerances", "Results", "Statement", "Checks"]
+    assert re.findall("<h2>(.*?)</h2>", page) == headings
     assert digest in page
     assert "pitotbench 0.1.0" in page
     assert "belly pod (drag area 0.12 ± 0.01 m²" in page
-    rows = re.findall("<tr><td[^>]*>(.*?)</td><td[^>]*>(passed|failed|skipped)</td>", page)
-    assert dict(rows) == {
-        "clock": "passed", "saturation": "failed", "nothing speaks against the answer": "passed",
-        "nothing remains beside it": "passed", "a log that was not used is explained": "passed",
-        "flown again within the tolerances": "passed",
-    }  # fmt: skip
-    doubted = replace(NAMED, doubts=("it closes only 0.7",), remains=True, closure_holdout=None)
-    rows = dict(re.findall("<tr><td[^>]*>(.*?)</td><td[^>]*>(passed|failed|skipped)</td>",
-                           reconciliation_record(account(doubted), made)))  # fmt: skip
-    assert rows["nothing speaks against the answer"] == rows["nothing remains beside it"] == "failed"
-    assert rows["a log that was not used is explained"] == "skipped"
+    row = "<tr><td[^>]*>(.*?)</td><td[^>]*>(passed|failed|skipped)</td>"
+    speaks, remains = "nothing speaks against the answer", "nothing remains beside it"
+    explained = "a log that was not used is explained"
+    passed = ("clock", speaks, remains, explained, "flown again within the tolerances")
+    assert dict(re.findall(row, page)) == dict.fromkeys(passed, "passed") | {"saturation": "failed"}
+    rows = dict(re.findall(row, doubtful))
+    assert (rows[speaks], rows[remains], rows[explained]) == ("failed", "failed", "skipped")

@@ -5,22 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from tests.calibration import trajectories as fixture
 
-from pitotbench.calibration import calibrate
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.notebook import in_one_line, to_frame
 from pitotbench.units import KNOT
-
-
-@pytest.fixture(scope="module")
-def log():
-    return fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-
-
-@pytest.fixture(scope="module")
-def result(log):
-    return calibrate(log)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ from rich.console import Console
 from tests.calibration import trajectories as fixture
 
 from pitotbench.bench.flights import tolerances
-from pitotbench.calibration import calibrate
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.calibration import short_answer_of
@@ -23,24 +22,17 @@ from pitotbench.show.style import Panel, broken, thin
 from pitotbench.units import KNOT
 
 
-@pytest.fixture(scope="module")
-def log():
-    return fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-
-
-@pytest.fixture(scope="module")
-def result(log):
-    return calibrate(log)
-
-
 def _words(panels: list[Panel]) -> str:
     drawn = " ".join(text for p in panels for text in re.findall(r"<text[^>]*>([^<]*)</text>", p.drawing))
     return drawn + " ".join(f"{p.title} {p.note}" for p in panels)
 
 
-def test_curve_panels_carry_units_truth_and_the_limit(result):
+def test_panels_carry_units_truth_and_the_limit(result):
     text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
     for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 23.1323(b)", "truth", "2σ for white residuals"):
+        assert wanted in text
+    text = _words(residual_panels(result))
+    for wanted in ("Data density", "lag [s]", "time [min]", "measured − predicted [kt]"):
         assert wanted in text
 
 
@@ -82,12 +74,6 @@ def test_between_round_airspeeds_the_curve_is_no_straight_line(result, point, ca
     half_way = replace(point, indicated_airspeed=135.0 * KNOT, correction=0.25 * KNOT)
     print_points([half_way], Console(width=80), curve)
     assert capsys.readouterr().out.split()[-1] in ("+0.00", "-0.00")
-
-
-def test_residual_panels_carry_units(result):
-    text = _words(residual_panels(result))
-    for wanted in ("Data density", "lag [s]", "time [min]", "measured − predicted [kt]"):
-        assert wanted in text
 
 
 def test_flight_panels_show_wind_and_tolerances(smooth_flights):

@@ -52,26 +52,20 @@ def terminal_lines(columns, rows):
 
 def test_every_renderer_shows_the_same_cells():
     lines, above = terminal_lines(COLUMNS, ROWS)
+    assert lines[above - 1].split() == ["name", "[%]", "[kt]"]  # units on the last line of the heading
+    assert set(lines[above]) == {"─", " "}
     assert lines[above + 1].split() == ["a|<b>", "98", "+2.0"]
     assert "<td>98</td><td>+2.0</td>" in html_table(COLUMNS, ROWS)
     assert markdown_table(COLUMNS, ROWS).splitlines()[2] == r"| a\|<b> | 98 | +2.0 |"
     assert json_rows(COLUMNS, ROWS)[0] == {"name": "a|<b>", "share": 0.981, "hidden": 7}
-
-
-def test_a_text_from_outside_is_neither_markup_nor_a_control_code():
-    assert "\x1b" not in "".join(terminal_lines(COLUMNS, ROWS)[0])
+    # A text from outside is neither markup nor a control code; an absent value is a dash and null.
+    assert "\x1b" not in "".join(lines)
     assert "a|&lt;b&gt;" in html_table(COLUMNS, ROWS)
-
-
-def test_an_absent_value_is_a_dash_and_null():
-    assert terminal_lines(COLUMNS, ROWS)[0][-1].split()[1] == "–"
+    assert lines[-1].split()[1] == "–"
     assert json_rows(COLUMNS, ROWS)[1]["share"] is None
-
-
-def test_units_stand_on_the_last_line_of_the_heading():
-    lines, above = terminal_lines(COLUMNS, ROWS)
-    assert lines[above - 1].split() == ["name", "[%]", "[kt]"]
-    assert set(lines[above]) == {"─", " "}
+    # A correction that is rounded to nought has no minus sign, and a table of no rows prints nothing.
+    assert [Column("x", lambda r: r, "ft", "+.0f").text(value) for value in (-0.4, -0.6)] == ["+0", "-1"]
+    assert _printed(lambda console: print_table(COLUMNS, [], console, "title")) == ""
 
 
 def test_an_optional_column_without_a_value_is_not_shown():
@@ -81,14 +75,6 @@ def test_an_optional_column_without_a_value_is_not_shown():
     assert "y" not in markdown_table(columns, rows)
     assert json_rows(columns, rows) == [{}]
     assert "[ft]" in markdown_table(columns, [{"x": 1, "y": 2.0}])
-
-
-def test_a_correction_that_is_rounded_to_nought_has_no_minus_sign():
-    assert [Column("x", lambda r: r, "ft", "+.0f").text(value) for value in (-0.4, -0.6)] == ["+0", "-1"]
-
-
-def test_a_table_of_no_rows_prints_nothing():
-    assert _printed(lambda console: print_table(COLUMNS, [], console, "title")) == ""
 
 
 def test_a_frame_keeps_its_headings_and_its_whole_numbers():
@@ -164,13 +150,10 @@ def test_the_altitude_correction_is_in_feet_and_only_where_the_static_source_err
     assert "[ft]" not in "".join(terminal_lines(CURVE_COLUMNS, curve_points(curve))[0])
 
 
-def test_a_number_that_is_not_finite_becomes_null():
+def test_json_is_strict_ends_in_a_line_break_and_keeps_every_digit():
     document = {"a": [float("nan"), (np.float64("inf"), 1.5)], "b": {"c": -float("inf")}, "d": "inf", "e": True}
     expected = {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "inf", "e": True}
     assert json.loads(json_text(document), parse_constant=pytest.fail) == expected
-
-
-def test_json_ends_in_a_line_break_and_keeps_every_digit():
     assert json_text([0.1 + 0.2]) == "[\n 0.30000000000000004\n]\n"
 
 
@@ -187,9 +170,6 @@ def test_json_ends_in_a_line_break_and_keeps_every_digit():
 )
 def test_control_codes_are_written_out_and_letters_stay(text, written):
     assert printable(text) == written
-
-
-def test_a_line_break_stays_where_it_is_wanted():
     assert printable("a\n\x1bb", keep="\n") == "a\n\\x1bb"
 
 

@@ -4,13 +4,11 @@ import csv
 import io
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import jsbsim
 import numpy as np
 import pytest
 from tests.calibration import static_flights
-from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, CalibrationOptions, air, write_log
 from pitotbench.calibration import calibrate
@@ -34,17 +32,11 @@ def test_the_altitude_correction_at_the_height_flown_is_that_of_the_calibration(
     found, bound = altitude_correction(curve, height)
     np.testing.assert_allclose(found, curve.altitude_correction, atol=0.02 * np.max(np.abs(found)) + 0.1)
     np.testing.assert_allclose(bound, curve.altitude_two_sigma, rtol=0.1, atol=0.1)
-
-
-def test_the_altitude_correction_grows_with_height_as_the_air_thins(static):
-    curve, _ = static
+    # It grows with height as the air thins.
     low, high = (altitude_correction(curve, h * FOOT)[0] for h in (0.0, 20000.0))
     ratio = [air.standard_pressure(h) / air.standard_temperature(h) for h in (0.0, 20000.0 * FOOT)]
     np.testing.assert_allclose(high / low, ratio[0] / ratio[1], rtol=0.02)
-
-
-def test_an_assumed_place_leaves_zero_inside_the_bound(static):
-    curve, _ = static
+    # An assumed place leaves zero inside the bound.
     wide = replace(curve, altitude_two_sigma=np.hypot(curve.altitude_two_sigma, curve.altitude_correction))
     found, bound = altitude_correction(wide, 3000.0)
     assert np.all(bound >= np.abs(found))
@@ -75,10 +67,9 @@ def curve_of(speed, correction):
     return ErrorCurve(speed, correction, bound, bound, bound, zero, zero)
 
 
-def test_a_simulators_airspeed_indicator_reads_as_the_curve(tmp_path):
+def test_a_simulators_airspeed_indicator_reads_as_the_curve(tmp_path, result):
     """Flown in JSBSim from 60 to 160 kt: its indicated airspeed is within 0.05 kt of the curve."""
-    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    curve = calibrate(log).curve
+    curve = result.curve
     source = find_aircraft("navajo")
     folder = tmp_path / "aircraft" / "navajo"
     shutil.copytree(source, folder)
@@ -122,12 +113,12 @@ def test_a_curve_that_no_instrument_has_and_two_curves_in_one_system_are_refused
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".html", ".xml"])
-def test_the_command_writes_each_kind_of_table(tmp_path, capsys, suffix):
-    log = write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), tmp_path / "flight.csv")
+def test_the_command_writes_each_kind_of_table(tmp_path, capsys, log, suffix):
+    path = write_log(log, tmp_path / "flight.csv")
     table = tmp_path / f"table{suffix}"
-    assert main(["calibrate", str(log), "--table", str(table)]) == 0
+    assert main(["calibrate", str(path), "--table", str(table)]) == 0
     assert table.stat().st_size > 500
-    assert main(["calibrate", str(log), "--table", str(Path(log).with_suffix(".txt"))]) == 2
+    assert main(["calibrate", str(path), "--table", str(path.with_suffix(".txt"))]) == 2
     assert "must end in .csv or .html or .xml" in capsys.readouterr().err
 
 
@@ -144,11 +135,11 @@ point,configuration,indicated_airspeed_kt,pressure_altitude_ft,air_temperature_d
 """
 
 
-def test_the_table_of_a_card_has_its_configurations(tmp_path, capsys):
+def test_the_table_of_a_card_has_its_configurations(tmp_path, capsys, log):
     card, table = tmp_path / "card.csv", tmp_path / "table.csv"
     card.write_text(CARD, encoding="utf-8")
     assert main(["fixed-speed", str(card), "--table", str(table)]) == 0
     assert {row["configuration"] for row in csv.DictReader(table.open())} == {"clean", "flaps 20"}
-    log = write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), tmp_path / "flight.csv")
-    assert main(["fixed-speed", str(log), "--table", str(table)]) == 2
+    path = write_log(log, tmp_path / "flight.csv")
+    assert main(["fixed-speed", str(path), "--table", str(table)]) == 2
     assert "use calibrate LOG --table" in capsys.readouterr().err

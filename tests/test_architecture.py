@@ -62,6 +62,8 @@ def test_import_help_and_version_load_no_slow_package(code):
 
 def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
     assert SLOW & loaded_after(command("campaign", "--help")) == {"numpy"}
+    text = command_line().format_help()
+    assert all(row.name in text and row.summary in text for row in COMMANDS)
 
 
 def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
@@ -88,14 +90,8 @@ def test_type_checkers_and_python_take_a_public_name_from_the_same_module():
     block = next(node for node in tree.body if isinstance(node, ast.If))
     stated = {node.names[0].name: node.module for node in block.body}
     assert stated == {name: f"pitotbench.{module}" for name, module in pitotbench._MODULES.items()}
-
-
-def test_no_package_has_the_name_of_a_public_function():
-    """Where Python imports such a package, it would put it in the function's place."""
+    # Where Python imports a package of the name of a function, it would put it in the function's place.
     assert not {path.stem for path in SOURCE.iterdir()} & {*pitotbench.__all__}
-
-
-def test_a_name_that_is_not_public_is_no_attribute():
     with pytest.raises(AttributeError, match="pitotbench"):
         _ = pitotbench.no_such_name
 
@@ -109,8 +105,3 @@ def test_every_command_has_a_summary_flags_with_help_and_a_run_function(row):
     assert [action.dest for action in parser._actions if not action.help] == []
     assert len(parser._actions) > 1
     assert callable(getattr(module, row.run))
-
-
-def test_the_command_line_lists_every_command_of_the_table():
-    text = command_line().format_help()
-    assert all(row.name in text and row.summary in text for row in COMMANDS)

@@ -25,19 +25,10 @@ def test_a_line_names_a_known_source_unit_and_sensor(channel: Channel) -> None:
     assert named <= set(DataSystem.__dataclass_fields__)
 
 
-def test_a_log_holds_the_channels_of_the_table_and_a_header() -> None:
+def test_logs_the_simulator_motion_and_reaction_speak_of_the_channels_of_the_table() -> None:
     assert [f.name for f in fields(FlightLog)] == [*CHANNELS, "header"]
-
-
-@pytest.mark.parametrize("channel", PLAIN, ids=lambda c: c.name)
-def test_the_simulator_serves_every_channel_with_a_simulated_sensor(channel: Channel) -> None:
-    assert channel.name in PROPERTIES
-
-
-@pytest.mark.parametrize("record", [Motion, Reaction])
-def test_motion_and_reaction_speak_of_channels(record: type) -> None:
-    assert {f.name for f in fields(record)} - MODEL_ONLY <= set(CHANNELS)
-
-
-def test_fixes_bring_velocity_and_altitude_together() -> None:
+    assert {channel.name for channel in PLAIN} <= set(PROPERTIES)
+    for record in (Motion, Reaction):
+        assert {f.name for f in fields(record)} - MODEL_ONLY <= set(CHANNELS)
+    # Fixes bring velocity and altitude together.
     assert numbers_from("gps") == ("velocity_north", "velocity_east", "velocity_down", "altitude")

@@ -15,15 +15,15 @@ def without(*lost: slice) -> np.ndarray:
     return TIME[kept]
 
 
-def test_a_regular_time_base_is_one_stretch():
+def test_gaps_part_stretches_and_move_no_interval():
     assert stretches(TIME, gaps(TIME)) == [slice(0, 1000)]
     assert len(pauses(TIME)) == 0
-
-
-def test_one_lost_sample_is_a_gap_and_no_pause():
-    time = without(slice(400, 401))
+    time = without(slice(400, 401))  # one lost sample is a gap and no pause
     assert stretches(time, gaps(time)) == [slice(0, 400), slice(400, 999)]
     assert len(pauses(time)) == 0
+    assert interval(without(slice(100, 900), slice(950, 990))) == pytest.approx(0.02)
+    time = without(slice(300, 500), slice(900, 1000))
+    np.testing.assert_array_equal(stretch_numbers(time, pauses(time)), np.repeat([0, 1], [300, 400]))
 
 
 @pytest.mark.parametrize(
@@ -38,16 +38,6 @@ def test_one_lost_sample_is_a_gap_and_no_pause():
 def test_a_pause_is_longer_than_two_seconds_and_five_samples(time, count):
     assert len(pauses(time)) == count
     assert len(time) > 1 or len(gaps(time)) == 0
-
-
-def test_gaps_do_not_move_the_interval():
-    assert interval(without(slice(100, 900), slice(950, 990))) == pytest.approx(0.02)
-
-
-def test_rows_are_numbered_by_their_stretch():
-    time = without(slice(300, 500), slice(900, 1000))
-    numbers = stretch_numbers(time, pauses(time))
-    np.testing.assert_array_equal(numbers, np.repeat([0, 1], [300, 400]))
 
 
 def test_a_fix_is_fresh_where_the_log_marks_it_or_else_where_either_velocity_changes():

@@ -32,7 +32,7 @@ def test_a_cessna_flies_a_maneuver_on_condition():
     assert flight["propeller_speed_left"].min() > 0.0
 
 
-def test_what_was_found_of_a_cessna_is_a_cessna():
+def test_what_was_found_of_an_airplane_is_that_airplane():
     found = read_record(find_aircraft("c172x"))
     # Clean stall and maximum speed of a 172 by its handbook, 51 and 123 KCAS at 2,300 lb and sea level: the model
     # is no handbook, so the band is wide.
@@ -41,11 +41,8 @@ def test_what_was_found_of_a_cessna_is_a_cessna():
     assert (found.engines, found.engine_kind) == (1, "piston")
     assert list(found.speed_kt) == sorted(found.speed_kt)
     assert list(found.alpha_deg) == sorted(found.alpha_deg, reverse=True)
-
-
-def test_an_electric_airplane_without_fuel_is_attached():
     found = read_record(find_aircraft("aerosonde"))
-    assert found.engine_kind == "electric"
+    assert found.engine_kind == "electric"  # without fuel
     # Level flight at the largest lift of table E.2, without wash or trim: V = sqrt(2 m g / (rho S C_L)).
     assert found.stall_kt == pytest.approx(np.sqrt(2 * 13.5 * 9.81 / (1.225 * 0.55 * 1.65)) / KNOT, rel=0.12)
 
@@ -106,6 +103,10 @@ def test_a_path_is_the_same_aircraft_and_is_made_once(tmp_path):
     folder = find_aircraft(str(tmp_path / "c172x"))
     assert folder == find_aircraft("c172x")
     assert find_aircraft(str(tmp_path / "c172x" / "c172x.xml")) == folder
+    with pytest.raises(UnknownNameError, match=r"Did you mean 'navajo'.*JSBSim's library"):
+        find_aircraft("navaho")
+    with pytest.raises(BadInputError, match="no such aircraft"):
+        find_aircraft(str(tmp_path / "none.xml"))
 
 
 @pytest.mark.parametrize(
@@ -120,13 +121,6 @@ def test_a_path_is_the_same_aircraft_and_is_made_once(tmp_path):
 def test_what_cannot_be_flown_says_why(name, words):
     with pytest.raises(BadInputError, match=words):
         find_aircraft(name)
-
-
-def test_an_unknown_name_and_a_missing_path_are_named(tmp_path):
-    with pytest.raises(UnknownNameError, match=r"Did you mean 'navajo'.*JSBSim's library"):
-        find_aircraft("navaho")
-    with pytest.raises(BadInputError, match="no such aircraft"):
-        find_aircraft(str(tmp_path / "none.xml"))
 
 
 def shelf(root: Path, *names: str) -> Path:

@@ -78,8 +78,8 @@ def test_bad_flags_are_one_line(flags, says, capsys):
 
 
 def test_flags_state_the_receiver_and_the_location_of_the_error():
-    flags = ["--error-location", "static", "--receiver-height-m", "0.3,2", "--vertical-velocity", "recorded"]
-    request = request_of(command_line().parse_args(["plan", *flags]))
+    flags = "--error-location static --receiver-height-m 0.3,2 --vertical-velocity recorded"
+    request = request_of(command_line().parse_args(["plan", *flags.split()]))
     assert request.base.pressure_error.location == "static"
     assert (request.das.altitude_noise, request.das.altitude_drift) == (0.3, 2.0)
     assert has_velocity_down(request.das)

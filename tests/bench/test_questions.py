@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-import pitotbench
 from pitotbench import BadInputError, CalibrationOptions, calibrate, inspect, reconcile, write_log
 from pitotbench.bench.digests import file_sha256
 from pitotbench.cli.app import main
@@ -36,9 +35,7 @@ def test_a_path_a_table_and_a_log_have_one_answer(log, answer, tmp_path):
         found = calibrate(each, **exact)
         np.testing.assert_allclose(found.curve.correction, of_log.curve.correction, atol=1e-4)
     np.testing.assert_allclose(answer.curve.correction, of_log.curve.correction, atol=1e-6)
-
-
-def test_a_list_has_one_curve_and_a_wind_each(log, tmp_path):
+    # A list has one curve, and a wind each.
     path = write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=2), tmp_path / "b.csv")
     one, other = calibrate([log, path])
     np.testing.assert_allclose(one.curve.correction, other.curve.correction)
@@ -90,27 +87,22 @@ def test_an_answer_knows_its_file_its_choices_and_the_versions(log, answer, tmp_
     (of,) = made.inputs
     assert (of.name, of.sha256) == ("a.csv", sha256(path.read_bytes()).hexdigest())
     assert (of.rows, of.origin) == (len(log), "measured")
+    choices = [f.name for f in fields(CalibrationOptions) if f.name != "accuracies"]
     sources = {each.name: each.source for each in made.choices}
-    assert sources == {f.name: "default" for f in fields(CalibrationOptions) if f.name != "accuracies"} | {
-        "model": "stated"
-    }
+    assert sources == dict.fromkeys(choices, "default") | {"model": "stated"}
     assert {"pitotbench", "Python", "numpy", "scipy", "pandas"} <= set(made.versions)
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", made.date)
     # A log in memory has the digest of its channels: another log has another one.
     assert answer.provenance.inputs == calibrate(log).provenance.inputs
-    assert calibrate(log.select(np.arange(len(log) - 1))).provenance.inputs[0].sha256 != (
-        answer.provenance.inputs[0].sha256
-    )
+    shorter = calibrate(log.select(np.arange(len(log) - 1)))
+    assert shorter.provenance.inputs[0].sha256 != answer.provenance.inputs[0].sha256
     by_options = calibrate(log, CalibrationOptions(model="quadratic")).provenance.choices
     assert by_options == answer.provenance.choices
-
-
-def test_the_digest_of_a_folder_is_that_of_its_files_by_path(tmp_path):
-    (tmp_path / "in").mkdir()
-    (tmp_path / "b.csv").write_bytes(b"two")
-    (tmp_path / "a.csv").write_bytes(b"one")
-    (tmp_path / "in" / "c.csv").write_bytes(b"three")
-    assert file_sha256(tmp_path) == sha256(b"onetwothree").hexdigest()
+    # The digest of a folder is that of its files by path.
+    (tmp_path / "in" / "c").mkdir(parents=True)
+    for name, content in (("b.csv", b"two"), ("a.csv", b"one"), ("c/c.csv", b"three")):
+        (tmp_path / "in" / name).write_bytes(content)
+    assert file_sha256(tmp_path / "in") == sha256(b"onetwothree").hexdigest()
 
 
 def test_every_check_passes_or_fails_by_the_records_of_the_answer(answer):
@@ -142,12 +134,8 @@ def test_the_record_holds_inputs_choices_answer_rule_and_checks(log, tmp_path):
     page = record.read_text(encoding="utf-8")
     headings = re.findall("<h2>(.*?)</h2>", page)
     assert headings[:6] == ["Objective and inputs", "Settings", "Conditions", "Answer", "Rule", "Checks"]
-    for text in (
-        "a &amp; b.csv",
-        sha256(path.read_bytes()).hexdigest(),
-        "model: quadratic (stated)",
-        "FAR 23.1323",
-    ):
+    digest = sha256(path.read_bytes()).hexdigest()
+    for text in ("a &amp; b.csv", digest, "model: quadratic (stated)", "FAR 23.1323"):
         assert text in page
     assert "<svg" in page
     with pytest.raises(BadInputError, match=r"must end in \.html"):
@@ -190,8 +178,3 @@ def test_inspect_takes_what_calibrate_takes(log, tmp_path):
     assert "<table>" in found[0]._repr_html_()
     with pytest.raises(BadInputError, match="inspect takes a path"):
         inspect(3)
-
-
-def test_the_public_names_are_shown_alone():
-    assert dir(pitotbench) == sorted(pitotbench.__all__)
-    assert not {"Any", "import_module", "TYPE_CHECKING"} & set(dir(pitotbench))

@@ -116,10 +116,8 @@ def test_a_correction_of_one_size_keeps_the_others(looks):
     checks = looks.first.checks
     begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(two,))))
     (joined,) = replace(looks, first=begun, added=(correction,)).effects
-    assert [(s.name, s.value) for s in joined.sizes] == [
-        (size.name, pytest.approx(size.value + 0.01)),
-        ("further_s", 2.0),
-    ]
+    sizes = {each.name: each.value for each in joined.sizes}
+    assert sizes == pytest.approx({size.name: size.value + 0.01, "further_s": 2.0})
     assert joined.score == 40.0
 
 

@@ -21,13 +21,6 @@ def covariance_of(name, size):
     return next(t.covariance for t in hypotheses(LAWS, X) if (t.name, t.departure) == (name, size))
 
 
-def test_probabilities_sum_to_one_and_half_are_lawless():
-    thoughts = hypotheses(LAWS, X)
-    assert sum(t.probability for t in thoughts) == pytest.approx(1.0)
-    assert sum(t.probability for t in thoughts if t.name == "spline") == pytest.approx(0.5)
-    assert sum(t.probability for t in hypotheses([], X)) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("name", [law.name for law in LAWS])
 def test_departure_has_its_size(name):
     """What two sizes differ by is departure alone; its mean square over ln x is the size's square."""
@@ -47,7 +40,11 @@ def test_law_has_its_family_and_no_more():
         assert np.max(np.abs(rest)) < 1e-9
 
 
-def test_scale_of_the_terms_does_not_matter():
+def test_probabilities_sum_to_one_half_are_lawless_and_the_scale_of_the_terms_does_not_matter():
+    thoughts = hypotheses(LAWS, X)
+    assert sum(t.probability for t in thoughts) == pytest.approx(1.0)
+    assert sum(t.probability for t in thoughts if t.name == "spline") == pytest.approx(0.5)
+    assert sum(t.probability for t in hypotheses([], X)) == pytest.approx(1.0)
     linear = MODELS["linear"]
     stretched = replace(linear, terms=(linear.terms[0], (lambda x: 1000.0 * x, lambda x: 1000.0 + 0.0 * x)))
     one, other = (np.stack([t.covariance for t in hypotheses([law], X)]) for law in (linear, stretched))

@@ -76,11 +76,6 @@ def test_what_a_check_speaks_against_is_worth_what_such_names_were():
     assert verdict_of(later).kind == "one_of"  # a further pass is worth no more than the first one
 
 
-def test_what_was_counted_is_certain():
-    counted = replace(verdict(mass=0.5), effects=(Candidate("dropped_samples", (), 99.0),))
-    assert verdict_of(Checks(counted, left=0.1)).kind == "named"
-
-
 def test_the_part_of_two_causes_is_named_where_neither_is():
     either = replace(verdict(pitot_lag=0.6, water_in_line=0.4), kind="one_of", alternatives=(("water_in_line",),))
     found = verdict_of(Checks(either, left=0.0))
@@ -96,6 +91,7 @@ def test_a_part_is_no_less_probable_than_its_causes_and_a_counted_fault_has_one(
     assert list(told) == ["pitot line", "loading"]
     counted = replace(verdict(mass=0.05), effects=(Candidate("dropped_samples", (), 99.0),))
     assert verdict_of(Checks(counted, left=0.0)).named_parts == ("recorder",)
+    assert verdict_of(Checks(counted, left=0.1)).kind == "named"  # what was counted is certain
 
 
 def test_a_candidate_of_the_answer_has_the_sizes_of_the_answer():

@@ -28,9 +28,7 @@ def test_fit_is_least_squares_with_the_prior_as_rows() -> None:
     assert equations.fit([0]).sizes[0] == pytest.approx(wanted[2], rel=1e-9)
     covariance = np.linalg.inv(design.T @ design)
     assert equations.fit([0]).deviations[0] == pytest.approx(np.sqrt(covariance[2, 2]), rel=1e-9)
-
-
-def test_gain_is_the_square_of_the_score() -> None:
+    # The gain is the square of the score.
     equations, _, _ = made(0.3)
     assert equations.fit([0]).gain == pytest.approx(equations.scores([0])[0] ** 2, rel=1e-9)
     assert equations.fit([0], given=[1]).gain == pytest.approx(equations.scores([0], given=[1])[0] ** 2, rel=1e-6)
@@ -41,6 +39,8 @@ def test_held_out_gain_separates_a_true_effect_from_a_chance_one() -> None:
     assert equations.held_out_gain([0]) / equations.fit([0]).gain > 0.9
     nothing, _, _ = made(0.0)
     assert nothing.held_out_gain([0]) < 10.0
+    with pytest.raises(ValueError, match="null flights"):
+        learn_null_distribution([])
 
 
 def test_whitening_makes_an_autoregression_white() -> None:
@@ -71,11 +71,5 @@ def test_noise_that_channels_share_is_counted_once() -> None:
     assert white[: n // 2, 1].std() < 1e-3
     alone = noise.whiten_alone(np.ones((n, 1)), grid, np.zeros_like(values))[20:]
     power = np.einsum("nck,ncl->kl", alone, alone) / len(alone)
-    assert power[0, 0] > 2.0 * np.mean(
-        noise.innovations(np.ones_like(values), grid, np.zeros_like(values))[20:] ** 2
-    )
-
-
-def test_too_few_null_flights_are_refused() -> None:
-    with pytest.raises(ValueError, match="null flights"):
-        learn_null_distribution([])
+    innovations = noise.innovations(np.ones_like(values), grid, np.zeros_like(values))[20:]
+    assert power[0, 0] > 2.0 * np.mean(innovations**2)

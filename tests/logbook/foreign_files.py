@@ -135,11 +135,10 @@ def g3x(path: Path, flown: dict[str, Array], product: str = "GDU 460") -> Path:
 
 def gi275(path: Path, flown: dict[str, Array]) -> Path:
     """Garmin GI 275: the names of the G3X, without components of the GPS velocity."""
-    text = g3x(path, flown, "GI 275").read_text("utf-8")
-    above, *lines = text.splitlines()
-    rows = [line.split(",") for line in lines]
-    kept = [k for k, name in enumerate(rows[0]) if "GPS Velocity" not in name]
-    names, *rest = [[row[k] for k in kept] for row in rows]
+    above, *lines = g3x(path, flown, "GI 275").read_text("utf-8").splitlines()
+    columns = zip(*(line.split(",") for line in lines), strict=True)
+    kept = [column for column in columns if "Velocity" not in column[0]]
+    names, *rest = map(list, zip(*kept, strict=True))
     return write_rows(path, [above], names, rest)
 
 
@@ -216,10 +215,14 @@ def jsbsim_named(flown: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def jsbsim(path: Path, flown: dict[str, Array]) -> Path:
-    table = jsbsim_named(flown)
-    rows = [[repr(float(c[i])) for c in table.values()] for i in every_row(flown)]
+def exact(path: Path, table: dict[str, Array]) -> Path:
+    """Every digit written."""
+    rows = [[repr(float(cell)) for cell in row] for row in zip(*table.values(), strict=True)]
     return write_rows(path, [], list(table), rows)
+
+
+def jsbsim(path: Path, flown: dict[str, Array]) -> Path:
+    return exact(path, jsbsim_named(flown))
 
 
 _FORMATS = {  # kind of message: number, letters of its fields, names
@@ -341,10 +344,8 @@ def canonical(flown: dict[str, Array]) -> dict[str, Array]:
 
 
 def plain(path: Path, flown: dict[str, Array]) -> Path:
-    """Our own CSV, every digit written."""
-    table = canonical(flown)
-    rows = [[repr(float(c[i])) for c in table.values()] for i in every_row(flown)]
-    return write_rows(path, [], list(table), rows)
+    """Our own CSV."""
+    return exact(path, canonical(flown))
 
 
 def mat73(path: Path, flown: dict[str, Array], place: str = "") -> Path:

@@ -30,51 +30,42 @@ EFIS = (
 )
 DERIVED = "EarthVerticalG,FlightPath,VSI,Altitude,DerivedAOA,CoeffP"
 ATTAS = (
-    "T AXCG AYCG AZCG AYCKP AZCKP PRGX QRGY RRGZ PHI THE PSI ALCG BECG VTASCG HQNH PDOT QDOT RDOT HRADIO VCAS DELV "
-    "IHTRM N1T1L N1T2R DLC_L DLC_R DAIL_L DAIL_R DRUD MACH SAT PSTAT RHO PHLAT LALON FN_L FN_R FUELUS BETDOT "
-    "FW ALDOT "
-    "FLAP DSPL_L DSPL_R"
+    "T AXCG AYCG AZCG AYCKP AZCKP PRGX QRGY RRGZ PHI THE PSI ALCG BECG VTASCG HQNH PDOT QDOT RDOT HRADIO VCAS "
+    "DELV IHTRM N1T1L N1T2R DLC_L DLC_R DAIL_L DAIL_R DRUD MACH SAT PSTAT RHO PHLAT LALON FN_L FN_R FUELUS BETDOT "
+    "FW ALDOT FLAP DSPL_L DSPL_R"
 )
 ATTAS_UNITS = (
-    "s M/S**2 M/S**2 M/S**2 M/S**2 M/S**2 DEG/S DEG/S DEG/S DEG DEG DEG DEG DEG M/S M DEG/S2 DEG/S2 DEG/S2 M "
-    "M/S DEG "
-    "DEG PROZENT PROZENT DEG DEG DEG DEG DEG -- M-0K PA Kg/m3 DEG DEG N N KG DEG/S -- DEG/S DEG DEG DEG"
+    "s M/S**2 M/S**2 M/S**2 M/S**2 M/S**2 DEG/S DEG/S DEG/S DEG DEG DEG DEG DEG M/S M DEG/S2 DEG/S2 DEG/S2 M M/S "
+    "DEG DEG PROZENT PROZENT DEG DEG DEG DEG DEG -- M-0K PA Kg/m3 DEG DEG N N KG DEG/S -- DEG/S DEG DEG DEG"
 )
 HFB = "T DELV PDYN THRUST TASCG ALFCG THE Q QDOT AXCG AZCG AYCG P R PDOT RDOT BETCG PHI DAIL DRUD"
 HFB_UNITS = "S RAD PA N M/S RAD RAD RAD/S RAD/S2 M/S2 M/S2 M/S2 RAD/S RAD/S RAD/S2 RAD/S2 RAD RAD RAD RAD"
 G1000 = (
-    "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,     Latitude,    Longitude,    AltB, BaroA,  AltMSL,   OAT,    "
-    "IAS, GndSpd,"
-    "    VSpd,  Pitch,   Roll,  LatAc, NormAc,   HDG,   TRK, volt1, volt2,  amp1,  amp2,  FQtyL,  FQtyR, E1 FFlow,"
-    " E1 OilT, E1 OilP, E1 RPM,  AltGPS, TAS, HSIS,    CRS,   NAV1,   NAV2,    COM1,    COM2,   HCDI,   VCDI, "
-    "WndSpd,"
-    " WndDr, WptDst, WptBrg, MagVar"
+    "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,     Latitude,    Longitude,    AltB, BaroA,  AltMSL,   OAT,    IAS, "
+    "GndSpd,    VSpd,  Pitch,   Roll,  LatAc, NormAc,   HDG,   TRK, volt1, volt2,  amp1,  amp2,  FQtyL,  FQtyR, "
+    "E1 FFlow, E1 OilT, E1 OilP, E1 RPM,  AltGPS, TAS, HSIS,    CRS,   NAV1,   NAV2,    COM1,    COM2,   HCDI,   "
+    "VCDI, WndSpd, WndDr, WptDst, WptBrg, MagVar"
 )
 D180 = (
-    "zulu is gps;zulu hour;zulu min;zulu sec;date valid;zulu day;zulu mo;zulu year;nav port;sel course;cdi;"
-    "gsi;type;"
-    "oil pres;man pres;oil temp;fuel pres;volts;amps;rpm;fuel flow;hobbs;tach;pitch;roll;heading;turn rate;"
-    "airspeed;"
-    "altitude;vert spd;gz;aoa %;oat"
+    "zulu is gps;zulu hour;zulu min;zulu sec;date valid;zulu day;zulu mo;zulu year;nav port;sel course;cdi;gsi;"
+    "type;oil pres;man pres;oil temp;fuel pres;volts;amps;rpm;fuel flow;hobbs;tach;pitch;roll;heading;turn rate;"
+    "airspeed;altitude;vert spd;gz;aoa %;oat"
 )
 ATC_CONSOLE = (
-    "Time, s;Sound velocity (ISA), m/s;Air density (ISA), kg/m^3;Static air pressure (ISA), Pa;Static "
-    "temperature (ISA),"
-    " K;Climb mode;Flight phase;Target altitude, ft;Target speed TAS, kt;Cross track error, nm;Heading error, deg;"
-    "Longitude, deg;Latitude, deg;Altitude, ft;True airspeed, kt;True heading, deg;Mach number;Bank angle, deg;"
-    "Path angle, deg;Lift coefficient;Drag coefficient;Lift force, N;Drag force, N;Thrust force, N"
+    "Time, s;Sound velocity (ISA), m/s;Air density (ISA), kg/m^3;Static air pressure (ISA), Pa;Static temperature "
+    "(ISA), K;Climb mode;Flight phase;Target altitude, ft;Target speed TAS, kt;Cross track error, nm;Heading "
+    "error, deg;Longitude, deg;Latitude, deg;Altitude, ft;True airspeed, kt;True heading, deg;Mach number;Bank "
+    "angle, deg;Path angle, deg;Lift coefficient;Drag coefficient;Lift force, N;Drag force, N;Thrust force, N"
 )
 FTIS = (
     "Ahrs1_Pitch,Ahrs1_Roll,Ahrs1_VertAcc,Ahrs1_bLatAcc,Ahrs1_bPitchRate,Ahrs1_bRollRate,Ahrs1_bYawRate,Dadc1_alt,"
     "Dadc1_altRate,Dadc1_bcAlt,Dadc1_cas,Dadc1_mach,Dadc1_sat,Dadc1_tas,Dadc1_tat,Gps_lat,Gps_long,Gps_utcSec,"
-    "delta_a,"
-    "delta_e,delta_r,vane_AOA"
+    "delta_a,delta_e,delta_r,vane_AOA"
 )
 ALFA = (
     "time,roll_commanded,roll_measured,pitch_commanded,pitch_measured,yaw_commanded,yaw_measured,label,"
     "wind_estimation_linear_x,wind_estimation_linear_y,orientation_x,angular_velocity_x,linear_acceleration_x,"
-    "airspeed,"
-    "groundspeed,throttle,altitude,climb"
+    "airspeed,groundspeed,throttle,altitude,climb"
 )
 XPLANE = (
     "Epoch time|ID|Timestamp|pitch_deg|roll_deg|hding_true|hding_mag|lat_deg|lon_deg|alt_ftmsl|alt_ftagl|on_runwy|"
@@ -110,9 +101,15 @@ _GARMIN = {
     "Lcl Date": "date", "Lcl Time": "clock", "BaroA": "altimeter_setting_inhg", "OAT": "air_temperature_degc",
     "IAS": "indicated_airspeed_kt", "GndSpd": "ground_speed_kt", "TRK": "track_deg", "HDG": "heading_deg",
     "MagVar": "magnetic_variation_deg", "AltMSL": "~altitude_ft", "AltGPS": "~altitude_ft",
-    "TAS": "~true_airspeed_kt",
-    "Latitude": "~latitude_deg", "Longitude": "~longitude_deg",
+    "TAS": "~true_airspeed_kt", "Latitude": "~latitude_deg", "Longitude": "~longitude_deg",
 }  # fmt: skip
+
+
+def _ours(holds: dict[str, str], asks: tuple[str, ...] = (), mark: str = ",") -> Quoted:
+    """A header made here, all of whose columns hold something."""
+    return Quoted("ours", mark.join(holds), holds, asks, mark)
+
+
 _MAGNETIC = ("TRK: is it true, or magnetic", "HDG: is it true, or magnetic")
 
 QUOTED: dict[str, Quoted] = {
@@ -147,8 +144,7 @@ QUOTED: dict[str, Quoted] = {
         "jorgec00/tps_py_tools Performance/5-2-25-1/LA_90_15K_5-2-1.csv",
         "Time (s),Airspeed (KCAS),Altitude (ft),Temperature (C),Fuel (thousand lbs)",
         {"Time (s)": "time_s", "Airspeed (KCAS)": "calibrated_airspeed_kt",
-         "Temperature (C)": "air_temperature_degc",
-         "Altitude (ft)": "~pressure_altitude_ft"},
+         "Temperature (C)": "air_temperature_degc", "Altitude (ft)": "~pressure_altitude_ft"},
         ("static_pressure or pressure_altitude", *NO_DIRECTION),
         questions=("Altitude (ft): is it the height by GPS, or a pressure altitude (pressure_altitude_ft)",),
     ),
@@ -218,63 +214,52 @@ QUOTED: dict[str, Quoted] = {
          "alt_ftmsl": "~altitude_ft", "alt_ftagl": "~altitude_ft", "alt_ind": "~altitude_ft"},
         ("impact_pressure or total_pressure", "static_pressure or pressure_altitude"), ";",
     ),
-    "German": Quoted(
-        "ours", "Zeit,ASI (mph),Palt,OAT °F,GS kts,Course (T)",
+    "German": _ours(
         {"Zeit": "time_s", "ASI (mph)": "indicated_airspeed_mph", "Palt": "pressure_altitude_ft",
-         "OAT °F": "air_temperature_degf", "GS kts": "ground_speed_kt", "Course (T)": "track_deg"},
+         "OAT °F": "air_temperature_degf", "GS kts": "ground_speed_kt", "Course (T)": "track_deg"}
     ),
-    "a pilot's own": Quoted(
-        "ours", "clock,airspeed,press. height,outside temp,ground speed,trk mag",
+    "a pilot's own": _ours(
         {"clock": "time_s", "airspeed": "indicated_airspeed_kt", "press. height": "pressure_altitude_ft",
          "outside temp": "air_temperature_degc", "ground speed": "ground_speed_kt",
          "trk mag": "magnetic_track_deg"},
     ),
-    "units run into the names": Quoted(
-        "ours", "t_ms,VelN_ms,VelE_ms,VelD_ms,qc_Pa,Ps_hPa,OAT_C,h_m",
+    "units run into the names": _ours(
         {"t_ms": "time_ms", "VelN_ms": "velocity_north_mps", "VelE_ms": "velocity_east_mps",
          "VelD_ms": "velocity_down_mps", "qc_Pa": "impact_pressure_pa", "Ps_hPa": "static_pressure_hpa",
          "OAT_C": "air_temperature_degc", "h_m": "altitude_m"},
     ),
-    "by position": Quoted(
-        "ours", "seconds,KIAS,PressAlt ft,OAT degC,lat,lon,GPS alt ft",
+    "by position": _ours(
         {"seconds": "time_s", "KIAS": "indicated_airspeed_kt", "PressAlt ft": "pressure_altitude_ft",
          "OAT degC": "air_temperature_degc", "lat": "latitude_deg", "lon": "longitude_deg",
          "GPS alt ft": "altitude_ft"},
     ),
-    "a glider's": Quoted(
-        "ours", "Time [s];TAS [km/h];Press. Altitude [m];OAT [°C];Ground speed [km/h];True course [°];Alt GPS [m]",
+    "a glider's": _ours(
         {"Time [s]": "time_s", "TAS [km/h]": "true_airspeed_kmh", "Press. Altitude [m]": "pressure_altitude_m",
          "OAT [°C]": "air_temperature_degc", "Ground speed [km/h]": "ground_speed_kmh",
-         "True course [°]": "track_deg",
-         "Alt GPS [m]": "altitude_m"},
-        (), ";",
+         "True course [°]": "track_deg", "Alt GPS [m]": "altitude_m"},
+        mark=";",
     ),
-    "magnetic course in brackets": Quoted(
-        "ours", "UTC,IAS (kt),Pressure Altitude (ft),SAT (C),Gnd Spd (kt),Course (M),MagVar (deg)",
+    "magnetic course in brackets": _ours(
         {"UTC": "clock", "IAS (kt)": "indicated_airspeed_kt", "Pressure Altitude (ft)": "pressure_altitude_ft",
          "SAT (C)": "air_temperature_degc", "Gnd Spd (kt)": "ground_speed_kt", "Course (M)": "magnetic_track_deg",
          "MagVar (deg)": "magnetic_variation_deg"},
     ),
-    "French": Quoted(
-        "ours", "temps,Vi (kt),Zp (ft),temperature (C),GS (kt),COG (deg)",
+    "French": _ours(
         {"temps": "time_s", "Vi (kt)": "indicated_airspeed_kt", "Zp (ft)": "pressure_altitude_ft",
          "temperature (C)": "air_temperature_degc", "GS (kt)": "ground_speed_kt", "COG (deg)": "track_deg"},
     ),
-    "a card of Mach": Quoted(
-        "ours", "elapsed_s,Mach,static_press_psi,TAT_degC,north_vel_fps,east_vel_fps",
+    "a card of Mach": _ours(
         {"elapsed_s": "time_s", "Mach": "mach", "static_press_psi": "static_pressure_psi",
          "TAT_degC": "total_temperature_degc", "north_vel_fps": "velocity_north_fps",
          "east_vel_fps": "velocity_east_fps"},
     ),
-    "no direction": Quoted(
-        "ours", "time_stamp_s,IAS_kt,Press_Alt_ft,GS_kt,HDG_true_deg",
+    "no direction": _ours(
         {"time_stamp_s": "time_s", "IAS_kt": "indicated_airspeed_kt", "Press_Alt_ft": "pressure_altitude_ft",
          "GS_kt": "ground_speed_kt", "HDG_true_deg": "heading_deg"},
         ("velocity_east or track",),
     ),
-    "two clocks": Quoted(
-        "ours", "utc,boot_time_ms,qc_inhg,ps_inhg,oat_c,vn_mps,ve_mps",
-        {"boot_time_ms": "time_ms", "utc": "minutes", "qc_inhg": "impact_pressure_inhg",
+    "two clocks": _ours(
+        {"utc": "minutes", "boot_time_ms": "time_ms", "qc_inhg": "impact_pressure_inhg",
          "ps_inhg": "static_pressure_inhg", "oat_c": "air_temperature_degc", "vn_mps": "velocity_north_mps",
          "ve_mps": "velocity_east_mps"},
     ),

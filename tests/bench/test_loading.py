@@ -27,7 +27,6 @@ def log(request) -> FlightLog:
 def force_residual(log: FlightLog) -> float:
     """Mean specific force along z that the model lacks [m/s²]."""
     track, model = track_of(log), aircraft_model("navajo")
-    assert model is not None
     rows = np.arange(0, len(track.time), 5)
     felt = model.react(motion_of(track, rows), Overlay(), True)
     return float(np.mean(log.specific_force_z) - np.mean(felt.specific_force_z))
@@ -42,9 +41,7 @@ def test_the_force_residual_of_another_loading_is_that_of_the_weight_it_lacks(lo
 
 def test_a_card_is_flown_at_the_first_mass_of_its_log(log: FlightLog) -> None:
     card = card_of({"case": {"maneuver": "rapid_decel"}}, "navajo")  # a header that does not tell the loading
-    assert card is not None
     loaded = as_flown(card, log)
-    assert log.mass is not None
     assert mass_of("navajo", Loading(loaded.fuel, loaded.ballast)) == pytest.approx(log.mass[0], abs=5.0)
     # Logs within some kilograms share a card.
     first, second = (as_flown(CARD, replace(log, mass=log.mass + more)) for more in (0.0, 0.3))
@@ -55,7 +52,6 @@ def test_a_card_is_flown_at_the_first_mass_of_its_log(log: FlightLog) -> None:
 
 def test_a_card_that_states_its_loading_or_a_log_without_a_mass_changes_no_card(log: FlightLog) -> None:
     stated = card_of(log.header, "navajo")
-    assert stated is not None
     assert as_flown(stated, log) is stated
     assert as_flown(CARD, replace(log, mass=None)) is CARD
 
@@ -72,8 +68,6 @@ def test_a_load_that_is_not_on_the_weight_sheet_is_a_gap() -> None:
 @pytest.mark.parametrize(("feet", "flown"), [(-1100.0, -1000.0), (90.0, 0.0), (700.0, 750.0)])
 def test_a_card_is_flown_at_the_height_of_its_log(log: FlightLog, feet: float, flown: float) -> None:
     card = card_of(log.header, "navajo")
-    assert card is not None
-    assert log.altitude is not None
     level = np.full(len(log), card.altitude + feet * FOOT)
     assert as_flown(card, replace(log, altitude=level)).altitude == pytest.approx(card.altitude + flown * FOOT)
     assert as_flown(card, replace(log, altitude=None)).altitude == card.altitude

@@ -174,7 +174,6 @@ def without_height(log: FlightLog) -> FlightLog:
 def after_rest(log: FlightLog, seconds: float) -> FlightLog:
     """The log with so much time at rest before it, at the height at which it begins."""
     rng, n = np.random.default_rng(99), int(seconds * RATE)
-    assert log.altitude is not None
     fix = (np.arange(n) // RATE) * RATE
     begins = float(np.mean(log.altitude[: 5 * RATE]))
     error = true_error(log.impact_pressure[: 5 * RATE]).mean()

@@ -33,7 +33,6 @@ def measured(sensed) -> Measured:
     # Banked and at a high lift, so that every effect of the table shows.
     motion = replace(motion, roll=motion.roll + 0.5, angle_of_attack=motion.angle_of_attack + 0.08)
     model = aircraft_model("navajo")
-    assert model is not None
     units = model.unit_forces(motion, Overlay(), properties_of_forces(model.baseline))
     return model, motion, answer(lambda m: model.react(m, Overlay(), False), motion), units
 
@@ -41,7 +40,6 @@ def measured(sensed) -> Measured:
 def sizes_of_forces() -> list[tuple[str, str]]:
     """Every size of the table that adds functions of force alone."""
     model = aircraft_model("navajo")
-    assert model is not None
     aircraft = [e for e in EFFECTS.values() if isinstance(e, AircraftEffect)]
     sizes = [(e, p) for e in aircraft for p in e.parameters if not p.shape]
     return [
@@ -59,7 +57,6 @@ def test_most_effects_of_the_airframe_add_forces() -> None:
 def test_added_forces_are_those_of_the_force_meter(measured: Measured, name: str, parameter: str) -> None:
     model, motion, held, units = measured
     effect = EFFECTS[name]
-    assert isinstance(effect, AircraftEffect)
     sizes = {p.name: 1.7 * p.typical for p in effect.parameters if p.shape or p.name == parameter}
     overlay = effect.overlay(effect.complete(sizes), model.baseline)
     on_meter = answer(lambda m: model.react(m, overlay, False), motion) - held
@@ -73,8 +70,6 @@ def test_added_forces_are_those_of_the_force_meter(measured: Measured, name: str
 )
 def test_forces_that_are_not_plain_additions_stay_on_the_force_meter(name: str, size: str) -> None:
     model, effect = aircraft_model("navajo"), EFFECTS[name]
-    assert model is not None
-    assert isinstance(effect, AircraftEffect)
     assert not adds_forces(effect.overlay(effect.complete({size: 0.1}), model.baseline))
 
 
@@ -95,8 +90,6 @@ def test_held_engines_fall_out_of_the_difference(sensed, name: str, column: int)
     track = track_of(log.select(log.time < log.time[0] + 25.0))
     motion = motion_of(track, np.arange(0, len(track.time), 50))
     model, effect = aircraft_model("navajo"), EFFECTS[name]
-    assert model is not None
-    assert isinstance(effect, AircraftEffect)
     overlay = effect.overlay(effect.typical(), model.baseline)
     changes = [
         answer(lambda m, run=run: model.react(m, overlay, run), motion)

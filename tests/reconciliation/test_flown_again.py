@@ -121,7 +121,6 @@ def test_a_card_is_flown_in_the_temperature_of_the_flight(offset: float, feet: f
     )
     fit = fit_free_parameters(layout.residuals.values, layout.free, layout.used)
     shown = as_the_log_shows(replace(case, temperature_offset=0.0), naming_of(layout, fit.sizes))
-    assert shown is not None
     assert shown.temperature_offset == pytest.approx(offset, abs=0.1)
 
 

@@ -58,7 +58,6 @@ def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight
     )
     assert found.naming.chosen == ("pitot_lag",)
     drawn = clearest_channel(found.naming, found.null, traces(found.naming))
-    assert drawn is not None
     assert (drawn.channel, drawn.variable) == ("airspeed_along", "acceleration")
 
 
@@ -90,7 +89,6 @@ def test_the_verdict_is_plain_data_and_its_patch_an_entry_of_a_case_file(pod) ->
 
 def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
     card = card_of(sensed("pitot_lag").header, "navajo")
-    assert card is not None
     assert (card.maneuver, card.das.label, card.effects) == ("rapid_decel", "20/1", ())
     assert card_of({}, "navajo") is None
 

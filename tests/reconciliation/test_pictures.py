@@ -48,7 +48,6 @@ def naming(explained: float, chosen: bool = True) -> SimpleNamespace:
 
 def test_an_effect_that_is_an_error_curve_is_told_as_that_curve():
     found = calibration_change(naming(0.04))
-    assert found is not None
     # An impact pressure 4 % higher is an airspeed 2 % higher; at Mach 0.23 compressibility takes 1.3 % of that.
     assert found.change == pytest.approx(0.0198 * found.airspeed, rel=0.02)
     assert found.airspeed[0] / KNOT == pytest.approx(81.4, abs=0.5)

@@ -66,7 +66,6 @@ def test_a_vane_that_is_off_leaves_no_force(flight, offset_deg: float, scale: fl
 
 def test_change_by_an_answer_is_that_of_another_answer(laid_out: Layout) -> None:
     scene, replay = laid_out.scene, laid_out.scene.replay
-    assert replay is not None
     added = np.random.default_rng(3).normal(size=(len(replay.rows), len(REACTION_NAMES)))
     other = replace(replay, values=replay.values + added)
     expected = channel_residuals(scene.clean, scene.grid, scene.frame, other).values - scene.base.values

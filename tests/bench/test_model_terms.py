@@ -134,14 +134,11 @@ def test_a_term_that_the_maneuver_does_not_move_is_called_silent():
 
 
 def test_a_late_vane_is_found(changed):
+    motions = [each.motion for each in changed]
+    vanes = [np.interp(motion.time - 0.2, motion.time, motion.angle_of_attack) for motion in motions]
     late = [
-        replace(
-            m,
-            motion=replace(
-                m.motion, angle_of_attack=np.interp(m.motion.time - 0.2, m.motion.time, m.motion.angle_of_attack)
-            ),
-        )
-        for m in changed
+        replace(each, motion=replace(each.motion, angle_of_attack=vane))
+        for each, vane in zip(changed, vanes, strict=True)
     ]
     assert align_vane(changed)[1] == pytest.approx(0.0)
     assert align_vane(late)[1] == pytest.approx(0.2, abs=0.051)
@@ -153,19 +150,15 @@ def test_a_late_vane_is_found(changed):
 def _array(maneuver):
     motion, columns = maneuver.motion, np.zeros((len(maneuver.motion.time), 90))
     speed = motion.mach * float(air.sound_speed(float(air.standard_temperature(HEIGHT))))
+    in_degrees = {
+        3: "sideslip", 4: "angle_of_attack", 5: "roll_rate", 6: "pitch_rate", 7: "yaw_rate", 8: "roll", 9: "pitch",
+        14: "elevator", 15: "aileron", 16: "rudder",
+    }  # fmt: skip
     pairs = {
         1: motion.time,
         2: speed / FOOT,
-        3: motion.sideslip / DEGREE,
-        4: motion.angle_of_attack / DEGREE,
-        5: motion.roll_rate / DEGREE,
-        6: motion.pitch_rate / DEGREE,
-        7: motion.yaw_rate / DEGREE,
-        8: motion.roll / DEGREE,
-        9: motion.pitch / DEGREE,
-        14: motion.elevator / DEGREE,
+        **{number: getattr(motion, name) / DEGREE for number, name in in_degrees.items()},
         15: -motion.aileron / DEGREE,
-        16: motion.rudder / DEGREE,
         27: 0.7 * motion.static_pressure * motion.mach**2 / PSF,
         28: motion.mach,
         38: maneuver.thrust / POUND_FORCE,
@@ -223,9 +216,7 @@ def test_what_cannot_be_judged_is_refused_with_the_way_out(tmp_path, changed, ca
 def test_body_rates_that_are_renewed_once_a_second_are_refused():
     flown = sense(fly(Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]})), "20/1")
     held = np.searchsorted(flown.time, np.floor(flown.time - flown.time[0]) + flown.time[0])
-    slow = replace(
-        flown, **{f"{axis}_rate": getattr(flown, f"{axis}_rate")[held] for axis in ("roll", "pitch", "yaw")}
-    )
+    slow = replace(flown, **{name: getattr(flown, name)[held] for name in ("roll_rate", "pitch_rate", "yaw_rate")})
     with pytest.raises(BadInputError, match=r"the body rates are renewed 1\.\d times a second"):
         maneuvers_of(slow, "slow")
 
@@ -254,9 +245,6 @@ def test_the_twin_otter_of_nasa_has_a_steeper_lift_slope_than_its_file():
     assert abs(elevator.measured.value + 1.87) < 0.15
     assert account.gap_of("lift").closed > 0.9
     assert account.closed > 0.8
-    before, after = (np.sqrt(np.mean((each - account.flown[1].measured)[:, 2] ** 2)) for each in _flown(account))
+    flown = account.flown[1]
+    before, after = (np.linalg.norm((each - flown.measured)[:, 2]) for each in (flown.before, flown.after))
     assert after < 0.6 * before
-
-
-def _flown(account):
-    return account.flown[1].before, account.flown[1].after

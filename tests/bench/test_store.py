@@ -175,27 +175,21 @@ def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeyp
     assert len([*ResultStore(request.out / "store").keys()]) == 2
 
 
-def test_the_index_is_made_again_where_it_is_cut(campaign):
-    before = result_table([campaign.out])
-    index = campaign.out / "store" / "index.parquet"
-    index.write_bytes(index.read_bytes()[:200])
-    pd.testing.assert_frame_equal(result_table([campaign.out]), before)
-    assert sorted(before.seed) == [1, 2]
-    assert set(before["das.gps_rate_hz"]) == {1.0}
-    assert len(result_table([campaign.out, campaign.out])) == 2  # each flight once
-
-
-def test_what_else_lies_in_the_store_does_no_harm(campaign, tmp_path, capsys):
+def test_a_cut_index_is_made_again_and_what_else_lies_in_the_store_does_no_harm(campaign, tmp_path, capsys):
     """A stray file or folder among the parts; and a folder in the place of the index is named."""
     out = tmp_path / "out"
     shutil.copytree(campaign.out, out)
-    before = result_table([out])
+    before, index = result_table([out]), out / "store" / "index.parquet"
+    index.write_bytes(index.read_bytes()[:200])
+    pd.testing.assert_frame_equal(result_table([out]), before)
+    assert sorted(before.seed) == [1, 2]
+    assert set(before["das.gps_rate_hz"]) == {1.0}
+    assert len(result_table([out, out])) == 2  # each flight once
     parts = out / "store" / "flights"
-    (parts / "notes.txt").write_text("mine")
     (parts / "aa").mkdir(exist_ok=True)
-    (parts / "aa" / "notes.txt").write_text("mine")
+    for stray in (parts / "notes.txt", parts / "aa" / "notes.txt"):
+        stray.write_text("mine")
     (parts / "aa" / "aa.json").write_text('{"key": "aa", "rows": null}')
-    index = out / "store" / "index.parquet"
     found = result_table([out])
     assert len(found) == len(before) + 1
     assert set(found.state) == {"done", "damaged"}
@@ -206,21 +200,18 @@ def test_what_else_lies_in_the_store_does_no_harm(campaign, tmp_path, capsys):
 
 
 def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path):
-    from pyarrow import dataset
-
-    parts = []
-    for k in (1, 2):
-        parts.append(tmp_path / f"part-{k}")
-        run_campaign(replace(campaign, seeds="1-2", shard=(k, 2), out=parts[-1], report=False))
+    parts = [tmp_path / f"part-{k}" for k in (1, 2)]
+    for k, out in enumerate(parts, start=1):
+        run_campaign(replace(campaign, seeds="1-2", shard=(k, 2), out=out, report=False))
     whole = tmp_path / "all.parquet"
     assert main(["results", *map(str, parts), "--out", str(whole)]) == 0
     table = pd.read_parquet(whole)
     assert sorted(table.seed) == [1, 2]
-    opened = dataset.dataset(whole).to_table(filter=dataset.field("seed") == 2, columns=["seed", "two_sigma_kt"])
-    assert opened.to_pandas().two_sigma_kt.tolist() == table[table.seed == 2].two_sigma_kt.tolist()
-    numbers = ("two_sigma_kt", "curve_rms_error_kt", "wind_error_kt", "minutes")
+    opened = pd.read_parquet(whole, filters=[("seed", "==", 2)], columns=["two_sigma_kt"])
+    assert opened.two_sigma_kt.tolist() == table[table.seed == 2].two_sigma_kt.tolist()
+    numbers = ["two_sigma_kt", "curve_rms_error_kt", "wind_error_kt", "minutes"]
     alone = result_table([campaign.out]).set_index("flight")
-    pd.testing.assert_frame_equal(table.set_index("flight")[[*numbers]], alone.loc[table.flight, [*numbers]])
+    pd.testing.assert_frame_equal(table.set_index("flight")[numbers], alone.loc[table.flight, numbers])
 
 
 def test_rows_are_chosen_and_averaged(campaign):

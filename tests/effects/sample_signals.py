@@ -3,6 +3,7 @@
 import numpy as np
 
 from pitotbench import air
+from pitotbench.effects import EFFECTS
 from pitotbench.effects.response import Signals
 
 
@@ -44,3 +45,9 @@ def turning(seconds: float = 120.0, rate: float = 50.0, pause: float = 0.0) -> S
             "specific_force_z": -9.8 + 0.3 * np.sin(time / 5.0),
         },
     )
+
+
+def applied(name: str, signals: Signals | None = None, **sizes: float) -> tuple[Signals, Signals]:
+    """Signals without and with an effect."""
+    signals = signals or turning()
+    return signals, EFFECTS[name].apply(signals, sizes)

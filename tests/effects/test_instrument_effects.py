@@ -3,17 +3,11 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.effects.sample_signals import turning
+from tests.effects.sample_signals import applied, turning
 
 from pitotbench import air
-from pitotbench.effects import EFFECTS
 from pitotbench.effects.response import Signals
 from pitotbench.units import DEGREE
-
-
-def applied(name: str, signals: Signals | None = None, **sizes: float) -> tuple[Signals, Signals]:
-    signals = signals or turning()
-    return signals, EFFECTS[name].apply(signals, sizes)
 
 
 def on_headings(*degrees: float) -> Signals:

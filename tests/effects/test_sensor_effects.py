@@ -2,17 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.effects.sample_signals import turning
+from tests.effects.sample_signals import applied, turning
 
 from pitotbench import air
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.response import Signals
 from pitotbench.units import KNOT
-
-
-def applied(name: str, signals: Signals | None = None, **sizes: float) -> tuple[Signals, Signals]:
-    signals = signals or turning()
-    return signals, EFFECTS[name].apply(signals, sizes)
 
 
 def total(signals: Signals) -> np.ndarray:

@@ -46,12 +46,8 @@ def test_density_is_that_of_leaving_out(setup):
         mean = gain @ problem.response[kept]
         spread = joint[np.ix_(out, out)] - gain @ joint[np.ix_(kept, out)]
         assert score == pytest.approx(multivariate_normal.logpdf(problem.response[out], mean, spread), abs=1e-8)
-
-
-def test_without_a_prior_it_is_the_limit_of_a_wide_one(setup):
-    problem, noise, _ = setup
-    flat = held_out_log_density(problem, noise, np.zeros((2, 2)), SEGMENT)
-    wide = held_out_log_density(problem, noise, 1e-9 * np.eye(2), SEGMENT)
+    # Without a prior it is the limit of a wide one.
+    flat, wide = (held_out_log_density(problem, noise, each * np.eye(2), SEGMENT) for each in (0.0, 1e-9))
     np.testing.assert_allclose(flat, wide, atol=1e-6)
 
 
@@ -63,18 +59,13 @@ def test_a_wrong_model_predicts_worse(setup):
     assert held_out_log_density(problem, noise, np.zeros((2, 2)), SEGMENT).sum() > -50.0
 
 
-def test_likelihood_is_the_dense_one(setup):
-    problem, noise, covariance = setup
-    weight = np.linalg.inv(covariance)
-    X = problem.regressors
-    best = X @ np.linalg.solve(X.T @ weight @ X, X.T @ weight @ problem.response)
-    assert log_likelihood(problem, noise) == pytest.approx(
-        multivariate_normal.logpdf(problem.response, best, covariance)
-    )
-
-
-def test_criteria_of_the_source():
+def test_likelihood_is_the_dense_one_and_the_criteria_are_those_of_the_source(setup):
     """Burnham and Anderson, Model Selection, 2002, eqs. 2.15 and 6.6: -2 ln L + 2K + 2K(K+1)/(n-K-1), K ln n."""
+    problem, noise, covariance = setup
+    X, weight = problem.regressors, np.linalg.inv(covariance)
+    best = X @ np.linalg.solve(X.T @ weight @ X, X.T @ weight @ problem.response)
+    dense = multivariate_normal.logpdf(problem.response, best, covariance)
+    assert log_likelihood(problem, noise) == pytest.approx(dense)
     assert aicc(-10.0, 3, 20) == pytest.approx(20.0 + 6.0 + 24.0 / 16.0)
     assert bic(-10.0, 3, 20) == pytest.approx(20.0 + 3.0 * np.log(20.0))
 

@@ -20,9 +20,13 @@ from pitotbench.records import NoAnswerError
 def make_problem(n=60, seed=3):
     rng = np.random.default_rng(seed)
     X = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
-    return Regression(X @ [1.0, 2.0] + rng.standard_normal(n), X, X, np.zeros(2)), Intervals(
-        np.arange(n + 1.0), np.arange(n)
-    )
+    response = X @ [1.0, 2.0] + rng.standard_normal(n)
+    return Regression(response, X, X, np.zeros(2)), Intervals(np.arange(n + 1.0), np.arange(n))
+
+
+def level(intervals):
+    """White noise of an unknown level, by its logarithm."""
+    return lambda phi: MarkovNoise(intervals, np.full(len(intervals.left), np.exp(2 * phi[0])), [])
 
 
 def test_restricted_likelihood_matches_the_dense_form():
@@ -56,23 +60,13 @@ def test_regressors_that_are_one_and_the_same_get_a_reason_and_no_answer():
     twice = np.column_stack([problem.regressors, problem.regressors])
     same = Regression(problem.response, twice, twice, np.zeros(4))
     with pytest.raises(NoAnswerError, match="does not determine"):
-        noise_posterior(
-            same,
-            lambda phi: MarkovNoise(intervals, np.full(60, np.exp(2 * phi[0])), []),
-            lambda phi: -0.5 * float(phi @ phi),
-            np.zeros(1),
-        )
+        noise_posterior(same, level(intervals), lambda phi: -0.5 * float(phi @ phi), np.zeros(1))
 
 
 def test_white_noise_posterior_gives_student_like_bounds():
     """With one unknown white level the mixture must be wider than the plug-in normal, as Student's t is."""
     problem, intervals = make_problem(n=12)
-    nodes = noise_posterior(
-        problem,
-        lambda phi: MarkovNoise(intervals, np.full(12, np.exp(2 * phi[0])), []),
-        lambda phi: 0.0,
-        np.zeros(1),
-    )
+    nodes = noise_posterior(problem, level(intervals), lambda phi: 0.0, np.zeros(1))
     weights = np.array([node.weight for node in nodes])
     means = np.array([node.estimate[1:] for node in nodes])
     deviations = np.sqrt([[node.covariance[1, 1]] for node in nodes])

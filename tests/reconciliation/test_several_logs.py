@@ -180,25 +180,19 @@ def test_the_order_of_the_flights_does_not_matter(flights, both) -> None:
     assert one.log_bayes_factor == pytest.approx(other.log_bayes_factor, rel=1e-6)
 
 
-def test_a_name_is_withdrawn_with_its_reason(alone) -> None:
+def test_a_name_is_withdrawn_with_its_reason_and_a_doubted_one_only_probable(alone) -> None:
     checks = alone.checks
     back = verdict_of(replace(checks, contradictions=("flight 2 contradicts it",)))
     assert (back.kind, back.effects) == ("unknown", ())
     assert back.notes[-1].startswith("flight 2 contradicts it: the name gps_latency")
     assert back.changes == ("named -> unknown: flight 2 contradicts it",)
-    quiet = replace(checks.found, kind="no_gap", effects=(), alternatives=())
-    assert verdict_of(replace(checks, found=quiet, contradictions=("why",))).kind == "no_gap"
-
-
-def test_a_doubted_name_is_only_probable(alone) -> None:
-    checks = alone.checks
     why = "the sizes of the other flights close only 50% of the gap of flight 2"
-    checks = replace(checks, left_out=(why,))
-    less = verdict_of(checks)
+    doubtful = replace(checks, left_out=(why,))
+    less, told = verdict_of(doubtful), verdict_of(replace(doubtful, left=0.02))
     assert (less.kind, less.effects, less.remains) == ("one_of", checks.found.effects, True)
     assert less.doubts == (why,)
-    told = verdict_of(replace(checks, left=0.02))
     assert told.effects[0].probability < 0.65
     assert told.alternatives[0]
     quiet = replace(checks.found, kind="no_gap", effects=(), alternatives=())
-    assert not verdict_of(replace(checks, found=quiet)).doubts
+    assert verdict_of(replace(checks, found=quiet, contradictions=("why",))).kind == "no_gap"
+    assert not verdict_of(replace(doubtful, found=quiet)).doubts

@@ -1,5 +1,8 @@
-"""What a plant does over a time, in the channels of a flight."""
+"""What a plant does over a time, in the channels of a flight, and what tells one flight from another."""
 
+import hashlib
+
+from pitotbench import Flight
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.sortie import Recorder
 from pitotbench.units import Array
@@ -13,3 +16,7 @@ def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
         recorder.advance(min(batch, steps - done))
         plant.check()
     return recorder.channels()
+
+
+def digest(flight: Flight) -> str:
+    return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()

@@ -1,10 +1,10 @@
 """The effects on aircraft and air in JSBSim: each acts, by the amount it says, and is nothing at zero."""
 
-import hashlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.simulation.plant_record import digest
 
 from pitotbench import BadInputError, Case, Flight, fly
 from pitotbench.bench.flights import wind_toward
@@ -65,10 +65,6 @@ ANSWERS = {
 @pytest.fixture(scope="module")
 def plain() -> Flight:
     return fly(Case(**SHORT))
-
-
-def digest(flight: Flight) -> str:
-    return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()
 
 
 def level(overlay: Overlay | None = None, seconds: float = 5.0, **controls: float) -> Plant:

@@ -1,14 +1,14 @@
 """A flight as a whole: reproducible, physically consistent, and refused with a reason where it cannot be."""
 
-import hashlib
 import subprocess
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.simulation.plant_record import digest
 
-from pitotbench import Case, Flight, UnknownNameError, air, fly
+from pitotbench import Case, UnknownNameError, air, fly
 from pitotbench.records.case import Wind
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.plant import SimulationError
@@ -16,10 +16,6 @@ from pitotbench.simulation.properties import CHANNELS
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY
 
 SHORT = Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]}, turbulence="light")
-
-
-def digest(flight: Flight) -> str:
-    return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()
 
 
 def test_one_case_is_one_flight_bit_for_bit():

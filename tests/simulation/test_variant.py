@@ -1,11 +1,11 @@
 """Aircraft variants on disk: they fly as the effects do, stack, and overwrite nothing."""
 
-import hashlib
 from pathlib import Path
 
 import pytest
+from tests.simulation.plant_record import digest
 
-from pitotbench import BadInputError, Case, Flight, UnknownNameError, fly
+from pitotbench import BadInputError, Case, UnknownNameError, fly
 from pitotbench.effects.overlay import AxisFunction, Overlay
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.aircraft import find_aircraft
@@ -16,10 +16,6 @@ from pitotbench.units import FOOT, KNOT
 
 POD, LOAD = EffectSpec("belly_pod", {"drag_area_m2": 0.1}), EffectSpec("mass", {"mass_kg": 100.0})
 SHORT = {"maneuver": "rapid_decel", "turbulence": "none"}
-
-
-def digest(flight: Flight) -> str:
-    return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()
 
 
 def tree(folder: Path) -> dict[str, bytes]:

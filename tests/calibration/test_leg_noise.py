@@ -117,26 +117,25 @@ def test_the_gain_is_what_a_second_moved_along_its_path_does_to_the_answer(path)
 
 def test_the_gain_of_a_circle_counts_that_the_path_turns_when_the_wind_moves():
     """Far from a circle the residuals are large: without their curvature the gain would be off by a fifth."""
+
+    def settled(velocity, answer):
+        """By sixty Gauss-Newton steps: the usual six do not settle on such an oval."""
+        for _ in range(60):
+            through_air = velocity - answer[1:]
+            distance = np.linalg.norm(through_air, axis=1)
+            jacobian = np.column_stack([np.ones(len(velocity)), through_air / distance[:, None]])
+            answer = answer + np.linalg.lstsq(jacobian, distance - answer[0])[0]
+        return answer
+
     velocity = 60.0 * np.array([(np.cos(x), 0.6 * np.sin(x)) for x in np.arange(0.0, 5.0, 0.2)])
-    answer = circle_fit(velocity)
-    for _ in range(60):  # the usual six steps do not settle on such an oval
-        answer = _gauss_newton(velocity, answer)
+    answer = settled(velocity, circle_fit(velocity))
     through_air = velocity - answer[1:]
     along = through_air / np.linalg.norm(through_air, axis=1, keepdims=True)
     gain = circle_gain(velocity, answer)
     for second in (0, 9, 20):
         moved = velocity + 1e-3 * (np.arange(len(velocity)) == second)[:, None] * along
-        there = answer
-        for _ in range(60):
-            there = _gauss_newton(moved, there)
+        there = settled(moved, answer)
         np.testing.assert_allclose(gain[second], (there - answer) / 1e-3, rtol=1e-2, atol=1e-4)
-
-
-def _gauss_newton(velocity, answer):
-    through_air = velocity - answer[1:]
-    distance = np.linalg.norm(through_air, axis=1)
-    jacobian = np.column_stack([np.ones(len(velocity)), through_air / distance[:, None]])
-    return answer + np.linalg.lstsq(jacobian, distance - answer[0])[0]
 
 
 def peak_memory(groups):

@@ -112,18 +112,15 @@ def test_a_stated_part_is_the_log_of_its_rows(log, capsys):
     assert answer["disagreements"] == []
 
 
-def test_a_report_does_not_overwrite_its_log(log, capsys):
-    before = log.read_bytes()
-    assert ".html" in refused(["calibrate", log, "--report", log], capsys)
-    assert log.read_bytes() == before
-
-
 @pytest.mark.parametrize("report", ["", ".", "page.csv", "no-folder/page.html", "/proc/page.html"])
-def test_a_report_is_refused_before_the_log_is_read(report, tmp_path, monkeypatch, capsys):
+def test_a_report_is_refused_before_the_work_and_overwrites_no_log(report, log, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     error = refused(["calibrate", "no-such-log.csv", "--report", report], capsys)
     assert "no-such-log" not in error
     assert list(tmp_path.iterdir()) == []
+    before = log.read_bytes()
+    assert ".html" in refused(["calibrate", log, "--report", log], capsys)
+    assert log.read_bytes() == before
 
 
 @pytest.mark.parametrize("out", ["x.xlsx", ".", "no-folder/x.csv", "/proc/x.csv", "case.toml"])
@@ -177,11 +174,15 @@ def test_a_monstrous_case_or_mapping_is_refused(text, case, log, capsys):
     assert "not a regular file" in refused(["calibrate", log, "--mapping", pipe], capsys)
 
 
+def rows_of(log):
+    """The lines of the log without its header."""
+    return [line for line in log.read_text().splitlines() if not line.startswith("#")]
+
+
 @pytest.mark.parametrize("stated", ["accuracy = 5", 'accuracy = "a"', "accuracy = [1]"])
 def test_an_accuracy_in_the_header_that_is_no_table_is_refused(stated, log, tmp_path, capsys):
     path = tmp_path / "odd.csv"
-    lines = [line for line in log.read_text().splitlines() if not line.startswith("#")]
-    path.write_text("\n".join([f"# {stated}", *lines]))
+    path.write_text("\n".join([f"# {stated}", *rows_of(log)]))
     assert "accuracy" in refused(["calibrate", path], capsys)
 
 
@@ -199,9 +200,8 @@ def test_an_aircraft_file_that_is_broken_is_refused(text, effects, case, monkeyp
 def test_names_from_a_log_reach_the_terminal_as_they_are_written(log, tmp_path, capsys):
     """Neither rich markup nor escape codes of a column or file name act; both can be read."""
     path = tmp_path / "[red]a[bold] :bomb:\x1b[31m.csv"
-    lines = [line for line in log.read_text().splitlines() if not line.startswith("#")]
-    strange = "[bold red]x[/bold]\x1b]0;title\x07"
-    path.write_text("\n".join([f"{lines[0]},{strange}", *(f"{line},1" for line in lines[1:])]))
+    head, *rows = rows_of(log)
+    path.write_text("\n".join([f"{head},[bold red]x[/bold]\x1b]0;title\x07", *(f"{row},1" for row in rows)]))
     assert main(["calibrate", str(path), "--model", "bias"]) == 0
     text = capsys.readouterr().out
     assert "[red]a[bold] :bomb:\\x1b[31m.csv" in text

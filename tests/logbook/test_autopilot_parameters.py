@@ -188,12 +188,9 @@ def test_what_a_log_cannot_give_is_refused_with_the_reason(name, held, says):
     real = calibration_of(exact_curve(0.02 * speed, speed, 0.1), {})
     with pytest.raises(BadInputError, match=says):
         autopilot_settings(replace(real, autopilot=None if held is None else RecordedAutopilot(held)), name)
-
-
-@pytest.mark.parametrize("text", ["inav", "px4,ASPD_SCALE_1", "px4,ASPD_SCALE_1=one"])
-def test_an_autopilot_that_is_not_known_and_values_that_are_no_numbers_are_refused(text):
-    with pytest.raises(BadInputError):
-        stated_parameters(text)
+    for text in ("inav", "px4,ASPD_SCALE_1", "px4,ASPD_SCALE_1=one"):
+        with pytest.raises(BadInputError):
+            stated_parameters(text)
 
 
 def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_path, capsys):
@@ -227,16 +224,12 @@ def with_power(effect: float, seed: int) -> tuple[Residuals, FlightLog]:
 
 
 @pytest.mark.parametrize("effect", [0.0, 1.5])
-def test_a_wash_is_found_within_its_bound(effect):
+def test_a_wash_is_found_within_its_bound_and_not_told_where_power_follows_airspeed_or_was_not_recorded(effect):
     found = [wash_of(*with_power(effect, seed)) for seed in range(40)]
     inside = [each is not None and abs(each.value - effect) <= each.two_sigma for each in found]
     assert np.mean(inside) >= 0.8  # 95 % is meant; 32 of 40 or fewer happen once in a million
     assert all(each is not None and each.two_sigma < 1.0 for each in found)
-
-
-def test_a_wash_is_not_told_where_power_follows_airspeed_or_was_not_recorded():
-    residuals, log = with_power(0.0, 1)
+    residuals, log = with_power(effect, 1)
     assert wash_of(residuals, replace(log, throttle_left=None)) is None
     follows = (residuals.indicated_airspeed - residuals.airspeed) / 60.0
-    found = wash_of(residuals, replace(log, throttle_left=np.clip(follows, 0.0, 1.0)))
-    assert np.isinf(found.two_sigma)
+    assert np.isinf(wash_of(residuals, replace(log, throttle_left=np.clip(follows, 0.0, 1.0))).two_sigma)

@@ -60,9 +60,8 @@ def test_an_own_mapping(tmp_path):
         "altitude_furlong": t["altitude_m"],  # not mapped, so its name does not matter
     }
     log = read_log(sample.write(tmp_path / "log.csv", table), mapping=tmp_path / "m.toml")
-    np.testing.assert_allclose(log.impact_pressure, t["impact_pressure_pa"])
-    np.testing.assert_allclose(log.static_pressure, t["static_pressure_pa"])
-    np.testing.assert_allclose(log.velocity_east, t["velocity_east_mps"])
+    for name in ("impact_pressure_pa", "static_pressure_pa", "velocity_east_mps"):
+        np.testing.assert_allclose(getattr(log, name.rpartition("_")[0]), t[name])
     assert "warnings" not in log.header
 
 

@@ -35,20 +35,14 @@ def test_a_pause_of_half_a_minute_is_mentioned_and_parts_no_flight(tmp_path):
     log, warnings = read(tmp_path, paused(30.0))
     assert warnings == [f"the recording pauses once, for up to 30 s, before row {HALF + 1}"]
     assert flights_in(log) == [log]
-
-
-def test_a_pause_where_the_segment_changes_is_meant(tmp_path):
-    table = {**paused(30.0, row=300), "segment": sample.columns()["segment"]}
-    assert table["segment"][299] != table["segment"][300]
-    assert read(tmp_path, table)[1] == []
-
-
-def test_rows_that_were_dropped_are_no_pause_of_the_recording(tmp_path):
+    # Where the segment changes it is meant, and rows that were dropped are none.
+    segment = sample.columns()["segment"]
+    assert segment[HALF - 1] != segment[HALF]
+    assert read(tmp_path, {**paused(30.0), "segment": segment})[1] == []
     table = paused(0.0)
     table["static_pressure_pa"][100:150] = np.nan
-    _, warnings = read(tmp_path, table)
-    assert len(warnings) == 1
-    assert "50 of 600 values are not numbers" in warnings[0]
+    (warning,) = read(tmp_path, table)[1]
+    assert "50 of 600 values are not numbers" in warning
 
 
 @pytest.mark.parametrize("name", ["static_pressure_pa", "impact_pressure_pa"])

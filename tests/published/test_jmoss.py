@@ -27,22 +27,21 @@ BY_HEIGHT = {  # Δp/q_c at 260, 300, 340, 380, 420 KIAS: indicated pressure les
 }
 
 
-def _with_height(name):
-    return read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss")
-
-
-def _without_height(name):
-    """The log for the wind triangle alone."""
-    return replace(_with_height(name), altitude=None)
+def _log(name, **changes):
+    """The log; without its height it serves the wind triangle alone."""
+    return replace(read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss"), **changes)
 
 
 @pytest.fixture(scope="module", params=sorted(BALLOON_KT))
 def flight(request):
-    return request.param, calibrate(_without_height(request.param), OPTIONS)
+    return request.param, calibrate(_log(request.param, altitude=None), OPTIONS)
 
 
-def test_wind_is_near_the_balloon(flight):
-    """Within 7 kt of the balloon, component by component; the printed difference is the evidence."""
+def test_wind_is_near_the_balloon_and_the_bound_honest_about_colored_residuals(flight):
+    """Within 7 kt of the balloon, component by component; the printed difference is the evidence.
+
+    The white bound is a few hundredths of a knot here; the balloon is knots away.
+    """
     name, result = flight
     found = np.array([result.wind.north.value, result.wind.east.value]) / KNOT
     print(
@@ -50,11 +49,6 @@ def test_wind_is_near_the_balloon(flight):
         f"2σ {result.wind.north.two_sigma / KNOT:.1f}, {result.wind.east.two_sigma / KNOT:.1f} kt"
     )
     assert np.all(np.abs(found - BALLOON_KT[name]) < 7.0)
-
-
-def test_bound_is_honest_about_colored_residuals(flight):
-    """The white bound is a few hundredths of a knot here; the balloon is knots away."""
-    _, result = flight
     assert result.wind.north.two_sigma > 10.0 * 0.07 * KNOT
     assert np.all(result.curve.two_sigma > 5.0 * result.curve.white_two_sigma)
 
@@ -83,7 +77,7 @@ def _balloon_temperature(pressure):
 @pytest.mark.parametrize(("name", "low", "high"), [("CLASS55", -1.0, 1.0), ("CLASS65", 1.5, 4.0)])
 def test_no_residual_shows_how_far_the_probe_is_off(name, low, high):
     """Against the balloon at the same pressure: nearly right on one flight, 2.7 K too warm on the other."""
-    log = _without_height(name)
+    log = _log(name, altitude=None)
     mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
     offset = log.total_temperature / (1.0 + 0.2 * mach**2) - _balloon_temperature(log.static_pressure)
     offset = offset[mach < 0.8]
@@ -101,7 +95,7 @@ def test_the_air_data_of_one_log_trail_the_gps():
     """Half a second, seen in planned accelerations of CLASS65; CLASS55 holds too few to tell."""
     options = replace(OPTIONS, wind="drifting", latency="checked")
     for name, significant in (("CLASS65", True), ("CLASS55", False)):
-        result = calibrate(_without_height(name), options)
+        result = calibrate(_log(name, altitude=None), options)
         found = result.diagnostics.latency
         latency, bound = found.value, found.two_sigma
         print(f"{name}: latency of the GPS {latency:+.2f} ± {bound:.2f} s (2σ)")
@@ -113,16 +107,12 @@ def test_the_air_data_of_one_log_trail_the_gps():
 def test_height_and_triangle_together_hold_the_curve_of_the_balloon(name):
     """Below Mach 0.8, where the curve is flat, with a temperature that may be 5 K off."""
     options = CalibrationOptions(model="auto", mach_max=0.8, accuracies=Accuracies(temperature_k=5.0))
-    result = calibrate(_with_height(name), options)
+    result = calibrate(_log(name), options)
     curve, places = result.curve, np.array([260.0, 300.0, 340.0, 380.0]) * KNOT
     found = np.interp(places, curve.indicated_airspeed, curve.normalized_pressure_error)
     bound = np.interp(places, curve.indicated_airspeed, curve.normalized_two_sigma)
     print(f"{name}: {result.error_location}, Δp/q_c {found.round(4)} ± {bound.round(4)}, balloon {BY_HEIGHT[name]}")
     assert result.error_location == "static"
     assert np.all(np.abs(found - BY_HEIGHT[name][:4]) < bound)
-
-
-@pytest.mark.parametrize("name", sorted(BALLOON_KT))
-def test_a_law_that_cannot_follow_the_transonic_rise_is_told(name):
-    """A quadratic up to Mach 0.93: the height shows what the triangle's bound hides."""
-    assert "height" in [each.kind for each in calibrate(_with_height(name), OPTIONS).disagreements]
+    # A quadratic up to Mach 0.93 cannot follow the transonic rise: the height shows what the triangle hides.
+    assert "height" in [each.kind for each in calibrate(_log(name), OPTIONS).disagreements]

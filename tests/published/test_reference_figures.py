@@ -19,11 +19,9 @@ FIGURES = published_figures("navajo")
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 def test_the_model_flies_the_published_figure(figure: Figure) -> None:
     row = ReferenceRow(figure, FLOWN[figure.maneuver]("navajo", figure))
+    assert figure.source
+    assert figure.tolerance > 0.0
     assert row.within, f"{figure.name}: {row.model:.1f} against {figure.value} {figure.unit} ({figure.source})"
-
-
-def test_every_figure_names_its_source() -> None:
-    assert all(figure.source and figure.tolerance > 0.0 for figure in FIGURES)
 
 
 @pytest.mark.parametrize("pressure_inhg", [25.0, 35.0])
@@ -45,12 +43,7 @@ def test_difference_and_tolerance_stand_in_one_unit(monkeypatch: pytest.MonkeyPa
         assert difference.split(" ", 1)[1] == tolerance.split(" ", 1)[1]
         if figure.tolerance_unit != "%":
             assert difference == f"-0.5 {figure.tolerance_unit}"
-
-
-def test_the_table_has_a_line_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = [ReferenceRow(figure, 1.05 * figure.value) for figure in FIGURES]
-    monkeypatch.setattr("pitotlab.reference_figures.fly_reference", lambda aircraft: rows)
-    lines = reference_table("navajo").splitlines()
-    assert len(lines) == 2 + len(FIGURES)
-    assert "**no**" in lines[2]
-    assert "+5.0 %" in lines[2]
+    rows[0] = ReferenceRow(FIGURES[0], 1.05 * FIGURES[0].value)
+    first = reference_table("navajo").splitlines()[2]
+    assert "**no**" in first
+    assert "+5.0 %" in first

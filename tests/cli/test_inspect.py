@@ -23,7 +23,8 @@ def circles():
 
 
 def test_the_account_is_that_of_the_flight():
-    found = inspect_log(circles())
+    log = circles()
+    found = inspect_log(log)
     assert found.rate == pytest.approx(2.0)
     assert found.headings == 12
     assert [speed / KNOT for speed in found.airspeeds] == pytest.approx([102, 132, 162], abs=8)
@@ -33,6 +34,16 @@ def test_the_account_is_that_of_the_flight():
     assert answered["calibration with attitude and flow angles"]
     assert not answered["altitude (position) error"]
     assert not answered["reconciliation with a model"]
+    # Pauses and flights are counted.
+    time = log.time + np.where(log.time > 150.0, 1800.0, 0.0) + np.where(log.time > 60.0, 30.0, 0.0)
+    found = inspect_log(replace(log, time=time))
+    assert len(found.flights) == 2
+    assert [round(length) for _, length in found.pauses] == [30]
+    # A flight on one heading says why there is no curve.
+    found = inspect_log(fixture.fly(fixture.straight(2), 2, 2, fixture.Air(), seed=3))
+    assert found.expected is None
+    assert "heading" in found.refusal
+    assert not found.questions[0].answered
 
 
 @pytest.mark.parametrize("options", [{}, {"model": "bias", "accuracies": {"impact_pressure_zero_pa": 400.0}}])
@@ -44,21 +55,6 @@ def test_the_bound_to_expect_is_about_that_of_the_calibration(options):
     curve = calibrate(log, stated).curve
     given = np.interp(speeds, curve.indicated_airspeed, curve.two_sigma)
     assert 0.4 < float(np.mean(expected)) / float(np.mean(given)) < 1.5
-
-
-def test_pauses_and_flights_are_counted():
-    log = circles()
-    time = log.time + np.where(log.time > 150.0, 1800.0, 0.0) + np.where(log.time > 60.0, 30.0, 0.0)
-    found = inspect_log(replace(log, time=time))
-    assert len(found.flights) == 2
-    assert [round(length) for _, length in found.pauses] == [30]
-
-
-def test_a_flight_on_one_heading_says_why_there_is_no_curve():
-    found = inspect_log(fixture.fly(fixture.straight(2), 2, 2, fixture.Air(), seed=3))
-    assert found.expected is None
-    assert "heading" in found.refusal
-    assert not found.questions[0].answered
 
 
 def test_the_command_prints_and_draws(tmp_path, capsys):
@@ -81,11 +77,9 @@ def test_the_command_prints_and_draws(tmp_path, capsys):
 
 def test_a_limit_that_leaves_one_heading_is_named_by_calibrate_and_inspect():
     """All turns were flown above the limit: neither may promise a curve, and the advice is another limit."""
-    speeds, headings = fixture.circles(2, (150, 160))
-    slow, north = fixture.straight(2, 100.0, 115.0)
-    log = fixture.fly(
-        (np.append(speeds, slow), np.append(headings, north)), 2, 2, fixture.Air(gps=0.02, pressure=2.0), seed=7
-    )
+    parts = zip(fixture.circles(2, (150, 160)), fixture.straight(2, 100.0, 115.0), strict=True)
+    path = tuple(np.append(turns, slow) for turns, slow in parts)
+    log = fixture.fly(path, 2, 2, fixture.Air(gps=0.02, pressure=2.0), seed=7)
     options = CalibrationOptions(mach_max=0.2)
     says = r"all headings lie within .*; the limit of Mach 0.2 \(--mach-max\) leaves out \d\d% of the rows"
     with pytest.raises(NoAnswerError, match=says):

@@ -104,11 +104,9 @@ def test_velocity_is_held_between_fixes():
     assert not np.diff(log.altitude)[stale].any()
     assert np.diff(log.velocity_north)[~stale].all()
     assert np.diff(log.roll)[stale].any()
-
-
-def test_velocity_down_by_system_or_by_wish():
+    # The vertical velocity by the system, or by wish.
     flight = fixture.flight()
-    assert record(flight, data_system("20/1"), 1).velocity_down is None
+    assert log.velocity_down is None
     assert record(flight, data_system("20/1"), 1, velocity_down=True).velocity_down is not None
     assert record(flight, data_system("50/50"), 1, velocity_down=False).velocity_down is None
 
@@ -215,23 +213,20 @@ def test_truth_reads_back(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["log.parquet"]  # and no truth
 
 
-def _recorded(location: str):
-    flight = fixture.flight(case=Case(pressure_error=PressureErrorSpec(location=location)))
-    return flight, record(flight, fixture.PERFECT, 1)
-
-
-def test_an_error_of_the_static_source_moves_both_pressures_and_leaves_the_total_right():
-    flight, log = _recorded("static")
-    error = log.static_pressure - flight["static_pressure"]
-    assert np.max(np.abs(error)) > 5.0
-    np.testing.assert_allclose(log.static_pressure + log.impact_pressure, flight["total_pressure"], rtol=1e-12)
-
-
-@pytest.mark.parametrize("location", ["total", "impact"])
-def test_any_other_error_leaves_the_static_pressure_right(location):
-    flight, log = _recorded(location)
-    np.testing.assert_allclose(log.static_pressure, flight["static_pressure"], rtol=1e-12)
-    np.testing.assert_array_equal(log.impact_pressure, _recorded("static")[1].impact_pressure)
+def test_an_error_of_the_static_source_moves_both_pressures_and_any_other_the_impact_pressure_alone():
+    cases = {
+        place: Case(pressure_error=PressureErrorSpec(location=place)) for place in ("static", "total", "impact")
+    }
+    flight = fixture.flight()
+    logs = {place: record(fixture.flight(case=case), fixture.PERFECT, 1) for place, case in cases.items()}
+    static = logs.pop("static")
+    assert np.max(np.abs(static.static_pressure - flight["static_pressure"])) > 5.0
+    np.testing.assert_allclose(
+        static.static_pressure + static.impact_pressure, flight["total_pressure"], rtol=1e-12
+    )
+    for log in logs.values():
+        np.testing.assert_allclose(log.static_pressure, flight["static_pressure"], rtol=1e-12)
+        np.testing.assert_array_equal(log.impact_pressure, static.impact_pressure)
 
 
 def test_a_case_names_a_place_that_there_is():

@@ -26,12 +26,11 @@ def test_quantize_rounds_to_the_nearest_step(values, resolution):
     np.testing.assert_array_equal(quantize(rounded, resolution), rounded)
 
 
-def test_quantized_values_are_short_in_decimal():
+def test_ends_steps_and_a_table_by_hand():
     assert [repr(float(v)) for v in quantize(np.array([0.12341, 1630.37]), 0.001)] == ["0.123", "1630.37"]
-
-
-def test_saturation():
     np.testing.assert_array_equal(saturate(np.array([-3.0, 5.0, 99.0]), 0.0, 10.0), [0.0, 5.0, 10.0])
+    spec = PressureErrorSpec("table", airspeed=(40.0, 80.0), values=(0.1, 0.1))
+    assert indicated_impact_pressure(np.array([1000.0]), known_curve(spec)) == pytest.approx(900.0)
 
 
 def test_noise_has_its_deviation_and_is_white():
@@ -49,8 +48,3 @@ def test_streams_are_independent_and_repeatable():
     slow = DataSystem(air_rate=20.0, gps_rate=1.0)
     for other in (draw(seed=2), draw(channel="pitch"), draw(das=slow)):
         assert abs(np.corrcoef(draw(), other)[0, 1]) < 0.05
-
-
-def test_a_table_is_a_curve_too():
-    spec = PressureErrorSpec("table", airspeed=(40.0, 80.0), values=(0.1, 0.1))
-    assert indicated_impact_pressure(np.array([1000.0]), known_curve(spec)) == pytest.approx(900.0)

@@ -45,20 +45,14 @@ def test_variants_stack_and_nothing_is_overwritten(tmp_path, monkeypatch):
         plant.get(path) / plant.get("aero/qbar-psf") * FOOT**2 for path in ("effects/drag-0", "effects-2/drag-0")
     ]
     assert drags == pytest.approx([0.1, 0.1])
+    # A size is a property that may change in flight.
+    plant.set("effects/belly-pod/drag-area-m2", 0.3)
+    plant.run(0.1)
+    assert plant.get("effects/drag-0") / plant.get("aero/qbar-psf") * FOOT**2 == pytest.approx(0.3, rel=1e-3)
     with pytest.raises(BadInputError, match="there already"):
         install_variant("navajo", "pod", [LOAD])
     assert tree(folder) == before
     assert sorted(f.name for f in (tmp_path / "aircraft").iterdir()) == ["navajo+pod", "navajo+pod+more"]
-
-
-def test_a_size_is_a_property_that_may_change_in_flight(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    install_variant("navajo", "pod", [POD])
-    plant = Plant.load("navajo+pod")
-    plant.start(6000 * FOOT, 140 * KNOT)
-    plant.set("effects/belly-pod/drag-area-m2", 0.3)
-    plant.run(0.1)
-    assert plant.get("effects/drag-0") / plant.get("aero/qbar-psf") * FOOT**2 == pytest.approx(0.3, rel=1e-3)
 
 
 BAD = {

@@ -1,6 +1,9 @@
-"""The command line's contract: what it prints, its exit codes, one clear error, nothing half-written."""
+"""The command line's contract: what it prints and completes, its exit codes, nothing half-written."""
 
 import json
+import shutil
+import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +12,11 @@ from tests.calibration import trajectories as fixture
 from pitotbench import BadInputError, CalibrationOptions, Case, read_log, write_log
 from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.calibration import calibrate
-from pitotbench.cli.app import command_line, main
+from pitotbench.cli.app import COMMANDS, SHELLS, command_line, main
 from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
+from pitotbench.units import DEGREE, KNOT
 
 CURVE_KEYS = {
     "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",
@@ -183,3 +187,81 @@ def test_a_word_for_several_maneuvers_means_the_same_everywhere():
     for wrong in ("", " , "):
         with pytest.raises(BadInputError, match="no maneuver is named"):
             maneuvers_named(wrong)
+
+
+def script(shell, capsys):
+    assert main(["completion", shell]) == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_command_is_completed_with_its_flags(shell, capsys):
+    text = script(shell, capsys)
+    for command in COMMANDS:
+        assert command.name in text
+    for flag in ("mapping", "accuracy", "box-nm", "keep-logs"):
+        assert f"--{flag}" in text or f"-l {flag} " in text
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_shell_reads_its_script(shell, capsys, tmp_path):
+    if shutil.which(shell) is None:
+        pytest.skip(f"{shell} is not installed")
+    path = tmp_path / "script"
+    path.write_text(script(shell, capsys), encoding="utf-8")
+    done = subprocess.run([shell, "-n", str(path)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["cal"], {"calibrate"}),
+        (["calibrate", "--rep"], {"--report"}),
+        (["plan", "--by"], {"--by-hand"}),
+        (["calibrate", "fli"], set()),  # a file: left to the shell
+    ],
+)
+def test_bash_offers_what_fits(typed, offered, capsys, tmp_path):
+    if shutil.which("bash") is None:
+        pytest.skip("bash is not installed")
+    path = tmp_path / "script"
+    words = " ".join(f'"{word}"' for word in ["pitotbench", *typed])
+    asked = f'COMP_WORDS=({words}); COMP_CWORD={len(typed)}; _shtab_pitotbench; printf "%s\\n" "${{COMPREPLY[@]}}"'
+    path.write_text(script("bash", capsys) + asked, encoding="utf-8")
+    done = subprocess.run(["bash", str(path)], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) == offered
+
+
+RATE = 10
+TABLE = "───"
+
+
+@pytest.fixture(scope="module")
+def ended_log(tmp_path_factory):
+    """Turns of which the fastest stands at the end of the sensor's range; the static pressure never changes."""
+    at = np.array([0.0, 90.0, 150.0, 240.0, 300.0, 390.0])
+    time = np.arange(390 * RATE) / RATE
+    speed = np.interp(time, at, [100.0, 100.0, 130.0, 130.0, 160.0, 160.0]) * KNOT
+    heading = np.interp(time, at, [0.0, 400.0, 400.0, 800.0, 800.0, 1200.0]) * DEGREE
+    flown = fixture.fly((speed, heading), RATE, RATE, fixture.Air())
+    ended = replace(flown, impact_pressure=np.minimum(flown.impact_pressure, 3500.0))
+    return write_log(ended, tmp_path_factory.mktemp("log") / "flight.csv")
+
+
+SENTENCES = {"calibrate": "Add ", "inspect": "Indicated airspeeds", "fixed-speed": "flight.csv"}
+
+
+@pytest.mark.parametrize("command", list(SENTENCES))
+def test_warnings_stand_between_the_answer_and_its_table(ended_log, capsys, command):
+    assert main([command, str(ended_log)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    answer = next(i for i, line in enumerate(lines) if SENTENCES[command] in line)
+    table = next(i for i, line in enumerate(lines) if TABLE in line)
+    assert main([command, str(ended_log), "--json"]) == 0
+    document = capsys.readouterr().out
+    for words in ("never changes", "end of the sensor's range"):
+        places = [i for i, line in enumerate(lines) if line.startswith("warning: ") and words in line]
+        assert len(places) == 1, lines
+        assert answer < places[0] < table
+        assert words in " ".join(json.loads(document)["warnings"])

@@ -1,4 +1,4 @@
-"""Compass, vanes, inertial unit, scales, pickups and humid air, each against a value worked out by hand."""
+"""Sensor effects, each against a value worked out by hand."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,212 @@ from scipy.spatial.transform import Rotation
 from tests.effects.sample_signals import applied, turning
 
 from pitotbench import air
+from pitotbench.effects import EFFECTS
 from pitotbench.effects.response import Signals
-from pitotbench.units import DEGREE
+from pitotbench.units import DEGREE, KNOT
+
+
+def total(signals: Signals) -> np.ndarray:
+    return signals["impact_pressure"] + signals["static_pressure"]
+
+
+def lateness(before: np.ndarray, after: np.ndarray, interval: float) -> float:
+    """The shift [s] that fits best, by least squares on the slope."""
+    slope = np.gradient(before, interval)
+    return float(-(slope @ (after - before)) / (slope @ slope))
+
+
+@pytest.mark.parametrize("name", ["pitot_lag", "second_order_line"])
+def test_a_pitot_line_delays_total_pressure_by_its_lag(name):
+    before, after = applied(name, turning(600.0), lag_s=0.3)
+    assert lateness(total(before), total(after), before.interval) == pytest.approx(0.3, rel=0.01)
+
+
+def test_a_static_line_delays_static_and_leaves_total():
+    before, after = applied("static_lag", turning(600.0), lag_s=0.5)
+    assert lateness(before["static_pressure"], after["static_pressure"], before.interval) == pytest.approx(
+        0.5, rel=0.01
+    )
+    np.testing.assert_allclose(total(after), total(before), atol=1e-9)
+
+
+def test_a_line_is_slower_in_thin_air():
+    before, after = applied("height_dependent_lag", turning(600.0), sea_level_lag_s=0.3)
+    cold = (276.5 / 288.15) ** 0.75
+    expected = 0.3 * cold * air.SEA_LEVEL_PRESSURE / 81000.0
+    assert lateness(total(before), total(after), before.interval) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "static_source_change",
+        "local_static_bump",
+        "alpha_static_error",
+        "sideslip_static_error",
+        "propwash_error",
+        "static_lag",
+    ],
+)
+def test_an_error_of_the_static_source_leaves_the_total_pressure(name):
+    before, after = applied(name, **EFFECTS[name].typical())
+    np.testing.assert_allclose(total(after), total(before), atol=1e-9)
+
+
+def test_the_changed_curve_has_its_values_at_its_speeds():
+    time = np.arange(4.0)
+    impact = np.asarray(air.impact_pressure(np.array([100.0, 130.0, 160.0, 160.0]) * KNOT))
+    signals = Signals(time, {"impact_pressure": impact, "static_pressure": np.full(4, 8e4)})
+    _, after = applied("static_source_change", signals, coefficient_at_100kt=0.02, coefficient_at_160kt=-0.01)
+    share = (after["static_pressure"] - 8e4) / impact
+    np.testing.assert_allclose(share, [0.02, 0.005, -0.01, -0.01], atol=1e-9)
+
+
+def test_flow_angles_and_power_scale_the_error():
+    signals = turning()
+    q, alpha, beta = signals["impact_pressure"], signals["angle_of_attack"], signals["sideslip"]
+    for name, sizes, expected in (
+        ("alpha_static_error", {"slope_per_rad": 0.2}, 0.2 * alpha * q),
+        ("sideslip_static_error", {"slope_per_rad": 0.1, "curvature_per_rad2": -1.0}, (0.1 * beta - beta**2) * q),
+    ):
+        _, after = applied(name, signals, **sizes)
+        np.testing.assert_allclose(after["static_pressure"] - signals["static_pressure"], expected, atol=1e-8)
+    stopped = signals.with_channels(
+        manifold_pressure_left=0.0 * q, manifold_pressure_right=0.0 * q, impact_pressure=np.full_like(q, 2000.0)
+    )
+    _, after = applied("propwash_error", stopped, pressure_pa=50.0)
+    np.testing.assert_array_equal(after["static_pressure"], stopped["static_pressure"])
+
+
+def test_losses_and_leaks_take_their_share():
+    before, after = applied("total_pressure_loss", fraction=0.02)
+    np.testing.assert_allclose(after["impact_pressure"], 0.98 * before["impact_pressure"])
+    before, after = applied("line_leak", fraction=0.04)
+    np.testing.assert_allclose(after["impact_pressure"], 0.96 * before["impact_pressure"])
+    np.testing.assert_allclose(total(after) - total(before), -0.02 * before["impact_pressure"], atol=1e-8)
+    before, after = applied("inclined_pitot_loss", loss_per_rad2=2.0)
+    lost = 1.0 - after["impact_pressure"] / before["impact_pressure"]
+    np.testing.assert_allclose(lost, 2.0 * before["angle_of_attack"] ** 2, atol=1e-12)
+
+
+def test_drifts_grow_with_time_and_temperature():
+    before, after = applied("time_drift", turning(pause=60.0), rate_pa_per_min=3.0)
+    assert (after["impact_pressure"] - before["impact_pressure"])[-1] == pytest.approx(9.0, rel=1e-3)
+    before, after = applied("temperature_drift", shift_pa_per_k=5.0)
+    warmer = before["total_temperature"] - before["total_temperature"][0]
+    np.testing.assert_allclose(after["impact_pressure"] - before["impact_pressure"], 5.0 * warmer, atol=1e-9)
+
+
+def test_hysteresis_reads_a_width_apart_up_and_down():
+    time = np.arange(0.0, 200.0, 0.1)
+    impact = 2000.0 + 1000.0 * np.sin(0.1 * time)
+    signals = Signals(time, {"impact_pressure": impact})
+    _, after = applied("hysteresis", signals, width_pa=40.0)
+    error = after["impact_pressure"] - impact
+    rising = np.gradient(impact) > 0.0
+    middle = (np.abs(impact - 2000.0) < 500.0) & (time > 20.0)
+    np.testing.assert_allclose(error[middle & rising], -20.0, atol=1e-9)
+    np.testing.assert_allclose(error[middle & ~rising], 20.0, atol=1e-9)
+
+
+def test_water_weighs_by_specific_force():
+    before, after = applied("water_in_line", column_m=0.05, lag_s=0.0)
+    head = before["impact_pressure"] - after["impact_pressure"]
+    np.testing.assert_allclose(head, 1000.0 * 0.05 * before["specific_force_x"], atol=1e-8)
+
+
+def test_gps_is_late_by_the_latency_and_the_clocks_run_apart():
+    before, after = applied("gps_latency", turning(600.0), latency_s=0.4)
+    north = (before["velocity_north"], after["velocity_north"])
+    assert lateness(*north, before.interval) == pytest.approx(0.4, rel=0.01)
+    before, after = applied("clock_drift", turning(600.0), drift_ppm=1000.0)
+    end = slice(-2000, None)
+    late = lateness(before["velocity_north"][end], after["velocity_north"][end], before.interval)
+    assert late == pytest.approx(0.58, rel=0.01)
+
+
+def test_held_values_repeat_for_their_period_and_begin_anew_after_a_pause():
+    before, after = applied("sample_and_hold", turning(40.0, pause=3.33), period_s=0.5)
+    for part in before.stretches():
+        runs = np.flatnonzero(np.diff(after["impact_pressure"][part])) + 1
+        assert set(np.diff(runs)) == {25}
+        np.testing.assert_array_equal(after["impact_pressure"][part][runs], before["impact_pressure"][part][runs])
+
+
+def test_lost_samples_repeat_the_last_good_one():
+    before, after = applied("dropped_samples", turning(400.0), fraction=0.05, seed=3.0)
+    repeated = np.concatenate([[False], np.diff(after["impact_pressure"]) == 0.0])
+    assert np.mean(repeated) == pytest.approx(0.05, rel=0.15)
+    np.testing.assert_array_equal(after["impact_pressure"][~repeated], before["impact_pressure"][~repeated])
+    _, again = applied("dropped_samples", before, fraction=0.05, seed=3.0)
+    np.testing.assert_array_equal(again["impact_pressure"], after["impact_pressure"])
+
+
+def test_words_and_ceilings():
+    _, after = applied("quantization", step_pa=25.0)
+    for name in ("impact_pressure", "static_pressure"):
+        np.testing.assert_allclose(after[name] % 25.0, 0.0)
+    before, after = applied("saturation", ceiling_pa=3000.0)
+    np.testing.assert_array_equal(after["impact_pressure"], np.minimum(before["impact_pressure"], 3000.0))
+
+
+def test_an_antenna_ahead_swings_with_the_yaw_rate():
+    still = ("roll", "pitch", "roll_rate", "pitch_rate", "velocity_north", "velocity_down")
+    held = dict.fromkeys(still, 0.0) | {"heading": np.pi / 2.0, "yaw_rate": 0.1, "velocity_east": 60.0}
+    signals = Signals(np.arange(100) / 10.0, {name: np.full(100, value) for name, value in held.items()})
+    _, after = applied("antenna_lever_arm", signals, forward_m=-4.0, right_m=0.0, down_m=0.0)
+    np.testing.assert_allclose(after["velocity_north"], 0.4, atol=1e-12)  # the tail swings left, to the north
+    np.testing.assert_allclose(after["velocity_east"], 60.0)
+    np.testing.assert_allclose(after["velocity_down"], 0.0, atol=1e-12)
+
+
+def test_the_antennas_velocity_is_the_rate_of_its_place():
+    """Against numerical differentiation of an attitude that moves in all three angles."""
+    time = np.arange(0.0, 20.0, 0.001)
+    roll, pitch, heading = 0.4 * np.sin(time), 0.2 * np.cos(0.7 * time), 1.0 + 0.3 * np.sin(0.5 * time)
+    dr, dp, dh = (np.gradient(angle, time) for angle in (roll, pitch, heading))
+    rates = {
+        "roll_rate": dr - dh * np.sin(pitch),
+        "pitch_rate": dp * np.cos(roll) + dh * np.cos(pitch) * np.sin(roll),
+        "yaw_rate": dh * np.cos(pitch) * np.cos(roll) - dp * np.sin(roll),
+    }
+    zero = dict.fromkeys(("velocity_north", "velocity_east", "velocity_down"), np.zeros_like(time))
+    signals = Signals(time, {"roll": roll, "pitch": pitch, "heading": heading, **rates, **zero})
+    _, after = applied("antenna_lever_arm", signals, forward_m=2.0, right_m=-1.5, down_m=0.7)
+    level = 2.0 * np.cos(pitch) + (-1.5 * np.sin(roll) + 0.7 * np.cos(roll)) * np.sin(pitch)
+    side = -1.5 * np.cos(roll) - 0.7 * np.sin(roll)
+    north = level * np.cos(heading) - side * np.sin(heading)
+    np.testing.assert_allclose(after["velocity_north"][5:-5], np.gradient(north, time)[5:-5], atol=1e-5)
+
+
+def test_the_probe_recovers_less_or_reads_warm():
+    before, after = applied("recovery_deficit", deficit=0.25)
+    mach = air.mach_from_impact_pressure(before["impact_pressure"], before["static_pressure"])
+    cold = air.air_temperature(before["total_temperature"], mach)
+    ram = before["total_temperature"] - cold
+    np.testing.assert_allclose(before["total_temperature"] - after["total_temperature"], 0.25 * ram, atol=1e-9)
+    before, after = applied("temperature_bias", bias_k=2.5)
+    np.testing.assert_allclose(after["total_temperature"] - before["total_temperature"], 2.5, atol=1e-9)
+
+
+def test_effects_combine_in_any_order_where_they_share_no_channel():
+    signals = turning()
+    late, warm = EFFECTS["gps_latency"], EFFECTS["temperature_bias"]
+    one = warm.apply(late.apply(signals, late.typical()), warm.typical())
+    other = late.apply(warm.apply(signals, warm.typical()), late.typical())
+    assert all(np.array_equal(one[name], other[name]) for name in one)
+
+
+def test_nothing_is_held_across_a_pause():
+    """The recorder begins anew after a pause: what it repeats is never from before."""
+    signals = turning(40.0, pause=100.0)
+    later = signals.time > 100.0
+    marked = signals.with_channels(static_pressure=np.where(later, 7e4, 8e4))
+    held = [("sample_and_hold", {"period_s": 3.0})]
+    held += [("dropped_samples", {"fraction": 0.5, "burst_rows": 30.0, "seed": float(seed)}) for seed in range(5)]
+    for name, sizes in held:
+        _, after = applied(name, marked, **sizes)
+        np.testing.assert_array_equal(after["static_pressure"], marked["static_pressure"])
 
 
 def on_headings(*degrees: float) -> Signals:

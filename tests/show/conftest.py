@@ -3,9 +3,8 @@
 import pytest
 from tests.calibration import trajectories
 
-from pitotbench import FlightLog
+from pitotbench import Calibration, FlightLog
 from pitotbench.calibration import calibrate
-from pitotbench.records.calibration import Calibration
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The plant: starts where asked, says what it refuses, and turns JSBSim's silent failures into errors."""
+"""The plant and its air: starts where asked, says what it refuses, and turns silent failures into errors."""
 
 import math
 
@@ -7,8 +7,9 @@ import pytest
 from tests.simulation.plant_record import record_channels
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.records.case import Case, Wind
 from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import PROPERTIES, Air, Property, check_table
+from pitotbench.simulation.properties import LARGEST_SEED, PROPERTIES, Air, Property, check_table, turbulence_seed
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
@@ -89,3 +90,30 @@ def test_plants_do_not_disturb_each_other():
         one.run(0.1)
         other.run(0.1)
     assert one.get("true_airspeed") == alone.get("true_airspeed")
+
+
+def test_wind_from_the_west_blows_east():
+    air = Air.of(Case(wind=Wind(10.0, 270 * DEGREE, up=2.0)))
+    assert (air.north, air.east, air.down) == pytest.approx((0.0, 10.0, -2.0))
+    with pytest.raises(UnknownNameError, match="none, light, moderate"):
+        Air.of(Case(turbulence="severe"))
+
+
+def test_seeds_are_in_range_and_differ():
+    seeds = [turbulence_seed(seed) for seed in range(200)]
+    assert len(set(seeds)) == 200
+    assert min(seeds) >= 1
+    assert max(seeds) <= LARGEST_SEED
+
+
+def test_turbulence_grows_with_severity_and_changes_with_the_seed():
+    gusts = {}
+    for severity, seed in ((0, 5), (1, 5), (1, 6), (2, 5)):
+        plant = Plant.load("navajo")
+        plant.start(6000 * FOOT, 140 * KNOT, air=Air(severity=severity, seed=seed))
+        gusts[severity, seed] = record_channels(plant, 60.0)["wind_down"]
+    strength = {key: float(np.std(gust)) for key, gust in gusts.items()}
+    assert strength[0, 5] == 0.0
+    assert 0.05 < strength[1, 5] < 0.6
+    assert strength[2, 5] > 1.5 * strength[1, 5]
+    assert (gusts[1, 5] != gusts[1, 6]).any()

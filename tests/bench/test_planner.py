@@ -1,6 +1,8 @@
-"""Forecasts: identities of the bound, the ranking they give, and flights that they foretell."""
+"""Forecasts: drawn gusts, identities of the bound, the ranking, flights that they foretell, and the command."""
 
+import json
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -16,11 +18,22 @@ from pitotbench import (
     read_case,
     write_case,
 )
-from pitotbench.bench.planner import best_card, forecast, free_numbers, known_noise_two_sigma, smooth_flight
+from pitotbench.bench.planner import (
+    _dryden,
+    best_card,
+    forecast,
+    free_numbers,
+    gust_deviation,
+    known_noise_two_sigma,
+    smooth_flight,
+    with_gusts,
+)
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
+from pitotbench.cli.plan import request_of
 from pitotbench.sensing.sampling import has_velocity_down
 from pitotbench.simulation.maneuvers import MANEUVERS
-from pitotbench.units import KNOT
+from pitotbench.units import FOOT, KNOT
 from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 
 REQUEST = PlanRequest(Case(), draws=4, maneuvers=("step_decrease", "decel_circle"))
@@ -146,3 +159,148 @@ def test_a_card_is_shortened_to_the_minutes():
 def test_questions_that_make_no_sense(changes, says):
     with pytest.raises(BadInputError, match=says):
         replace(REQUEST, **changes)
+
+
+RATE, STEP = 0.15, 0.2  # V/L [1/s], s
+
+
+@pytest.fixture(scope="module")
+def gusts():
+    time = np.arange(60_000) * STEP
+    return _dryden(time, np.full(len(time), RATE), np.random.default_rng(1))
+
+
+def correlation(gust, lag):
+    n = round(lag / STEP)
+    return float(np.mean(gust[n:] * gust[:-n]))
+
+
+def test_both_gusts_have_unit_variance_at_steps_of_any_length(gusts):
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.exponential(5.0, 20_000))
+    uneven = _dryden(time, np.full(len(time), RATE), rng)
+    np.testing.assert_allclose([np.var(gust) for gust in (*gusts, *uneven)], 1.0, rtol=0.05)
+
+
+@pytest.mark.parametrize("lag", [2.0, 6.0, 12.0])
+def test_correlations_are_drydens(gusts, lag):
+    """Longitudinal exp(−a τ), lateral (1 − a τ/2) exp(−a τ): Hoblit (1988), eqs. for f and g."""
+    along, across = gusts
+    decay = np.exp(-RATE * lag)
+    assert correlation(along, lag) == pytest.approx(decay, abs=0.05)
+    assert correlation(across, lag) == pytest.approx((1.0 - 0.5 * RATE * lag) * decay, abs=0.05)
+
+
+@pytest.mark.parametrize("turbulence", ["light", "moderate"])
+def test_level_is_that_of_the_simulator(turbulence, light_flights):
+    """The level by the standard's figure, against the simulator's own turbulence at the same height."""
+    from pitotbench import bench
+
+    case = Case(maneuver="circle", turbulence=turbulence)
+    flight = light_flights["circle"] if turbulence == "light" else bench.fly(case)
+    mean = bench.wind_toward(case.wind)
+    parts = [flight[f"wind_{axis}"] - w for axis, w in zip(("north", "east"), mean, strict=False)]
+    assert np.sqrt(np.mean(np.square(parts))) == pytest.approx(gust_deviation(case), rel=0.25)
+    # Still air has no gusts, and high air fewer.
+    assert gust_deviation(Case(turbulence="none")) == 0.0
+    low, high = (gust_deviation(replace(case, altitude=h * FOOT, turbulence="moderate")) for h in (3000.0, 9000.0))
+    assert low > high > 0.0
+
+
+def test_stirring_moves_the_airspeed_and_nothing_else(smooth_flights):
+    flight = smooth_flights["circle"]
+    rough = with_gusts(flight, "moderate", 3)
+    moved = {name for name in flight.channels if not np.array_equal(flight[name], rough[name])}
+    assert moved == {"true_airspeed", "total_pressure"}
+    change = rough["true_airspeed"] - flight["true_airspeed"]
+    assert np.std(change) == pytest.approx(gust_deviation(rough.case), rel=0.35)
+    assert np.array_equal(rough["total_pressure"], with_gusts(flight, "moderate", 3)["total_pressure"])
+    assert np.array_equal(with_gusts(flight, "none", 3)["total_pressure"], flight["total_pressure"])
+
+
+def test_one_draw_serves_flights_of_any_rate(smooth_flights):
+    flight = smooth_flights["circle"]
+    half = replace(
+        flight,
+        channels={name: values[::2] for name, values in flight.channels.items()},
+        segment=flight.segment[::2],
+        on_condition=flight.on_condition[::2],
+    )
+    gusts, again = (with_gusts(f, "light", 3)["true_airspeed"] - f["true_airspeed"] for f in (flight, half))
+    np.testing.assert_allclose(again, gusts[::2], atol=1e-12)
+
+
+FEW = ["plan", "--maneuver", "figure_eight,step_both_ways", "--draws", "2", "--search", "0"]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plan")
+    code = main([*FEW, "--want-kt", "0.2", "--minutes", "12", "--box-nm", "12", "--out", str(folder)])
+    return code, folder
+
+
+def test_a_page_and_a_case_are_written(written):
+    code, folder = written
+    assert code == DONE
+    page = (folder / "plan.html").read_text(encoding="utf-8")
+    axes = ("time recorded [min]", "mean ±2σ of the curve [kt]", "north [nmi]")
+    for text in ("Pareto front", *axes, "figure_eight"):
+        assert text in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+    assert read_case(folder / "plan.toml").maneuver == "figure_eight"
+    assert read_case(folder / "plan.toml").turbulence == "light"
+
+
+def test_the_document_has_units_and_the_ranking(capsys):
+    assert main([*FEW, "--json", "--want-kt", "0.1"]) == DONE
+    document = json.loads(capsys.readouterr().out)
+    assert document["best"] == "figure_eight"
+    assert document["best_without_steep_turns"] == "step_both_ways"
+    first, second = document["forecasts"]
+    assert first["minutes_for_want"] == first["flights_for_want"] * first["minutes"]
+    assert first["minutes_for_want"] < second["minutes_for_want"]
+    assert 0.1 < first["two_sigma_kt"] < 0.3
+    assert len(first["curve"]) == 13
+
+
+def test_a_plan_in_a_pipe_says_how_far_it_is(monkeypatch, capsys):
+    """A line for each maneuver and each flight of the search, were they all 20 s apart."""
+    clock = count(0.0, 20.0)
+    monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: next(clock))
+    assert main(["plan", "--maneuver", "rapid_decel", "--draws", "2", "--search", "4"]) == DONE
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "pitotbench: flying: 1 of 5"
+    assert len(lines) >= 5
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (["--das", "fast"], "unknown data system"),
+        (["--speeds-kt", "100"], "LOW,HIGH"),
+        (["--maneuver", "looping"], "unknown maneuver"),
+        (["--wind-kt", "-3"], "0 to 100 kt"),
+        (["--wind-kt", "nan"], "--wind-kt"),
+        (["--wind-from-deg", "nan"], "--wind-from-deg"),
+        (["--turbulence", "severe"], "turbulence"),
+        (["--error-location", "wing"], "--error-location"),
+        (["--receiver-height-m", "0.3"], "WHITE,SLOW"),
+        (["--receiver-height-m=-1,2"], "from 0 to 1000 m"),
+        (["--vertical-velocity", "yes"], "--vertical-velocity"),
+    ],
+)
+def test_bad_flags_are_one_line(flags, says, capsys):
+    assert main(["plan", *flags]) == BAD_INPUT
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_flags_state_the_receiver_and_the_location_of_the_error():
+    flags = "--error-location static --receiver-height-m 0.3,2 --vertical-velocity recorded"
+    request = request_of(command_line().parse_args(["plan", *flags.split()]))
+    assert request.base.pressure_error.location == "static"
+    assert (request.das.altitude_noise, request.das.altitude_drift) == (0.3, 2.0)
+    assert has_velocity_down(request.das)
+    assert request.base.das == request.das  # the case that is written flies the same receiver

@@ -1,4 +1,4 @@
-"""The comparison with the truth: what is inside, what the errors come down to, and that NaN hides nowhere."""
+"""End to end, and the comparison with the truth: what is inside, and that NaN hides nowhere."""
 
 from dataclasses import replace
 
@@ -6,10 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench import air, bench
+from pitotbench import Case, UnknownNameError, air, bench
 from pitotbench.bench.flights import Comparison, compare_curve, compare_wind, rms, scored
 from pitotbench.records.calibration import Estimate, WindEstimate
-from pitotbench.units import KNOT
+from pitotbench.records.case import EffectSpec, PressureErrorSpec, Wind
+from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.units import DEGREE, KNOT
 from pitotlab.fixed_speed import compare_points
 from pitotlab.plan_check import compare_altitude, compare_curve_at, true_altitude_correction
 
@@ -84,3 +86,30 @@ def test_the_altitude_correction_is_held_against_the_true_static_pressure(calibr
         given = replace(curve, altitude_correction=right + off, altitude_two_sigma=ones)
         assert np.mean(compare_altitude(given, spec, indicated).error) == pytest.approx(off)
     assert not np.any(true_altitude_correction(replace(spec, location="total"), airspeed, indicated))
+
+
+@pytest.mark.parametrize("maneuver", list(MANEUVERS))
+def test_the_injected_curve_comes_back_in_calm_air(maneuver, smooth_flights):
+    flight = smooth_flights[maneuver]
+    result = bench.calibrate(bench.sense(flight, "50/50"))
+    score = bench.score(result, flight)
+    assert score.curve_rms_error <= 0.05 * KNOT
+    assert score.wind_error <= 0.05 * KNOT
+    # The score compares with the flight's own truth: another truth gives another score.
+    shifted = replace(flight.case, pressure_error=PressureErrorSpec(parameters=(-0.04, 0.006, 0.06)))
+    assert bench.score(result, replace(flight, case=shifted)).curve_rms_error > 10.0 * score.curve_rms_error
+
+
+@pytest.mark.parametrize("maneuver", ["four_leg", "circle"])
+def test_light_turbulence_stays_inside_three_sigma(maneuver, light_flights):
+    flight = light_flights[maneuver]
+    result = bench.calibrate(bench.sense(flight, "20/1"))
+    truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
+    assert np.all(np.abs(result.curve.correction - truth) <= 1.5 * result.curve.two_sigma)
+
+
+def test_wind_blows_from_where_it_is_said_and_an_unknown_effect_is_refused():
+    north, east, down = bench.wind_toward(Wind(speed=10.0, from_direction=90.0 * DEGREE, up=1.0))
+    assert (north, east, down) == pytest.approx((0.0, -10.0, -1.0), abs=1e-12)
+    with pytest.raises(UnknownNameError, match=r"effect.*belly_pod"):
+        bench.fly(Case(effects=(EffectSpec("jelly_pod"),)))

@@ -1,4 +1,4 @@
-"""A flight as a whole: reproducible, physically consistent, flown by a pilot, and refused where it cannot be."""
+"""A flight as a whole: reproducible, consistent, flown by a pilot, at another rate, or refused with a reason."""
 
 import subprocess
 import sys
@@ -7,14 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.simulation.plant_record import digest
+from tests.simulation.rates import corrections, differences, exact
 
-from pitotbench import Case, UnknownNameError, air, fly
+from pitotbench import BadInputError, Case, UnknownNameError, air, fly
 from pitotbench.records.case import PILOTS as CASE_PILOTS
 from pitotbench.records.case import Wind
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.pilot import PILOTS
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.properties import CHANNELS
+from pitotbench.timeline import interval
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY
 
 SHORT = Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]}, turbulence="light")
@@ -156,3 +160,30 @@ def test_a_pilot_is_drawn_from_the_truth_seed():
     one, again, other = fly(busy), fly(busy), fly(replace(busy, truth_seed=2))
     assert (one["altitude"] == again["altitude"]).all()
     assert len(other) != len(one) or (one["altitude"] != other["altitude"]).any()
+
+
+SMOOTH = Case(maneuver="rapid_decel", turbulence="none")
+
+
+@pytest.mark.parametrize(("rate", "name"), [(50.0, "50/50"), (40.0, "20/1")])
+def test_the_slower_flight_answers_the_same(rate, name, smooth_flights):
+    usual, slow = smooth_flights["rapid_decel"], fly(replace(SMOOTH, integration_rate=rate))
+    assert interval(slow["time"]) == pytest.approx(1.0 / rate)
+    assert list(dict.fromkeys(slow.segment)) == list(dict.fromkeys(usual.segment))
+    airspeed, altitude, bank = differences(usual, slow)
+    assert airspeed < 0.2  # kt, ft and degrees: a tenth of the card's tolerances at most
+    assert altitude < 0.2
+    assert bank < 0.1
+    system = data_system(name)
+    change = corrections(slow, exact(system))[0] - corrections(usual, exact(system))[0]
+    assert np.abs(change / corrections(usual, system)[1]).max() < 0.1
+
+
+def test_a_rate_that_cannot_be_is_refused():
+    with pytest.raises(BadInputError, match=r"a flight is integrated at 40, .* 100 Hz, not at 30 Hz"):
+        fly(replace(SMOOTH, integration_rate=30.0))
+    short = {"maneuver": "race_track", "card": {"dwell_s": 2.0, "speeds_kt": [140.0]}}
+    flight = fly(replace(SMOOTH, integration_rate=50.0, **short))
+    assert len(record(flight, data_system("25/5"), 1)) > 100
+    with pytest.raises(BadInputError, match=r"data system 20/1: 50 Hz is not a whole multiple of the 20 Hz"):
+        record(flight, data_system("20/1"), 1)

@@ -31,17 +31,13 @@ def test_every_link_of_a_page_leads_to_a_file(page: Path) -> None:
     assert not missing
 
 
-def test_the_index_lists_every_page_of_the_folder() -> None:
+def test_the_index_and_the_site_list_every_page_of_the_folder_once() -> None:
     listed = {link for link in links(DOCS / "README.md") if link.endswith(".md")}
-    pages = {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")}
-    assert listed == pages - {"README.md"}
-
-
-def test_the_site_lists_every_page_once() -> None:
+    pages = {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")} - {"README.md"}
+    assert listed == pages
     index = (DOCS / "README.md").read_text(encoding="utf-8")
     entries = re.findall(r"^([\w/-]+)$", runpy.run_path(str(DOCS / "conf.py"))["toctrees"](index), re.MULTILINE)
-    pages = {page.relative_to(DOCS).with_suffix("").as_posix() for page in DOCS.rglob("*.md")}
-    assert sorted(entries) == sorted(pages - {"README"})
+    assert sorted(entries) == sorted(page.removesuffix(".md") for page in pages)
 
 
 def test_every_picture_is_shown() -> None:
@@ -83,11 +79,7 @@ def test_the_page_on_cases_holds_every_entry_with_its_default() -> None:
     assert entries_of(parts["The flight"]) == case
     for name, section in sections.items():
         assert entries_of(parts[f"`[{name}]`"]) == section
-
-
-def test_the_page_on_cases_holds_the_numbers_of_every_card() -> None:
-    page = (DOCS / "case.md").read_text(encoding="utf-8").partition("## `[card]`")[2]
-    assert entries_of(page.partition("| maneuver |")[0]) == card_numbers(Card())
+    assert entries_of(parts["`[card]`"].partition("| maneuver |")[0]) == card_numbers(Card())
 
 
 @pytest.mark.parametrize("page", sorted({page for page, _ in TABLES}))

@@ -39,12 +39,6 @@ def _terminal(result, details=False) -> str:
     return stream.getvalue()
 
 
-def test_the_far_limit_is_the_larger_of_3_percent_and_5_knots():
-    rule = limit_named("far25")
-    assert rule.airspeed(np.array([100.0, 200.0])).tolist() == [5.0, 6.0]
-    assert rule.altitude(np.array([50.0, 200.0])).tolist() == [30.0, 60.0]
-
-
 @pytest.mark.parametrize(
     ("correction", "bound", "says"),
     [
@@ -67,7 +61,10 @@ def test_the_far_limit_does_not_judge_a_drone(result):
     assert not any("FAR" in panel.note for panel in curve_panels({"inverse+": drone}, None))
 
 
-def test_an_own_limit_judges_in_place_of_the_rule_and_none_judges_nothing(result):
+def test_the_far_limit_is_the_larger_of_two_an_own_one_judges_in_its_place_and_none_nothing(result):
+    rule = limit_named("far25")
+    assert rule.airspeed(np.array([100.0, 200.0])).tolist() == [5.0, 6.0]
+    assert rule.altitude(np.array([50.0, 200.0])).tolist() == [30.0, 60.0]
     curve = _with_curve(result, -1.5, 0.1)
     assert judgments(curve, limit_named("1%,1kt"))[0].verdict == "outside"
     assert judgments(curve, limit_named("1%,1.8kt,20ft"))[0].verdict == "inside"
@@ -147,24 +144,23 @@ def _printed(result):
     return text.getvalue()
 
 
-def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_json(log):
-    result = calibrate(replace(log, header={}))
-    for text in (_printed(result), " ".join(condition_lines(result))):
+def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_json(log, result):
+    usual = USUAL_ACCURACIES
+    found = calibrate(replace(log, header={}))
+    for text in (_printed(found), " ".join(condition_lines(found))):
         for part in (
-            f"temperature ±{USUAL_ACCURACIES['temperature_k']:g} K (usual)",
-            f"static pressure ±{USUAL_ACCURACIES['static_pressure_pa']:g} Pa (usual)",
-            f"GPS velocity ±{USUAL_ACCURACIES['velocity_mps']:g} m/s (usual)",
+            f"temperature ±{usual['temperature_k']:g} K (usual)",
+            f"static pressure ±{usual['static_pressure_pa']:g} Pa (usual)",
+            f"GPS velocity ±{usual['velocity_mps']:g} m/s (usual)",
         ):
             assert part in text
-    document = calibration_json(result)
-    usual = {"name": "temperature_k", "two_sigma": USUAL_ACCURACIES["temperature_k"], "source": "usual"}
-    assert usual in document["assumptions"]
+    document = calibration_json(found)
+    stated = {"name": "temperature_k", "two_sigma": usual["temperature_k"], "source": "usual"}
+    assert stated in document["assumptions"]
     assert document["impact_pressure_zero_pa"] is None
-
-
-def test_a_log_that_states_exact_sensors_is_said_to_have_no_constant_error(log):
+    # A log that states exact sensors is said to have no constant error.
     said = "no constant error of temperature, recovery factor, static pressure, GPS velocity (stated by the log)"
-    assert said in _printed(calibrate(log))
+    assert said in _printed(result)
 
 
 def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):

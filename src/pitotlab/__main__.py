@@ -59,9 +59,7 @@ def main(words: Sequence[str] | None = None) -> int:
     module, _, function = COMMANDS[name].partition(":")
     command = getattr(import_module(module), function)
     parser = ArgumentParser(
-        prog=f"python -m pitotlab {name}",
-        description=command.__doc__,
-        formatter_class=RawDescriptionHelpFormatter,
+        prog=f"python -m pitotlab {name}", description=command.__doc__, formatter_class=RawDescriptionHelpFormatter
     )
     rest = given[len(name.split()) :]
     return guarded(Namespace(run=lambda _: command(parser, rest) or DONE))

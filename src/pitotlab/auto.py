@@ -17,15 +17,7 @@ from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT, Array
-from pitotlab.experiment import (
-    Budget,
-    Experiment,
-    Row,
-    Trial,
-    random_case,
-    random_parameters,
-    run_experiment,
-)
+from pitotlab.experiment import Budget, Experiment, Row, Trial, random_case, random_parameters, run_experiment
 
 
 def figures(result: Calibration, flight: Flight) -> dict[str, float]:
@@ -120,9 +112,7 @@ def truth_of(name: str, seed: int) -> PressureErrorSpec:
     """Return a true curve with parameters drawn from a seed, as a table over indicated airspeed."""
     values = TRUTHS[name](_AIRSPEED_KT, np.random.default_rng([seed, list(TRUTHS).index(name)]))
     return PressureErrorSpec(
-        model="table",
-        airspeed=tuple(float(v) for v in _AIRSPEED_KT * KNOT),
-        values=tuple(float(v) for v in values),
+        model="table", airspeed=tuple(float(v) for v in _AIRSPEED_KT * KNOT), values=tuple(float(v) for v in values)
     )
 
 

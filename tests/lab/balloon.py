@@ -126,9 +126,7 @@ def hold(name: str) -> Held:
 
 def _near(rows: Rows, values: Array) -> Array:
     """Means of values (n,) over the rows within 5 kt of each airspeed of `AIRSPEEDS_KT`."""
-    return np.array(
-        [values[np.abs(rows.indicated_airspeed - at) < _NEAR].mean() for at in AIRSPEEDS_KT * KNOT],
-    )
+    return np.array([values[np.abs(rows.indicated_airspeed - at) < _NEAR].mean() for at in AIRSPEEDS_KT * KNOT])
 
 
 def lines_of(held: Held) -> list[str]:

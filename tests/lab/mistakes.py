@@ -374,14 +374,7 @@ def _others() -> list[Mistake]:
 
 MISTAKES: Mapping[str, Mistake] = {
     m.name: m
-    for m in (
-        *_pressures(),
-        *_pressure_columns(),
-        *_temperatures(),
-        *_velocities(),
-        *_clocks(),
-        *_others(),
-    )
+    for m in (*_pressures(), *_pressure_columns(), *_temperatures(), *_velocities(), *_clocks(), *_others())
 }
 
 
@@ -461,11 +454,7 @@ def from_heading(north: float, east: float) -> Change:
     def run(t: Columns) -> Columns:
         mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
         speed = mach * air.sound_speed(air.air_temperature(t[PROBE], mach))
-        return {
-            **t,
-            NORTH: speed * np.cos(t["heading_rad"]) + north,
-            EAST: speed * np.sin(t["heading_rad"]) + east,
-        }
+        return {**t, NORTH: speed * np.cos(t["heading_rad"]) + north, EAST: speed * np.sin(t["heading_rad"]) + east}
 
     return run
 

@@ -149,13 +149,7 @@ def _seconds(wall: float, processor: float) -> dict[str, float]:
 FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
 
 
-def analyze(
-    logs: Path,
-    results: Path,
-    jobs: int = 1,
-    aircraft: str = "navajo",
-    part: str = "1/1",
-) -> None:
+def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo", part: str = "1/1") -> None:
     """Judge every case of a folder that has no line in the results yet."""
     told = results.read_text("utf-8").splitlines() if results.is_file() else []
     done = {json.loads(line)["name"] for line in told}

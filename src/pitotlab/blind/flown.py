@@ -39,21 +39,11 @@ class Setting:
 
 
 def _setting(
-    maneuver: str,
-    card: Mapping[str, Any],
-    das: str,
-    air: str,
-    feet: float,
-    planned: float = 0.0,
-    **day: Any,
+    maneuver: str, card: Mapping[str, Any], das: str, air: str, feet: float, planned: float = 0.0, **day: Any
 ) -> Setting:
     """`planned` is the height [ft] of the header where it is not the one flown; `day` is what no header tells."""
     told = Case(
-        maneuver=maneuver,
-        card=card,
-        das=data_system(das),
-        turbulence=air,
-        altitude=(planned or feet) * FOOT,
+        maneuver=maneuver, card=card, das=data_system(das), turbulence=air, altitude=(planned or feet) * FOOT
     )
     return Setting(replace(told, altitude=feet * FOOT, **day), told)
 

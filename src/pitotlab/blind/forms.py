@@ -34,6 +34,19 @@ Built = Callable[[Sizes, Baseline], Overlay]
 MACH = 0.2  # at which a growing recovery deficit is what its size says
 SWING = 90.0  # s, of the load of a data system that makes its latency wander
 BEGINS = 100.0  # s, when a late drift begins
+REFERENCE = 3000.0  # Pa of impact pressure, 136 KCAS
+GROUND = ("velocity_north", "velocity_east", "velocity_down", "altitude")
+AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
+
+
+def delayed_by(signals: Signals, seconds: float | Array, *names: str) -> Signals:
+    """Return signals of which those with these names that are there come later."""
+    late = {n: delayed(signals, signals[n], seconds, angle=n == "heading") for n in names if n in signals}
+    return signals.with_channels(**late)
+
+
+def _moved(signals: Signals, moved: Array) -> Signals:
+    return signals.with_channels(impact_pressure=signals["impact_pressure"] + moved)
 
 
 def _one_way_lag(signals: Signals, sizes: Sizes) -> Signals:
@@ -49,15 +62,12 @@ def _one_way_lag(signals: Signals, sizes: Sizes) -> Signals:
 def _wandering_latency(signals: Signals, sizes: Sizes) -> Signals:
     """A latency that goes with the load of the data system."""
     late = sizes["latency_s"] * (1.0 + 0.5 * np.sin(2.0 * pi * elapsed(signals) / SWING))
-    names = [n for n in ("velocity_north", "velocity_east", "velocity_down", "altitude") if n in signals]
-    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in names})
+    return delayed_by(signals, late, *GROUND)
 
 
 def _late_drift(signals: Signals, sizes: Sizes) -> Signals:
     """A zero that stands still at first and then drifts."""
-    minutes = np.maximum(0.0, elapsed(signals) - BEGINS) / 60.0
-    moved = signals["impact_pressure"] + sizes["rate_pa_per_min"] * minutes
-    return signals.with_channels(impact_pressure=moved)
+    return _moved(signals, sizes["rate_pa_per_min"] * (np.maximum(0.0, elapsed(signals) - BEGINS) / 60.0))
 
 
 def _growing_recovery(signals: Signals, sizes: Sizes) -> Signals:
@@ -84,44 +94,41 @@ def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
     return Overlay(sizes=tuple((path, sizes[key]) for key, path in paths.items()), winds=winds)
 
 
-def _drag(path: str, value: float, *factors: Term) -> Overlay:
-    drag = product("aero/qbar-psf", path, *factors)
-    return Overlay(sizes=((path, value),), functions=(AxisFunction("DRAG", drag),))
-
-
-def _cubed(sizes: Sizes, baseline: Baseline) -> Overlay:
-    """Drag due to lift that grows with the cube of lift."""
-    path = size("cubed_induced_drag", "factor")
-    lift = operation("sqrt", "aero/cl-squared")
-    return _drag(path, sizes["factor"], "metrics/Sw-sqft", "aero/cl-squared", lift)
-
-
-def _slow_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
-    """A blunt pod whose drag area falls with Reynolds number, V^-0.6."""
-    path = size("slow_pod", "drag_area_m2")
-    rough = operation("pow", operation("max", 0.1, product(1.0 / 220.0, "velocities/vt-fps")), -0.6)
-    return _drag(path, sizes["drag_area_m2"], 1.0 / FOOT**2, rough)
-
-
 def _sensed(name: str, function: Sensed, parent: str, *parameters: Parameter) -> SensorEffect:
+    """A form of an effect on the sensors; without parameters it has the first size of the plain effect."""
     known = EFFECTS[parent]
     assert isinstance(known, SensorEffect)
-    return replace(
-        known, name=name, parameters=parameters, variant_of=known.cause, what="hidden", function=function
-    )
+    sizes = parameters or _first_size(known)
+    return replace(known, name=name, parameters=sizes, variant_of=known.cause, what="hidden", function=function)
 
 
 def _felt(name: str, build: Built, parent: str, *parameters: Parameter) -> AircraftEffect:
+    """The same of an effect on the airplane."""
     known = EFFECTS[parent]
     assert isinstance(known, AircraftEffect)
     return replace(
         known,
         name=name,
-        parameters=parameters,
+        parameters=parameters or _first_size(known),
         variant_of=known.cause,
         what="hidden",
         build=lambda _, sizes, baseline: build(sizes, baseline),
     )
+
+
+def _dragging(name: str, parent: str, key: str, *factors: Term, parameters: tuple[Parameter, ...] = ()) -> Effect:
+    """A form of an effect on drag: the size `key` times dynamic pressure and these factors."""
+
+    def build(sizes: Sizes, baseline: Baseline) -> Overlay:
+        path = size(name, key)
+        drag = AxisFunction("DRAG", product("aero/qbar-psf", path, *factors))
+        return Overlay(sizes=((path, sizes[key]),), functions=(drag,))
+
+    return _felt(name, build, parent, *parameters)
+
+
+def _first_size(effect: Effect) -> tuple[Parameter, ...]:
+    return tuple(p for p in effect.parameters if not p.shape)[:1]
 
 
 def _wind() -> AirEffect:
@@ -145,18 +152,20 @@ _FIRST_FORMS: tuple[Effect, ...] = (
         "growing_recovery", _growing_recovery, "recovery_deficit", Parameter("deficit", 0.2, -0.2, 1.0, "hidden")
     ),
     _wind(),
-    _felt("cubed_induced_drag", _cubed, "induced_drag", Parameter("factor", 0.012, -0.06, 0.1, "hidden")),
-    _felt("slow_pod", _slow_pod, "belly_pod", Parameter("drag_area_m2", 0.1, -0.2, 0.8, "hidden")),
-)
+    # Drag due to lift that grows with the cube of lift.
+    _dragging(
+        "cubed_induced_drag", "induced_drag", "factor",
+        "metrics/Sw-sqft", "aero/cl-squared", operation("sqrt", "aero/cl-squared"),
+        parameters=(Parameter("factor", 0.012, -0.06, 0.1, "hidden"),),
+    ),
+    # A blunt pod whose drag area falls with Reynolds number, V^-0.6.
+    _dragging(
+        "slow_pod", "belly_pod", "drag_area_m2", 1.0 / FOOT**2,
+        operation("pow", operation("max", 0.1, product(1.0 / 220.0, "velocities/vt-fps")), -0.6),
+        parameters=(Parameter("drag_area_m2", 0.1, -0.2, 0.8, "hidden"),),
+    ),
+)  # fmt: skip
 FORMS: Mapping[str, Effect] = {effect.name: effect for effect in _FIRST_FORMS}
-
-
-REFERENCE = 3000.0  # Pa of impact pressure, 136 KCAS
-GROUND = ("velocity_north", "velocity_east", "velocity_down", "altitude")
-
-
-def _gps(signals: Signals) -> list[str]:
-    return [name for name in GROUND if name in signals]
 
 
 def _speed_lag(signals: Signals, sizes: Sizes) -> Signals:
@@ -178,21 +187,14 @@ def _two_chamber(signals: Signals, sizes: Sizes) -> Signals:
 def _filling_buffer(signals: Signals, sizes: Sizes) -> Signals:
     """Air data from a buffer that fills over 40 s and is then emptied: between 0.6 and 1.4 of the latency."""
     late = sizes["latency_s"] * (0.6 + 0.8 * np.mod(elapsed(signals) / 40.0, 1.0))
-    names = [n for n in ("impact_pressure", "static_pressure", "total_temperature") if n in signals]
-    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in names})
-
-
-def _leaping_clock(signals: Signals, sizes: Sizes) -> Signals:
-    """A clock that is set right each 30 s by a growing step instead of running slow."""
-    late = 1e-6 * sizes["drift_ppm"] * 30.0 * np.floor(elapsed(signals) / 30.0)
-    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in _gps(signals)})
+    return delayed_by(signals, late, *AIR_DATA)
 
 
 def _straining_receiver(signals: Signals, sizes: Sizes) -> Signals:
     """A receiver that opens its tracking loop as the airplane accelerates, and is then less late."""
     accelerated = np.hypot(*(np.gradient(signals[n], signals.time) for n in GROUND[:2]))
     late = sizes["lag_s"] * (1.2 - 0.9 * np.tanh(first_order(signals, accelerated, 1.0) / 2.0))
-    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in _gps(signals)})
+    return delayed_by(signals, late, *GROUND)
 
 
 def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
@@ -203,36 +205,17 @@ def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
     return signals.with_channels(impact_pressure=pressure - 0.5 * sizes["width_pa"] * side)
 
 
-def _logarithmic_drift(signals: Signals, sizes: Sizes) -> Signals:
-    moved = 3.0 * sizes["rate_pa_per_min"] * np.log1p(elapsed(signals) / 40.0) / np.log(5.5)
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] + moved)
-
-
 def _bent_temperature_drift(signals: Signals, sizes: Sizes) -> Signals:
     """A zero that follows the temperature of its own case, 25 s behind the air, and more when it is far away."""
     warm = signals["total_temperature"] - signals["total_temperature"][0]
     case = first_order(signals, warm, 25.0)
-    moved = sizes["shift_pa_per_k"] * case * (1.0 + 0.1 * np.abs(case))
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] + moved)
+    return _moved(signals, sizes["shift_pa_per_k"] * case * (1.0 + 0.1 * np.abs(case)))
 
 
 def _curved_alpha(signals: Signals, sizes: Sizes) -> Signals:
     """A static error with the square of angle of attack above 1.5°."""
     over = np.maximum(0.0, signals["angle_of_attack"] - 0.026)
-    error = sizes["slope_per_rad"] * over * (1.0 + over / 0.1) * signals["impact_pressure"]
-    return _displaced(signals, error)
-
-
-def _one_sided_slip(signals: Signals, sizes: Sizes) -> Signals:
-    """A static error of one port: in sideslip from the left only."""
-    beta = np.minimum(0.0, signals["sideslip"])
-    return _displaced(signals, sizes["slope_per_rad"] * beta * signals["impact_pressure"])
-
-
-def _pulsing_propwash(signals: Signals, sizes: Sizes) -> Signals:
-    """A static error with the square root of power, as the slipstream's speed grows."""
-    power = np.sqrt(np.maximum(0.0, 0.5 * (signals["throttle_left"] + signals["throttle_right"])))
-    return _displaced(signals, sizes["pressure_pa"] * power)
+    return _displaced(signals, sizes["slope_per_rad"] * over * (1.0 + over / 0.1) * signals["impact_pressure"])
 
 
 def _displaced(signals: Signals, error: Array) -> Signals:
@@ -248,33 +231,6 @@ def _leak_by_speed(signals: Signals, sizes: Sizes) -> Signals:
     return signals.with_channels(
         impact_pressure=impact - lost, static_pressure=signals["static_pressure"] + 0.5 * lost
     )
-
-
-def _seasick_probe(signals: Signals, sizes: Sizes) -> Signals:
-    """A probe off by more as it warms up from the cold of the climb."""
-    return signals.with_channels(
-        total_temperature=signals["total_temperature"] + sizes["bias_k"] * (0.7 + 0.6 * elapsed(signals) / 300.0)
-    )
-
-
-def _quartic(sizes: Sizes, baseline: Baseline) -> Overlay:
-    """Drag due to lift with its fourth power."""
-    path = size("quartic_induced_drag", "factor")
-    return _drag(path, sizes["factor"], "metrics/Sw-sqft", "aero/cl-squared", "aero/cl-squared", 2.0)
-
-
-def _slipping_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
-    """A pod whose drag rises slowly with Mach number."""
-    path = size("fast_pod", "drag_area_m2")
-    grows = operation("sum", 0.6, product(2.0, "velocities/mach"))
-    return _drag(path, sizes["drag_area_m2"], 1.0 / FOOT**2, grows)
-
-
-def _bank_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
-    """Drag with the sine of the bank, not its square."""
-    path = size("sine_turn_drag", "coefficient_at_30deg")
-    sine = operation("abs", operation("sin", "attitude/phi-rad"))
-    return _drag(path, sizes["coefficient_at_30deg"], "metrics/Sw-sqft", sine, 2.0)
 
 
 def _lean_power(sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -295,28 +251,65 @@ def _lean_power(sizes: Sizes, baseline: Baseline) -> Overlay:
     return Overlay(sizes=tuple((size("lean_power", k), v) for k, v in sizes.items()), settings=tuple(settings))
 
 
-def _one(parent: str, name: str = "") -> Parameter:
-    """The first size of the plain effect, or the one named."""
-    return next(p for p in EFFECTS[parent].parameters if (p.name == name or not name) and not p.shape)
-
-
 _LATER_FORMS: tuple[Effect, ...] = (
-    _sensed("speed_lag", _speed_lag, "pitot_lag", _one("pitot_lag")),
-    _sensed("two_chamber", _two_chamber, "static_lag", _one("static_lag")),
-    _sensed("filling_buffer", _filling_buffer, "air_data_latency", _one("air_data_latency")),
-    _sensed("leaping_clock", _leaping_clock, "clock_drift", _one("clock_drift")),
-    _sensed("straining_receiver", _straining_receiver, "gps_smoothing", _one("gps_smoothing")),
-    _sensed("rounded_hysteresis", _backlash_growing, "hysteresis", _one("hysteresis")),
-    _sensed("logarithmic_drift", _logarithmic_drift, "time_drift", _one("time_drift")),
-    _sensed("late_temperature_drift", _bent_temperature_drift, "temperature_drift", _one("temperature_drift")),
-    _sensed("curved_alpha_error", _curved_alpha, "alpha_static_error", _one("alpha_static_error")),
-    _sensed("one_sided_slip_error", _one_sided_slip, "sideslip_static_error", _one("sideslip_static_error")),
-    _sensed("root_propwash", _pulsing_propwash, "propwash_error", _one("propwash_error")),
-    _sensed("turbulent_leak", _leak_by_speed, "line_leak", _one("line_leak")),
-    _sensed("warming_bias", _seasick_probe, "temperature_bias", _one("temperature_bias")),
-    _felt("quartic_induced_drag", _quartic, "induced_drag", _one("induced_drag")),
-    _felt("fast_pod", _slipping_pod, "belly_pod", _one("belly_pod")),
-    _felt("sine_turn_drag", _bank_drag, "turn_drag", _one("turn_drag")),
+    _sensed("speed_lag", _speed_lag, "pitot_lag"),
+    _sensed("two_chamber", _two_chamber, "static_lag"),
+    _sensed("filling_buffer", _filling_buffer, "air_data_latency"),
+    # A clock that is set right each 30 s by a growing step instead of running slow.
+    _sensed(
+        "leaping_clock",
+        lambda s, sizes: delayed_by(s, 1e-6 * sizes["drift_ppm"] * 30.0 * np.floor(elapsed(s) / 30.0), *GROUND),
+        "clock_drift",
+    ),
+    _sensed("straining_receiver", _straining_receiver, "gps_smoothing"),
+    _sensed("rounded_hysteresis", _backlash_growing, "hysteresis"),
+    _sensed(
+        "logarithmic_drift",
+        lambda s, sizes: _moved(s, 3.0 * sizes["rate_pa_per_min"] * np.log1p(elapsed(s) / 40.0) / np.log(5.5)),
+        "time_drift",
+    ),
+    _sensed("late_temperature_drift", _bent_temperature_drift, "temperature_drift"),
+    _sensed("curved_alpha_error", _curved_alpha, "alpha_static_error"),
+    # A static error of one port: in sideslip from the left only.
+    _sensed(
+        "one_sided_slip_error",
+        lambda s, sizes: _displaced(
+            s, sizes["slope_per_rad"] * np.minimum(0.0, s["sideslip"]) * s["impact_pressure"]
+        ),
+        "sideslip_static_error",
+    ),
+    # A static error with the square root of power, as the slipstream's speed grows.
+    _sensed(
+        "root_propwash",
+        lambda s, sizes: _displaced(
+            s, sizes["pressure_pa"] * np.sqrt(np.maximum(0.0, 0.5 * (s["throttle_left"] + s["throttle_right"])))
+        ),
+        "propwash_error",
+    ),
+    _sensed("turbulent_leak", _leak_by_speed, "line_leak"),
+    # A probe off by more as it warms up from the cold of the climb.
+    _sensed(
+        "warming_bias",
+        lambda s, sizes: s.with_channels(
+            total_temperature=s["total_temperature"] + sizes["bias_k"] * (0.7 + 0.6 * elapsed(s) / 300.0)
+        ),
+        "temperature_bias",
+    ),
+    # Drag due to lift with its fourth power.
+    _dragging(
+        "quartic_induced_drag", "induced_drag", "factor",
+        "metrics/Sw-sqft", "aero/cl-squared", "aero/cl-squared", 2.0,
+    ),
+    # A pod whose drag rises slowly with Mach number.
+    _dragging(
+        "fast_pod", "belly_pod", "drag_area_m2",
+        1.0 / FOOT**2, operation("sum", 0.6, product(2.0, "velocities/mach")),
+    ),
+    # Drag with the sine of the bank, not its square.
+    _dragging(
+        "sine_turn_drag", "turn_drag", "coefficient_at_30deg",
+        "metrics/Sw-sqft", operation("abs", operation("sin", "attitude/phi-rad")), 2.0,
+    ),
     _felt("lean_power", _lean_power, "power_deficit", *EFFECTS["power_deficit"].parameters),
-)
+)  # fmt: skip
 OWN_FORMS: Mapping[str, Effect] = {**FORMS, **{effect.name: effect for effect in _LATER_FORMS}}

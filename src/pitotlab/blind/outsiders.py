@@ -20,9 +20,9 @@ from pitotbench.effects.overlay import (
     size,
 )
 from pitotbench.effects.propulsion import left_and_right
-from pitotbench.effects.response import Signals, delayed, first_order, first_order_varying
+from pitotbench.effects.response import Signals, first_order, first_order_varying
 from pitotbench.units import FOOT, Array
-from pitotlab.blind.forms import OWN_FORMS
+from pitotlab.blind.forms import AIR_DATA, GROUND, OWN_FORMS, delayed_by
 
 Schedule = Callable[[Array], Array]  # of seconds since the first sample; below 0 before it
 EDGE = 3.0  # s, in which a part of a flight begins and ends
@@ -67,6 +67,7 @@ def pulses(period: float, last: float) -> Schedule:
 
 
 Fault = Callable[[Signals, float], Signals]
+MANIFOLD = ("manifold_pressure_left", "manifold_pressure_right")
 GRAVITY = 9.80665
 PRESSURE = 3000.0  # Pa, an impact pressure in the midst of the range
 SPEED = 70.0  # m/s, likewise
@@ -96,236 +97,158 @@ def _static(signals: Signals, error: Array) -> Signals:
     return _added(signals, static_pressure=error, impact_pressure=-error)
 
 
-def loose_tube(s: Signals, size: float) -> Signals:
-    """A pitot tube that rocks: 1 % of the impact pressure with a period of 23 s."""
-    return _added(s, impact_pressure=0.01 * size * s["impact_pressure"] * _wave(s, 23.0))
+def _late(signals: Signals, seconds: float, *names: str) -> Signals:
+    return signals.with_channels(**{name: first_order(signals, signals[name], seconds) for name in names})
 
 
-def icing_port(s: Signals, size: float) -> Signals:
-    """A static port that ices over: a lag that grows from nothing to 4 s within two minutes."""
+def _lever(signals: Signals) -> Array:
+    return np.asarray(0.5 * (signals["throttle_left"] + signals["throttle_right"]))
+
+
+def _power(signals: Signals) -> Array:
+    """The levers less their mean."""
+    return np.asarray(_lever(signals) - _lever(signals).mean())
+
+
+def _icing_port(s: Signals, size: float) -> Signals:
     lag = 0.02 + 4.0 * abs(size) * np.clip(elapsed(s) / 120.0, 0.0, 1.5)
     late = first_order_varying(s, s["static_pressure"], lag)
     return _static(s, late - s["static_pressure"])
 
 
-def open_drain(s: Signals, size: float) -> Signals:
-    """A drain hole that opens with the nose high: 1.5 % of the impact pressure."""
-    open_share = 0.5 * (1.0 + np.tanh((s["pitch"] - 0.09) / 0.01))
-    return _added(s, impact_pressure=-0.015 * size * open_share * s["impact_pressure"])
-
-
-def rain_in_port(s: Signals, size: float) -> Signals:
-    """Drops over the static port: pieces of 6 s with 12 Pa."""
-    return _static(s, first_order(s, 12.0 * size * _pieces(s, 6.0, 11), 0.5))
-
-
-def insect_in_tube(s: Signals, size: float) -> Signals:
-    """An insect in the tube, which is blown out slowly: 2 % that decays twice."""
-    time = np.mod(elapsed(s), 95.0)
-    return _added(s, impact_pressure=-0.02 * size * np.exp(-time / 25.0) * s["impact_pressure"])
-
-
-def climb_crosstalk(s: Signals, size: float) -> Signals:
-    """A leaking case: the impact pressure follows the rate of climb, 4 Pa a meter per second."""
-    return _added(s, impact_pressure=-4.0 * size * first_order(s, s["velocity_down"], 2.0))
-
-
-def heavy_membrane(s: Signals, size: float) -> Signals:
-    """A transducer whose membrane feels the load: 25 Pa at each g."""
-    return _added(s, impact_pressure=25.0 * size * _load(s))
-
-
-def kinked_transducer(s: Signals, size: float) -> Signals:
-    """A transducer with a kink in the midst of its range and one at each of two others."""
-    share = s["impact_pressure"] / 700.0
-    return _added(s, impact_pressure=14.0 * size * np.abs(np.mod(share, 2.0) - 1.0))
-
-
-def strobe_light(s: Signals, size: float) -> Signals:
-    """A strobe light on the same ground wire: 15 Pa in the static pressure, beating with a period of 7 s."""
-    return _static(s, np.asarray(15.0 * size * (_wave(s, 7.0) > 0.6), dtype=np.float64))
-
-
-def heated_transducer(s: Signals, size: float) -> Signals:
-    """A pitot heater that warms the transducer in cycles of 45 s: a sawtooth of 14 Pa."""
-    return _added(s, impact_pressure=14.0 * size * (np.mod(elapsed(s) / 45.0, 1.0) - 0.5))
-
-
-def bending_boom(s: Signals, size: float) -> Signals:
-    """A boom that bends under load: 0.4° of angle of attack at each g."""
-    return _added(s, angle_of_attack=0.007 * size * _load(s))
-
-
-def twisting_boom(s: Signals, size: float) -> Signals:
-    """A boom that the slipstream bends aside: 0.5° of sideslip over the range of power."""
-    lever = 0.5 * (s["throttle_left"] + s["throttle_right"])
-    return _added(s, sideslip=0.009 * size * (lever - lever.mean()) / 0.3)
-
-
-def late_vane(s: Signals, size: float) -> Signals:
-    """Vanes of a slow converter: 0.8 s late."""
-    late = {n: first_order(s, s[n], 0.8 * size) for n in ("angle_of_attack", "sideslip")}
-    return s.with_channels(**late)
-
-
-def crossed_vanes(s: Signals, size: float) -> Signals:
-    """A sideslip vane that leans: it reads 8 % of angle of attack."""
-    return _added(s, sideslip=0.08 * size * s["angle_of_attack"])
-
-
-def vane_in_wake(s: Signals, size: float) -> Signals:
-    """An angle-of-attack vane in the slipstream: 0.6° over the range of power."""
-    lever = 0.5 * (s["throttle_left"] + s["throttle_right"])
-    return _added(s, angle_of_attack=0.01 * size * (lever - lever.mean()) / 0.3)
-
-
-def warming_accelerometer(s: Signals, size: float) -> Signals:
-    """A forward accelerometer whose zero drifts as the box warms: 0.04 m/s² with a time of 80 s."""
-    return _added(s, specific_force_x=0.04 * size * (1.0 - np.exp(-elapsed(s) / 80.0)))
-
-
-def stretched_accelerometer(s: Signals, size: float) -> Signals:
-    """A vertical accelerometer with a scale error that grows with load: 1 % at each g."""
-    felt = s["specific_force_z"]
-    return _added(s, specific_force_z=0.01 * size * felt * np.abs(felt) / GRAVITY)
-
-
-def crossed_gyros(s: Signals, size: float) -> Signals:
-    """Gyros that feel the other axes: 6 % of yaw rate in roll and in pitch."""
-    return _added(s, roll_rate=0.06 * size * s["yaw_rate"], pitch_rate=0.06 * size * s["yaw_rate"])
-
-
-def leaning_gyro(s: Signals, size: float) -> Signals:
-    """A vertical gyro that erects to the apparent vertical: 3 % of bank, and pitch with its square."""
-    return _added(s, roll=-0.03 * size * s["roll"], pitch=0.02 * size * s["roll"] ** 2)
-
-
-def erected_pitch(s: Signals, size: float) -> Signals:
-    """A vertical gyro that takes a deceleration for a tilt: a tenth of it, within 20 s."""
-    along = first_order(s, s["specific_force_x"] / GRAVITY - np.sin(s["pitch"]), 20.0)
-    return _added(s, pitch=0.1 * size * along)
-
-
-def late_attitude(s: Signals, size: float) -> Signals:
-    """An attitude box that is 0.25 s late."""
-    late = {n: delayed(s, s[n], 0.25 * abs(size), angle=n == "heading") for n in ("roll", "pitch", "heading")}
-    return s.with_channels(**late)
-
-
-def shaken_accelerometer(s: Signals, size: float) -> Signals:
-    """A vertical accelerometer that rectifies vibration: 0.06 m/s² over the range of propeller speed."""
-    turning = s["propeller_speed_left"]
-    return _added(s, specific_force_z=0.06 * size * (turning / turning.mean() - 1.0) / 0.05)
-
-
-def swinging_altitude(s: Signals, size: float) -> Signals:
-    """A satellite height with multipath: 3 m with a period of 70 s."""
-    return _added(s, altitude=3.0 * size * _wave(s, 70.0))
-
-
-def multipath_bursts(s: Signals, size: float) -> Signals:
-    """Satellite velocities with bursts of error: 0.4 m/s, some seconds each, a quarter of the time."""
+def _multipath_bursts(s: Signals, size: float) -> Signals:
     found = {}
-    for number, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
+    for number, name in enumerate(GROUND[:3]):
         on = np.abs(_pieces(s, 8.0, 20)) > 1.15
         found[name] = first_order(s, 0.4 * size * on * _pieces(s, 4.0, 21 + number), 0.4)
     return _added(s, **found)
 
 
-def leaping_altitude(s: Signals, size: float) -> Signals:
-    """A satellite height that leaps as satellites come and go: 4 m each 35 s."""
-    return _added(s, altitude=4.0 * size * _pieces(s, 35.0, 31))
+def _stale_fixes(s: Signals, size: float) -> Signals:
+    since = np.mod(elapsed(s), 12.0)
+    return delayed_by(s, np.where(since < 1.5 * abs(size), since, 0.0), *GROUND)
 
 
-def stale_fixes(s: Signals, size: float) -> Signals:
-    """A receiver that stands still for 1.5 s of each 12 s, and then leaps."""
-    time = elapsed(s)
-    since = np.mod(time, 12.0)
-    late = np.where(since < 1.5 * abs(size), since, 0.0)
-    names = [n for n in ("velocity_north", "velocity_east", "velocity_down", "altitude") if n in s]
-    return s.with_channels(**{n: delayed(s, s[n], late) for n in names})
-
-
-def stamp_jitter(s: Signals, size: float) -> Signals:
-    """Air data whose time stamps jump by 0.3 s to either side, anew each second."""
-    late = 0.3 * size * _pieces(s, 1.0, 41)
-    names = ("impact_pressure", "static_pressure", "total_temperature")
-    return s.with_channels(**{n: delayed(s, s[n], late) for n in names})
-
-
-def sun_on_probe(s: Signals, size: float) -> Signals:
-    """A probe that the sun warms from one side: 0.8 K."""
-    return _added(s, total_temperature=0.8 * size * np.maximum(0.0, np.cos(s["heading"] - 1.1)))
-
-
-def slow_probe(s: Signals, size: float) -> Signals:
-    """A temperature probe in a thick well: 15 s late."""
-    return s.with_channels(total_temperature=first_order(s, s["total_temperature"], 15.0 * abs(size)))
-
-
-def exhaust_on_probe(s: Signals, size: float) -> Signals:
-    """A probe that feels the exhaust: 1.5 K over the range of power."""
-    lever = 0.5 * (s["throttle_left"] + s["throttle_right"])
-    return _added(s, total_temperature=1.5 * size * first_order(s, lever, 8.0))
-
-
-def heated_probe(s: Signals, size: float) -> Signals:
-    """A probe with its heater on: 2 K that fall with airspeed."""
-    return _added(s, total_temperature=2.0 * size * (PRESSURE / np.maximum(s["impact_pressure"], 500.0)))
-
-
-def fuel_meter(s: Signals, size: float) -> Signals:
-    """A turbine flow meter that reads 4 % too much."""
-    return _added(s, fuel_flow_left=0.04 * size * s["fuel_flow_left"])
-
-
-def slipping_tachometer(s: Signals, size: float) -> Signals:
-    """A tachometer that slips: 1 % low on the right."""
-    return _added(s, propeller_speed_right=-0.01 * size * s["propeller_speed_right"])
-
-
-def long_manifold_line(s: Signals, size: float) -> Signals:
-    """Manifold pressures through a long line: 1.5 s late."""
-    names = ("manifold_pressure_left", "manifold_pressure_right")
-    return s.with_channels(**{n: first_order(s, s[n], 1.5 * abs(size)) for n in names})
-
-
-def bent_elevator_pickup(s: Signals, size: float) -> Signals:
-    """An elevator pickup with another lever arm: 12 % too much."""
-    return _added(s, elevator=0.12 * size * s["elevator"])
-
-
-def floating_rudder(s: Signals, size: float) -> Signals:
-    """A rudder that the air pushes behind its pickup: 0.6° over the range of airspeed."""
-    return _added(s, rudder=0.01 * size * (s["impact_pressure"] / PRESSURE - 1.0))
-
-
-def pressure_slope(s: Signals, size: float) -> Signals:
-    """A pressure field with waves that the airplane crosses in 100 s: 12 Pa."""
-    way = np.cumsum(s["velocity_north"]) * s.interval
-    return _added(s, static_pressure=12.0 * size * np.sin(2.0 * np.pi * way / (100.0 * SPEED)))
-
-
-def warm_patches(s: Signals, size: float) -> Signals:
-    """Air with warm patches of 2 km: 0.5 K that the probe feels and the pressure does not."""
-    return _added(s, total_temperature=first_order(s, 0.5 * size * _pieces(s, 28.0, 51), 5.0))
-
-
-def sagging_supply(s: Signals, size: float) -> Signals:
-    """A supply voltage that sags for 20 s each 50 s: all analog channels read 0.5 % less."""
-    low = np.mod(elapsed(s), 50.0) < 20.0
-    names = ("impact_pressure", "manifold_pressure_left", "manifold_pressure_right")
-    return s.with_channels(**{n: s[n] * (1.0 - 0.005 * size * low) for n in names})
-
-
-SENSOR_FAULTS: tuple[Fault, ...] = (
-    loose_tube, icing_port, open_drain, rain_in_port, insect_in_tube, climb_crosstalk, heavy_membrane,
-    kinked_transducer, strobe_light, heated_transducer, bending_boom, twisting_boom, late_vane, crossed_vanes,
-    vane_in_wake, warming_accelerometer, stretched_accelerometer, crossed_gyros, leaning_gyro, erected_pitch,
-    late_attitude, shaken_accelerometer, swinging_altitude, multipath_bursts, leaping_altitude, stale_fixes,
-    stamp_jitter, sun_on_probe, slow_probe, exhaust_on_probe, heated_probe, fuel_meter, slipping_tachometer,
-    long_manifold_line, bent_elevator_pickup, floating_rudder, pressure_slope, warm_patches, sagging_supply,
-)  # fmt: skip
+SENSOR_FAULTS: Mapping[str, Fault] = {
+    # A pitot tube that rocks: 1 % of the impact pressure with a period of 23 s.
+    "loose_tube": lambda s, size: _added(s, impact_pressure=0.01 * size * s["impact_pressure"] * _wave(s, 23.0)),
+    # A static port that ices over: a lag that grows from nothing to 4 s within two minutes.
+    "icing_port": _icing_port,
+    # A drain hole that opens with the nose high: 1.5 % of the impact pressure.
+    "open_drain": lambda s, size: _added(
+        s,
+        impact_pressure=-0.015 * size * (0.5 * (1.0 + np.tanh((s["pitch"] - 0.09) / 0.01))) * s["impact_pressure"],
+    ),
+    # Drops over the static port: pieces of 6 s with 12 Pa.
+    "rain_in_port": lambda s, size: _static(s, first_order(s, 12.0 * size * _pieces(s, 6.0, 11), 0.5)),
+    # An insect in the tube, which is blown out slowly: 2 % that decays twice.
+    "insect_in_tube": lambda s, size: _added(
+        s, impact_pressure=-0.02 * size * np.exp(-np.mod(elapsed(s), 95.0) / 25.0) * s["impact_pressure"]
+    ),
+    # A leaking case: the impact pressure follows the rate of climb, 4 Pa a meter per second.
+    "climb_crosstalk": lambda s, size: _added(
+        s, impact_pressure=-4.0 * size * first_order(s, s["velocity_down"], 2.0)
+    ),
+    # A transducer whose membrane feels the load: 25 Pa at each g.
+    "heavy_membrane": lambda s, size: _added(s, impact_pressure=25.0 * size * _load(s)),
+    # A transducer with a kink in the midst of its range and one at each of two others.
+    "kinked_transducer": lambda s, size: _added(
+        s, impact_pressure=14.0 * size * np.abs(np.mod(s["impact_pressure"] / 700.0, 2.0) - 1.0)
+    ),
+    # A strobe light on the same ground wire: 15 Pa in the static pressure, beating with a period of 7 s.
+    "strobe_light": lambda s, size: _static(s, np.asarray(15.0 * size * (_wave(s, 7.0) > 0.6), dtype=np.float64)),
+    # A pitot heater that warms the transducer in cycles of 45 s: a sawtooth of 14 Pa.
+    "heated_transducer": lambda s, size: _added(
+        s, impact_pressure=14.0 * size * (np.mod(elapsed(s) / 45.0, 1.0) - 0.5)
+    ),
+    # A boom that bends under load: 0.4° of angle of attack at each g.
+    "bending_boom": lambda s, size: _added(s, angle_of_attack=0.007 * size * _load(s)),
+    # A boom that the slipstream bends aside: 0.5° of sideslip over the range of power.
+    "twisting_boom": lambda s, size: _added(s, sideslip=0.009 * size * _power(s) / 0.3),
+    # Vanes of a slow converter: 0.8 s late.
+    "late_vane": lambda s, size: _late(s, 0.8 * size, "angle_of_attack", "sideslip"),
+    # A sideslip vane that leans: it reads 8 % of angle of attack.
+    "crossed_vanes": lambda s, size: _added(s, sideslip=0.08 * size * s["angle_of_attack"]),
+    # An angle-of-attack vane in the slipstream: 0.6° over the range of power.
+    "vane_in_wake": lambda s, size: _added(s, angle_of_attack=0.01 * size * _power(s) / 0.3),
+    # A forward accelerometer whose zero drifts as the box warms: 0.04 m/s² with a time of 80 s.
+    "warming_accelerometer": lambda s, size: _added(
+        s, specific_force_x=0.04 * size * (1.0 - np.exp(-elapsed(s) / 80.0))
+    ),
+    # A vertical accelerometer with a scale error that grows with load: 1 % at each g.
+    "stretched_accelerometer": lambda s, size: _added(
+        s, specific_force_z=0.01 * size * s["specific_force_z"] * np.abs(s["specific_force_z"]) / GRAVITY
+    ),
+    # Gyros that feel the other axes: 6 % of yaw rate in roll and in pitch.
+    "crossed_gyros": lambda s, size: _added(
+        s, roll_rate=0.06 * size * s["yaw_rate"], pitch_rate=0.06 * size * s["yaw_rate"]
+    ),
+    # A vertical gyro that erects to the apparent vertical: 3 % of bank, and pitch with its square.
+    "leaning_gyro": lambda s, size: _added(s, roll=-0.03 * size * s["roll"], pitch=0.02 * size * s["roll"] ** 2),
+    # A vertical gyro that takes a deceleration for a tilt: a tenth of it, within 20 s.
+    "erected_pitch": lambda s, size: _added(
+        s, pitch=0.1 * size * first_order(s, s["specific_force_x"] / GRAVITY - np.sin(s["pitch"]), 20.0)
+    ),
+    # An attitude box that is 0.25 s late.
+    "late_attitude": lambda s, size: delayed_by(s, 0.25 * abs(size), "roll", "pitch", "heading"),
+    # A vertical accelerometer that rectifies vibration: 0.06 m/s² over the range of propeller speed.
+    "shaken_accelerometer": lambda s, size: _added(
+        s,
+        specific_force_z=0.06 * size * (s["propeller_speed_left"] / s["propeller_speed_left"].mean() - 1.0) / 0.05,
+    ),
+    # A satellite height with multipath: 3 m with a period of 70 s.
+    "swinging_altitude": lambda s, size: _added(s, altitude=3.0 * size * _wave(s, 70.0)),
+    # Satellite velocities with bursts of error: 0.4 m/s, some seconds each, a quarter of the time.
+    "multipath_bursts": _multipath_bursts,
+    # A satellite height that leaps as satellites come and go: 4 m each 35 s.
+    "leaping_altitude": lambda s, size: _added(s, altitude=4.0 * size * _pieces(s, 35.0, 31)),
+    # A receiver that stands still for 1.5 s of each 12 s, and then leaps.
+    "stale_fixes": _stale_fixes,
+    # Air data whose time stamps jump by 0.3 s to either side, anew each second.
+    "stamp_jitter": lambda s, size: delayed_by(s, 0.3 * size * _pieces(s, 1.0, 41), *AIR_DATA),
+    # A probe that the sun warms from one side: 0.8 K.
+    "sun_on_probe": lambda s, size: _added(
+        s, total_temperature=0.8 * size * np.maximum(0.0, np.cos(s["heading"] - 1.1))
+    ),
+    # A temperature probe in a thick well: 15 s late.
+    "slow_probe": lambda s, size: _late(s, 15.0 * abs(size), "total_temperature"),
+    # A probe that feels the exhaust: 1.5 K over the range of power.
+    "exhaust_on_probe": lambda s, size: _added(s, total_temperature=1.5 * size * first_order(s, _lever(s), 8.0)),
+    # A probe with its heater on: 2 K that fall with airspeed.
+    "heated_probe": lambda s, size: _added(
+        s, total_temperature=2.0 * size * (PRESSURE / np.maximum(s["impact_pressure"], 500.0))
+    ),
+    # A turbine flow meter that reads 4 % too much.
+    "fuel_meter": lambda s, size: _added(s, fuel_flow_left=0.04 * size * s["fuel_flow_left"]),
+    # A tachometer that slips: 1 % low on the right.
+    "slipping_tachometer": lambda s, size: _added(
+        s, propeller_speed_right=-0.01 * size * s["propeller_speed_right"]
+    ),
+    # Manifold pressures through a long line: 1.5 s late.
+    "long_manifold_line": lambda s, size: _late(s, 1.5 * abs(size), *MANIFOLD),
+    # An elevator pickup with another lever arm: 12 % too much.
+    "bent_elevator_pickup": lambda s, size: _added(s, elevator=0.12 * size * s["elevator"]),
+    # A rudder that the air pushes behind its pickup: 0.6° over the range of airspeed.
+    "floating_rudder": lambda s, size: _added(s, rudder=0.01 * size * (s["impact_pressure"] / PRESSURE - 1.0)),
+    # A pressure field with waves that the airplane crosses in 100 s: 12 Pa.
+    "pressure_slope": lambda s, size: _added(
+        s,
+        static_pressure=12.0
+        * size
+        * np.sin(2.0 * np.pi * (np.cumsum(s["velocity_north"]) * s.interval) / (100.0 * SPEED)),
+    ),
+    # Air with warm patches of 2 km: 0.5 K that the probe feels and the pressure does not.
+    "warm_patches": lambda s, size: _added(
+        s, total_temperature=first_order(s, 0.5 * size * _pieces(s, 28.0, 51), 5.0)
+    ),
+    # A supply voltage that sags for 20 s each 50 s: all analog channels read 0.5 % less.
+    "sagging_supply": lambda s, size: s.with_channels(
+        **{
+            n: s[n] * (1.0 - 0.005 * size * (np.mod(elapsed(s), 50.0) < 20.0))
+            for n in ("impact_pressure", *MANIFOLD)
+        }
+    ),
+}
 
 
 SIZE = Parameter("size", 1.0, -6.0, 6.0, "hidden")
@@ -395,22 +318,16 @@ SCHEDULES: Mapping[str, Schedule] = {
 }
 
 
-def _sensed(fault: Fault) -> SensorEffect:
+def _sensed(name: str, fault: Fault) -> SensorEffect:
     """A fault of the sensors as an effect that the recorder applies."""
     known = EFFECTS["pitot_lag"]
     assert isinstance(known, SensorEffect)
-
-    def function(signals: Signals, sizes: Sizes) -> Signals:
-        return fault(signals, sizes["size"])
-
-    name = getattr(fault, "__name__", "")
-    return replace(
-        known, name=name, parameters=(SIZE,), variant_of="", what="hidden", changes=(), needs=(), function=function
-    )
+    plain = replace(known, name=name, parameters=(SIZE,), variant_of="", what="hidden", changes=(), needs=())
+    return replace(plain, function=lambda signals, sizes: fault(signals, sizes["size"]))
 
 
 OUTSIDERS: Mapping[str, Effect] = {
-    **{effect.name: effect for effect in map(_sensed, SENSOR_FAULTS)},
+    **{name: _sensed(name, fault) for name, fault in SENSOR_FAULTS.items()},
     **AIRPLANE_FAULTS,
 }
 HIDDEN_EFFECTS: Mapping[str, Effect] = {**OWN_FORMS, **OUTSIDERS}

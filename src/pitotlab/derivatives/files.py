@@ -83,10 +83,7 @@ _OWN: Mapping[str, Mapping[str, Places]] = {
     },
 }
 AIRPLANES: Mapping[str, Mapping[str, Places]] = {
-    name: {
-        **_OWN[name],
-        **{key: {"whole": (Place(prefix + each[i]),)} for key, each in _WHOLE.items() if each[i]},
-    }
+    name: {**_OWN[name], **{key: {"whole": (Place(prefix + each[i]),)} for key, each in _WHOLE.items() if each[i]}}
     for i, (name, prefix) in enumerate(zip(_NAMES, _PREFIXES, strict=True))
 }
 

@@ -85,12 +85,7 @@ class Motion:
 
 
 def fly_maneuver(
-    legs: tuple[Leg, ...],
-    low: float,
-    high: float,
-    true_over_indicated: float,
-    start: float,
-    side: float,
+    legs: tuple[Leg, ...], low: float, high: float, true_over_indicated: float, start: float, side: float
 ) -> Motion:
     """Fly legs between two indicated airspeeds [m/s], from a heading [rad], turning to one side (1 right, -1 left).
 

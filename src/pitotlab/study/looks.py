@@ -56,9 +56,7 @@ def _with_wind(flight: Flight, speed: Array, direction: float) -> Flight:
     """Return the flight with more wind toward a direction [rad], of a speed [m/s] at each sample."""
     north, east = speed * np.cos(direction), speed * np.sin(direction)
     return _with(
-        flight,
-        velocity_north=flight["velocity_north"] + north,
-        velocity_east=flight["velocity_east"] + east,
+        flight, velocity_north=flight["velocity_north"] + north, velocity_east=flight["velocity_east"] + east
     )
 
 

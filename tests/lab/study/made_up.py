@@ -37,12 +37,7 @@ def evidence(
 
 def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> Measured:
     case = sortie.case
-    key = {
-        "setting": sortie.setting,
-        "variant": sortie.variant,
-        "maneuver": case.maneuver,
-        "seed": case.truth_seed,
-    }
+    key = {"setting": sortie.setting, "variant": sortie.variant, "maneuver": case.maneuver, "seed": case.truth_seed}
     time = minutes[case.maneuver]
     rng = np.random.default_rng(case.truth_seed)
     flight = {

@@ -71,21 +71,16 @@ def fly_foreign(seeds: range, aircraft: tuple[str, ...] = FOREIGN, budget: Budge
     Wind and pressure error are drawn from the seed as for the coverage campaign, the error scaled to the card of
     the airplane. A flight that fails is a row with the reason.
     """
-    experiment = Experiment(_measure, PAPER_MANEUVERS, ("light",), aircraft, "aircraft")
+    experiment = Experiment(_flown, PAPER_MANEUVERS, ("light",), aircraft, "aircraft")
     return run_experiment(experiment, seeds, budget)
 
 
-def _measure(trial: Trial, aircraft: tuple[str, ...]) -> list[Row]:
-    return [_flown(trial, name) for name in aircraft]
+def _flown(trial: Trial, airplanes: tuple[str, ...]) -> list[Row]:
+    return [_flown_by(trial, name) for name in airplanes]
 
 
-def _flown(trial: Trial, aircraft: str) -> Row:
-    row: Row = {
-        "aircraft": aircraft,
-        "maneuver": trial.maneuver,
-        "turbulence": trial.turbulence,
-        "seed": trial.seed,
-    }
+def _flown_by(trial: Trial, aircraft: str) -> Row:
+    row = trial.cell | {"aircraft": aircraft}
     try:
         case = scaled_case(replace(random_case(trial), aircraft=aircraft))
         flight = bench.fly(case)
@@ -186,16 +181,6 @@ _FIRST: tuple[Column[FirstFlight], ...] = (
 )
 
 
-def foreign_table(table: pd.DataFrame) -> str:
-    """Return one line (Markdown) an airplane, all maneuvers together, of the summary of its flights."""
-    return markdown_table(_FLOWN, list(table[table["maneuver"] == "all"].itertuples()))
-
-
-def first_flights_table(times: Sequence[FirstFlight]) -> str:
-    """Return one line (Markdown) an airplane: the time from the path of its file to its first recorded flight."""
-    return markdown_table(_FIRST, times)
-
-
 def verify_aircraft(seeds: range, names: tuple[str, ...], budget: Budget, out: Path) -> str:
     """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and each failure."""
     rows = fly_foreign(seeds, names, budget)
@@ -204,7 +189,8 @@ def verify_aircraft(seeds: range, names: tuple[str, ...], budget: Budget, out: P
     with atomic(out / "aircraft-flights.csv") as scratch:
         table.to_csv(scratch, index=False, float_format="%.4f", lineterminator="\n")
     failed = rows[rows["failed"] != ""].itertuples()
-    return "\n".join([foreign_table(table), *(f"{r.aircraft} {r.maneuver} {r.seed}: {r.failed}" for r in failed)])
+    flown = markdown_table(_FLOWN, list(table[table["maneuver"] == "all"].itertuples()))
+    return "\n".join([flown, *(f"{r.aircraft} {r.maneuver} {r.seed}: {r.failed}" for r in failed)])
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
@@ -221,33 +207,19 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))
     if options.times:
-        print(first_flights_table([time_first_flight(name) for name in names]))
+        print(markdown_table(_FIRST, [time_first_flight(name) for name in names]))
         return
     seeds = range(options.first, options.first + options.seeds)
     print(verify_aircraft(seeds, names, budget_of(options), options.out))
 
 
-TAKEN = (
-    "navajo",
-    "citation",
-    "c310",
-    "DHC6",
-    "c172x",
-    "c172p",
-    "J3Cub",
-    "pc7",
-    "B747",
-    "737",
-    "T38",
-    "f16",
-    "p51d",
-)
+TAKEN = "navajo,citation,c310,DHC6,c172x,c172p,J3Cub,pc7,B747,737,T38,f16,p51d"
 FEW = ("belly_pod", "mass", "pitot_lag", "gps_latency", "lift_slope")
 
 
 def taken_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Fly a deceleration with airplanes, and tell which of them reconcile puts on the force meter, or why not."""
-    parser.add_argument("--aircraft", default=",".join(TAKEN), help="comma list (default: %(default)s)")
+    parser.add_argument("--aircraft", default=TAKEN, help="comma list (default: %(default)s)")
     for name in parser.parse_args(words).aircraft.split(","):
         try:
             log = bench.sense(bench.fly(Case(aircraft=name, maneuver="rapid_decel")), "20/20")

@@ -116,11 +116,6 @@ def truth_of(name: str, seed: int) -> PressureErrorSpec:
     )
 
 
-def outside_experiment(maneuvers: Sequence[str], turbulence: str, das: str) -> Experiment:
-    """Return the experiment: these maneuvers in one turbulence, every flight sensed with every true curve."""
-    return Experiment(partial(score_outside, das=das), tuple(maneuvers), (turbulence,), tuple(TRUTHS), "truth")
-
-
 def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
     """Fly once, sense with every true curve, calibrate with `auto` and with Inverse+; return one row for each."""
     flight = bench.fly(random_case(trial))
@@ -133,18 +128,9 @@ def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
 
 def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[Row]:
     log = bench.sense(flight, das)
-    cell: Row = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "truth": name}
     for model in MODELS:
-        base = cell | {"model": model, "seed": trial.seed}
-        yield base | figures_of_log(log, bench.CalibrationOptions(model=model), flight)
-
-
-def summarize(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one line for each maneuver, truth and model: shares inside [%], mean 2σ and rms error [kt] over seeds.
-
-    `answers` is the number of calibrations that gave an answer.
-    """
-    return over_seeds(rows, ("maneuver", "truth", "model"))
+        row = trial.cell | {"truth": name, "model": model}
+        yield row | figures_of_log(log, bench.CalibrationOptions(model=model), flight)
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
@@ -163,7 +149,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     from pitotlab.pages import auto_page  # loads the drawing library
 
     seeds = range(options.first, options.first + options.seeds)
-    experiment = outside_experiment(options.maneuver.split(","), options.turbulence, options.das)
+    score, maneuvers = partial(score_outside, das=options.das), tuple(options.maneuver.split(","))
+    experiment = Experiment(score, maneuvers, (options.turbulence,), tuple(TRUTHS), "truth")
     rows = run_experiment(experiment, seeds, Budget(options.jobs))
     asked = {name: getattr(options, name) for name in ("maneuver", "turbulence", "das")}
-    print(auto_page(summarize(rows), list(TRUTHS), seeds, asked), end="")
+    print(auto_page(over_seeds(rows, ("maneuver", "truth", "model")), list(TRUTHS), seeds, asked), end="")

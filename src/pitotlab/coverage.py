@@ -75,7 +75,8 @@ def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
     steps = np.random.default_rng([seed, 79]).standard_normal((2, int(elapsed[-1]) + 2))
     walk = np.cumsum(steps, axis=1) * SLOW_CHANGE / np.sqrt(2.0 * SLOW_TIME)
     change = np.stack([np.interp(elapsed, np.arange(walk.shape[1]), part) for part in walk])
-    moved = {f"velocity_{axis}": flight[f"velocity_{axis}"] + part for axis, part in _axes(change)}
+    names = ("velocity_north", "velocity_east")
+    moved = {name: flight[name] + part for name, part in zip(names, change, strict=True)}
     mean = bench.wind_toward(flight.case.wind)[:2] + change.mean(axis=1)
     return replace(flight, channels={**flight.channels, **moved}), mean
 
@@ -105,18 +106,12 @@ def systematic(log: FlightLog, seed: int) -> FlightLog:
     )
 
 
-def _axes(values: Array) -> list[tuple[str, Array]]:
-    return list(zip(("north", "east"), values, strict=True))
-
-
 _ALL = (
     Scoring("constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, against_paper=True),
     Scoring("systematic errors", tuple(SYSTEMS), CalibrationOptions(accuracies=STATED), steady, systematic),
     Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, as_sensed),
 )
 SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})
-
-
 TURBULENCE = ("none", "light", "moderate")
 
 
@@ -129,15 +124,12 @@ def score_trial(trial: Trial, scorings: tuple[str, ...], store: FlightStore | No
 
 def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[Row]:
     flown, wind = scoring.in_wind(flight, trial.seed)
-    cell: Row = {"scoring": scoring.name, "maneuver": trial.maneuver, "turbulence": trial.turbulence}
     for system in scoring.systems:
         log = scoring.with_errors(bench.sense(flown, system), trial.seed)
-        base = cell | {"das": system, "seed": trial.seed}
+        base = trial.cell | {"scoring": scoring.name, "das": system}
         try:
             ours = bench.calibrate(log, scoring.options)
-            paper = (
-                bench.calibrate(log, bench.CalibrationOptions(method="paper")) if scoring.against_paper else ours
-            )
+            paper = bench.calibrate(log, CalibrationOptions(method="paper")) if scoring.against_paper else ours
         except NoAnswerError as error:
             yield base | {"failed": str(error)}
             continue

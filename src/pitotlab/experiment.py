@@ -5,9 +5,8 @@ calibrate a flight, and each flight has several looks. Saved rows are not measur
 experiment can be continued. The truth of a trial is drawn from its seed: a wind and a pressure error.
 """
 
-import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -42,6 +41,11 @@ class Trial:
     maneuver: str
     turbulence: str
     seed: int
+
+    @property
+    def cell(self) -> Row:
+        """The columns of the trial in each of its rows."""
+        return {"maneuver": self.maneuver, "turbulence": self.turbulence, "seed": self.seed}
 
 
 Task = tuple[Trial, tuple[str, ...]]  # a trial and the looks to measure
@@ -146,16 +150,9 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     """Return the rows of an experiment among all rows of a file."""
     if not len(table):
         return table
-    wanted: Mapping[str, Sequence[object]] = {
-        "maneuver": experiment.maneuvers,
-        "turbulence": experiment.turbulences,
-        "seed": seeds,
-        experiment.look_column: experiment.looks,
-    }
-    mask = pd.Series(True, index=table.index)
-    for column, values in wanted.items():
-        mask &= table[column].isin(list(values))
-    return table[mask]
+    cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(experiment.turbulences)
+    looks = table[experiment.look_column].isin(experiment.looks)
+    return table[cells & looks & table["seed"].isin(list(seeds))]
 
 
 def made_with() -> str:
@@ -214,11 +211,6 @@ def add_budget(parser: ArgumentParser) -> None:
 def budget_of(options: Namespace) -> Budget:
     """Return the budget that the flags of a command ask for."""
     return Budget(options.jobs, options.minutes, options.rows)
-
-
-def say(line: str) -> None:
-    """Tell on standard error how far a measurement is."""
-    print(line, file=sys.stderr, flush=True)
 
 
 # Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has changed.

@@ -73,7 +73,7 @@ def points_of(trial: Trial, ways: tuple[str, ...], das: str) -> list[Row]:
     curve = calibrate(log).curve
     rows: list[Row] = []
     for name in (name for name in ways if WAYS[name].maneuver == trial.maneuver):
-        cell: Row = {"way": name, "maneuver": trial.maneuver, "turbulence": trial.turbulence, "seed": trial.seed}
+        cell = trial.cell | {"way": name}
         rows += [cell | _errors(case, curve, point) for point in fixed_speed_points(WAYS[name].part(log))]
     return rows
 

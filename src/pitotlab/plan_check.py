@@ -18,7 +18,9 @@ from pitotbench.bench.planner import PlanRequest, forecast
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.case import Case, PressureErrorSpec
+from pitotbench.records.case import Case, DataSystem, PressureErrorSpec
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
@@ -91,32 +93,53 @@ def request_with(look: str) -> PlanRequest:
 def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
     """Fly a maneuver of the plan and calibrate it with every look; return a row for each.
 
-    Columns: maneuver, turbulence, receiver, seed, two_sigma_kt (mean over the wanted speeds), coverage (share of
-    the speeds inside 2σ), two_sigma_ft and coverage_ft (of the altitude correction; NaN where there is none).
+    Columns: those of `flown_bounds`, receiver instead of das, two_sigma_ft and coverage_ft (of the altitude
+    correction; NaN where there is none).
     """
-    request = request_with(TRIANGLE)
-    case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
-    flight = bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
+    flight = _flown(request_with(TRIANGLE), trial)
     rows: list[Row] = []
     for look in looks:
         given = request_with(look)
-        log = bench.sense(flight, given.das)
-        curve = bench.calibrate(log, given.options).curve
-        height = compare_altitude(curve, case.pressure_error, float(np.median(log.static_pressure)))
-        found = compare_curve_at(curve, case.pressure_error, request.airspeeds)
-        rows.append(
-            {
-                "maneuver": trial.maneuver,
-                "turbulence": trial.turbulence,
-                "receiver": look,
-                "seed": trial.seed,
-                "two_sigma_kt": found.mean_two_sigma / KNOT,
-                "coverage": found.inside,
-                "two_sigma_ft": height.mean_two_sigma / FOOT if height else np.nan,
-                "coverage_ft": height.inside if height else np.nan,
-            }
-        )
+        row, log, curve = _calibrated(given, flight, given.das, given.options)
+        height = compare_altitude(curve, flight.case.pressure_error, float(np.median(log.static_pressure)))
+        row["two_sigma_ft"] = height.mean_two_sigma / FOOT if height else np.nan
+        row["coverage_ft"] = height.inside if height else np.nan
+        rows.append(trial.cell | row | {"receiver": look})
     return rows
+
+
+def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
+    """Fly a maneuver of a plan and calibrate the log of every system; return a row for each system.
+
+    Columns: maneuver, turbulence, das, seed, minutes, two_sigma_kt (mean over the wanted speeds), error_kt (true
+    rms error) and coverage (share of the speeds inside 2σ).
+    """
+    request = PlanRequest(Case(turbulence=trial.turbulence))
+    flight, options = _flown(request, trial), CalibrationOptions()
+    return [trial.cell | _calibrated(request, flight, das, options)[0] | {"das": das} for das in systems]
+
+
+def _flown(request: PlanRequest, trial: Trial) -> Flight:
+    case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
+    return bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
+
+
+def _calibrated(
+    request: PlanRequest, flight: Flight, das: str | DataSystem, options: CalibrationOptions
+) -> tuple[Row, FlightLog, ErrorCurve]:
+    log = bench.sense(flight, das)
+    curve = bench.calibrate(log, options).curve
+    found = compare_curve_at(curve, flight.case.pressure_error, request.airspeeds)
+    row: Row = {"minutes": flight.duration / 60.0, "two_sigma_kt": found.mean_two_sigma / KNOT}
+    return row | {"error_kt": found.rms_error / KNOT, "coverage": found.inside}, log, curve
+
+
+_MEANS = {  # columns of both comparisons
+    "flights": ("seed", "size"),
+    "flown_kt": ("two_sigma_kt", "mean"),
+    "flown_se_kt": ("two_sigma_kt", "sem"),
+    "coverage": ("coverage", "mean"),
+}
 
 
 def check_forecasts_with_height(
@@ -129,19 +152,9 @@ def check_forecasts_with_height(
     coverage_ft.
     """
     experiment = Experiment(flown_with_height, tuple(maneuvers), (_TURBULENCE,), LOOKS, "receiver")
-    flown = run_experiment(experiment, seeds, budget)
-    table = (
-        flown.groupby(["maneuver", "receiver"], sort=False)
-        .agg(
-            flights=("seed", "size"),
-            flown_kt=("two_sigma_kt", "mean"),
-            flown_se_kt=("two_sigma_kt", "sem"),
-            coverage=("coverage", "mean"),
-            two_sigma_ft=("two_sigma_ft", "mean"),
-            coverage_ft=("coverage_ft", "mean"),
-        )
-        .reset_index()
-    )
+    groups = run_experiment(experiment, seeds, budget).groupby(["maneuver", "receiver"], sort=False)
+    in_feet = {name: (name, "mean") for name in ("two_sigma_ft", "coverage_ft")}
+    table = groups.agg(**_MEANS, **in_feet).reset_index()
     cells = zip(table.maneuver, table.receiver, strict=True)
     table["predicted_kt"] = [forecast(request_with(look), name).mean / KNOT for name, look in cells]
     table["ratio"] = table.predicted_kt / table.flown_kt
@@ -152,39 +165,6 @@ def check_forecasts_with_height(
     return table
 
 
-def flown_experiment(turbulences: Sequence[str], systems: Sequence[str]) -> Experiment:
-    """Return the experiment: every maneuver of a plan in each turbulence, calibrated for every system."""
-    return Experiment(flown_bounds, tuple(MANEUVERS), tuple(turbulences), tuple(systems), "das")
-
-
-def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
-    """Fly a maneuver of a plan and calibrate the log of every system; return a row for each system.
-
-    Columns: maneuver, turbulence, das, seed, minutes, two_sigma_kt (mean over the wanted speeds), error_kt (true
-    rms error) and coverage (share of the speeds inside 2σ).
-    """
-    request = PlanRequest(Case(turbulence=trial.turbulence))
-    case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
-    flight = bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
-    rows: list[Row] = []
-    for system in systems:
-        curve = bench.calibrate(bench.sense(flight, system), CalibrationOptions()).curve
-        found = compare_curve_at(curve, case.pressure_error, request.airspeeds)
-        rows.append(
-            {
-                "maneuver": trial.maneuver,
-                "turbulence": trial.turbulence,
-                "das": system,
-                "seed": trial.seed,
-                "minutes": flight.duration / 60.0,
-                "two_sigma_kt": found.mean_two_sigma / KNOT,
-                "error_kt": found.rms_error / KNOT,
-                "coverage": found.inside,
-            }
-        )
-    return rows
-
-
 def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
     """Return predicted and flown bounds, one row for each maneuver and system.
 
@@ -192,18 +172,10 @@ def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
     ratio, error_kt (rms over flights), coverage.
     """
     groups = flown.groupby(["maneuver", "das"], sort=False)
-    table = groups.agg(
-        flights=("seed", "size"),
-        minutes=("minutes", "mean"),
-        flown_kt=("two_sigma_kt", "mean"),
-        flown_se_kt=("two_sigma_kt", "sem"),
-        error_kt=("error_kt", rms),
-        coverage=("coverage", "mean"),
-    ).reset_index()
-    table["predicted_kt"] = [
-        forecast(replace(request, system=str(das)), str(name)).mean / KNOT
-        for name, das in zip(table.maneuver, table.das, strict=True)
-    ]
+    more = {"minutes": ("minutes", "mean"), "error_kt": ("error_kt", rms)}
+    table = groups.agg(**_MEANS, **more).reset_index()
+    cells = zip(table.maneuver, table.das, strict=True)
+    table["predicted_kt"] = [forecast(replace(request, system=das), name).mean / KNOT for name, das in cells]
     return table.assign(turbulence=request.base.turbulence, ratio=table.predicted_kt / table.flown_kt)
 
 
@@ -221,7 +193,8 @@ def check_plan(
     """
     from pitotlab.pages import add_reference, check_page, check_picture
 
-    flown = run_experiment(flown_experiment(turbulences, systems), range(1, seeds + 1), budget)
+    experiment = Experiment(flown_bounds, tuple(MANEUVERS), tuple(turbulences), tuple(systems), "das")
+    flown = run_experiment(experiment, range(1, seeds + 1), budget)
     requests = {name: PlanRequest(Case(turbulence=name)) for name in turbulences}
     parts = [compare_bounds(request, flown[flown.turbulence == name]) for name, request in requests.items()]
     table = add_reference(pd.concat(parts, ignore_index=True))

@@ -9,28 +9,24 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from math import sqrt
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from pitotlab.blind.case import NO_ANSWER, JudgedCase, model_of
 from pitotlab.blind.parts import kept_table, lines, summed
 from pitotlab.blind.sealed import PLACE, files_of, judged_in, kept_sets, opened
 from pitotlab.experiment import OUT
 
-Z = 1.959964  # of a two-sided interval of 95 %
-
 
 def wilson(hits: int, cases: int) -> tuple[float, float]:
     """Return the 95 % interval of a share (Wilson 1927); from 0 to 1 without cases."""
     if not cases:
         return 0.0, 1.0
-    share, shrunk = hits / cases, 1.0 + Z * Z / cases
-    center = (share + Z * Z / (2 * cases)) / shrunk
-    half = Z * sqrt(share * (1.0 - share) / cases + Z * Z / (4 * cases * cases)) / shrunk
-    return max(0.0, center - half), min(1.0, center + half)
+    found = binomtest(hits, cases).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
 
 
 SMALLEST_P = 0.02  # of a cause that counts in the calibration

@@ -161,6 +161,8 @@ def test_an_effect_with_a_defining_size_is_its_neighbor_without_it():
     for effect in defined.values():
         neighbor = EFFECTS[effect.neighbor]
         assert neighbor.part == effect.part
+        if isinstance(effect, AircraftEffect):
+            continue  # on the force meter: tests/simulation/test_force_meter.py
         sizes = {p.name: 0.0 if p.defining else 0.4 for p in effect.parameters}
         plain = {p.name: 0.4 for p in neighbor.parameters}
         signals = turning()

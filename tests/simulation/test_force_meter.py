@@ -183,3 +183,19 @@ def test_a_loading_gives_the_mass_it_was_asked_for(mass: float) -> None:
 def test_the_mass_of_another_airplane_is_refused(mass: float) -> None:
     with pytest.raises(BadInputError, match="check the unit"):
         ballast_for("navajo", mass, mass)
+
+
+def test_a_lift_slope_that_does_not_change_is_a_zero_lift():
+    motion = motion_of(fly(Case(maneuver="rapid_decel")), slice(None, None, 2000))
+    baseline = read_baseline(find_aircraft("navajo"))
+    felt = [
+        measure(Plant.load("navajo", overlay=EFFECTS[name].overlay(sizes, baseline)), motion, loaded_mass("navajo"))
+        for name, sizes in (
+            ("lift_slope", {"change": 0.0, "zero_coefficient": 0.1}),
+            (EFFECTS["lift_slope"].neighbor, {"lift_coefficient": 0.1}),
+            ("lift_slope", {"change": 0.2, "zero_coefficient": 0.1}),
+        )
+    ]
+    slope, zero, changed = (each.specific_force_z for each in felt)
+    np.testing.assert_allclose(slope, zero, rtol=1e-9)
+    assert np.all(np.abs(changed - zero) > 0.5)  # m/s²

@@ -19,6 +19,7 @@ from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconciliation.renewal import with_effects
+from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.signatures import FITTED, GUSTS, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import (
@@ -126,18 +127,7 @@ def reconcile_logs(
     if not logs:
         raise BadInputError("no log to reconcile")
     model = aircraft_model(aircraft)
-    judged = []
-    for each in logs:
-        flown = each.card or (card_of(each.log.header, aircraft) if model is not None else None)
-        flown = as_flown(flown, each.log) if flown is not None and model is not None else flown
-        known = replace(
-            setting or AnalysisSetting(),
-            day_known=flown is not None and (each.card is not None or tells_the_day(each.log.header)),
-            instruments_known=flown is not None,
-        )
-        of_card = null_distribution_of(flown, null_flights, progress, known, keep) if flown is not None else None
-        layout = lay_out(each.log, model, known)
-        judged.append(JudgedLog(each.name, each.log, layout, for_channels(of_card, layout), flown))
+    judged = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
     joint = judge([each.name for each in judged], [each.layout for each in judged], [each.null for each in judged])
     flights = tuple(
         replace(flight, maneuver=each.card.maneuver if each.card else "")
@@ -149,6 +139,28 @@ def reconcile_logs(
         held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
         found = replace(found, checks=replace(found.checks, hold_out=held))
     return found
+
+
+def _judged(
+    named: NamedLog,
+    aircraft: str,
+    model: AircraftModel | None,
+    null_flights: int,
+    progress: Progress | None,
+    setting: AnalysisSetting | None,
+    keep: bool,
+) -> JudgedLog:
+    """Lay a log out, and take the null distribution of its card."""
+    flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
+    flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
+    setting = replace(
+        setting or AnalysisSetting(),
+        day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
+        instruments_known=flown is not None,
+    )
+    of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
+    layout = lay_out(named.log, model, setting)
+    return JudgedLog(named.name, named.log, layout, for_channels(of_card, layout), flown)
 
 
 # Judge a log again with the named effects in the model, until nothing significant remains.

@@ -90,6 +90,13 @@ def test_fixed_speed_wants_a_log_with_legs_or_typed_legs(log, capsys):
     assert answer["spread_kt"] == pytest.approx(0.8271, abs=5e-5)
 
 
+def test_fly_gives_a_small_airplane_the_usual_curve_at_its_own_speeds(tmp_path, capsys):
+    case, log = tmp_path / "case.toml", tmp_path / "log.csv"
+    case.write_text('aircraft = "aerosonde"\nmaneuver = "rapid_decel"\n', "utf-8")
+    assert main(["fly", str(case), "-o", str(log)]) == 0
+    assert len(read_log(log)) > 1000  # the navajo's own curve ends far above its airspeeds
+
+
 def test_fly_writes_a_log_without_truth(tmp_path, capsys):
     case = tmp_path / "case.toml"
     case.write_text(

@@ -184,9 +184,10 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
         )
     ]  # fmt: skip
     if not fixed:
-        before = held[autopilot.offset]
-        found = f"old value {sign * fit.offset:+.3g} Pa, where the corrected airspeed is zero"
-        settings.append(Setting(autopilot.offset, before + sign * fit.offset, fit.offset_two_sigma, before, found))
+        before, change = held[autopilot.offset], sign * fit.offset
+        moved = f"{'plus' if change > 0.0 else 'less'} {abs(change):.3g} Pa"
+        found = f"old value {moved}, where the corrected airspeed is zero"
+        settings.append(Setting(autopilot.offset, before + change, fit.offset_two_sigma, before, found))
     for switch, value, reason in autopilot.switches:
         if not (fixed and switch == "ARSPD_SKIP_CAL"):
             settings.append(Setting(switch, value, None, held.get(switch), reason))

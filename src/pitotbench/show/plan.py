@@ -63,8 +63,10 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
         flights = times(each)
         return None if flights is None else flights * each.minutes
 
-    def in_minutes(each: Forecast) -> float:
-        return (each.mean_in(_COMPARED) if minutes is None else each.within(minutes)) / KNOT
+    def in_minutes(each: Forecast) -> float | None:
+        if minutes is None:
+            return each.mean_in(_COMPARED) / KNOT
+        return each.within(minutes) / KNOT if each.minutes <= minutes else None
 
     wanted = "" if want is None else f"flights for ±{want / KNOT:g} kt"
     return [
@@ -94,7 +96,11 @@ def remark(plan: Plan, each: Forecast) -> str:
         return "takes longer"
     if each is plan.best:
         return "best"
-    return "best, no steep turn" if each is plan.gentle else ""
+    if each is plan.gentle:
+        return "best, no steep turn"
+    best = plan.best
+    as_good = best is not None and each.mean < best.mean + best.spread and each.minutes < 1.1 * best.minutes
+    return "as good as the best" if as_good else ""
 
 
 def plan_json(plan: Plan) -> dict[str, Any]:

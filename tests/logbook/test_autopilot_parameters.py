@@ -207,7 +207,9 @@ def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_pa
     assert [row["name"] for row in answer["params"]] == ["ASPD_SCALE_1", "SENS_DPRES_OFF", "ASPD_SCALE_APPLY"]
     assert set(answer["params"][0]) == {"name", "value", "two_sigma", "old", "from"}
     assert answer["wash"] is None
-    assert main([*flags, "--params", stated]) == 0
+    page = tmp_path / "page.html"
+    assert main([*flags, "--params", stated, "--report", str(page)]) == 0
+    assert "ASPD_SCALE_1" in page.read_text("utf-8")
     assert "parameters of px4" in capsys.readouterr().out
 
 

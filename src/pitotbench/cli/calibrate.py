@@ -133,7 +133,7 @@ def run(options: argparse.Namespace) -> int:
     autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
     settings = [autopilot_settings(each.flight.calibration, autopilot) if autopilot else None for each in reduced]
-    write_page(options.report, lambda: _report(reduced, limit))
+    write_page(options.report, lambda: _report(reduced, limit, settings))
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
     write_page(options.record, lambda: _record(reduced, limit))
@@ -295,15 +295,23 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
 
 
-def _report(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
+def _report(
+    reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
+) -> str:
     from pitotbench.show.calibration import flight_lines
     from pitotbench.show.pages import log_page, log_section
 
     sections = [
         log_section(
-            each.name, each.flight.log, each.flight.calibration, each.points, limit, flight_lines(each.flight)
+            each.name,
+            each.flight.log,
+            each.flight.calibration,
+            each.points,
+            limit,
+            flight_lines(each.flight),
+            found,
         )
-        for each in reduced
+        for each, found in zip(reduced, settings, strict=True)
     ]
     title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
     return log_page(title, sections)

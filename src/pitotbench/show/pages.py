@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from pitotbench import air
 from pitotbench.records.aircraft import AircraftCheck, Attached, StepResponse
-from pitotbench.records.calibration import Calibration
+from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.legs import FixedSpeedPoint
@@ -41,6 +41,7 @@ from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, render
 from pitotbench.show.plan import card_lines, plan_advice, plan_columns
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel, broken, panel, thin
+from pitotbench.show.takehome import settings_html
 from pitotbench.show.words import words
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
 
@@ -162,8 +163,11 @@ def log_section(
     points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | str | None = AUTO,
     lines: Sequence[str] = (),
+    settings: AutopilotSettings | None = None,
 ) -> Section:
     """The section of a log that was read from a file, or of a flight of it; `lines` say which.
+
+    `settings` are the parameters of its autopilot, where they were asked for.
 
     Its group says whether a simulator made the log. `limit` as for `judgments`. Without the `log` nothing is shown
     of the parts that were left out.
@@ -173,7 +177,7 @@ def log_section(
     rows = f"{rows} {result.samples:,} used." if log else f"{result.samples:,} rows used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     parts = [parts_panel(log, result)] if log and result.left_out else []
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts)
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts, settings)
     simulated = log.simulated if log else any(each.origin == "simulated" for each in result.provenance.inputs)
     origin = "simulated logs" if simulated else "measured logs"
     return Section(anchor, origin, name, answer, html)
@@ -190,6 +194,7 @@ def _html(
     points: Sequence[FixedSpeedPoint],
     limit: Limit | str | None = AUTO,
     parts: Sequence[Panel] = (),
+    settings: AutopilotSettings | None = None,
 ) -> str:
     first = next(iter(results.values()))
     curves = curve_panels(results, truth, points, limit)
@@ -203,6 +208,7 @@ def _html(
         curve=curves[0],
         headline=headline(first),
         conditions=condition_lines(first),
+        settings="" if settings is None else settings_html(settings),
         card=card_html(first.curve, title),
         panels=[*parts, *curves[1:], *residual_panels(first)],
         numbers=calibration_html(first) + points_html(points, first.curve),

@@ -52,6 +52,12 @@ def print_settings(found: AutopilotSettings, console: "Console") -> None:
         console.print(outside(line))
 
 
+def settings_html(found: AutopilotSettings) -> str:
+    """The parameters to set and what they leave of the error, as a part of a page."""
+    lines = "".join(f"<p>{escape(line)}</p>" for line in settings_lines(found))
+    return f"<h3>Parameters of {found.autopilot}</h3>{html_table(SETTING_COLUMNS, found.settings)}{lines}"
+
+
 def settings_lines(found: AutopilotSettings) -> list[str]:
     """What the new parameters leave of the error, and the wash of a propeller where power was recorded."""
     speed, bound = found.calibrated_airspeed / KNOT, found.bound / KNOT

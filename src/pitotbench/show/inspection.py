@@ -80,7 +80,7 @@ def inspection_sentences(found: LogInspection) -> list[str]:
         points = f"{bound[0] / KNOT:.2f} kt at {speeds[0] / KNOT:.0f} KIAS"
     heights = any(q.answered for q in found.questions if q.name.startswith("altitude"))
     given = f"model {found.model}, noise known{', without what the height adds' if heights else ''}"
-    return [*sentences, f"In light turbulence, expect an error curve with 2σ of {points} ({given})."]
+    return [*sentences, f"In light turbulence, expect an error curve with 2σ of at least {points} ({given})."]
 
 
 def print_inspection(found: LogInspection, console: Console) -> None:

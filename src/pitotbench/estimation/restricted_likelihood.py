@@ -76,8 +76,8 @@ def half_width(weights: Array, means: Array, deviations: Array, share: float = T
         above, below = (width - offset) / deviations, (-width - offset) / deviations
         missing = share - weights @ (ndtr(above) - ndtr(below))
         low, high = np.where(missing > 0.0, width, low), np.where(missing > 0.0, high, width)
-        density = weights @ ((np.exp(-0.5 * above**2) + np.exp(-0.5 * below**2)) / deviations)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            density = weights @ ((np.exp(-0.5 * above**2) + np.exp(-0.5 * below**2)) / deviations)
             wider = width + missing * np.sqrt(2.0 * np.pi) / density
         inside = (wider > low) & (wider < high)
         last, width = width, np.where(inside, wider, 0.5 * (low + high))

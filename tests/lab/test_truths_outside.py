@@ -8,7 +8,7 @@ from pitotbench import air
 from pitotbench.pressure_error import MODELS
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.units import KNOT
-from pitotlab.auto import TRUTHS, score_outside, summarize, truth_of
+from pitotlab.auto import TRUTHS, over_seeds, score_outside, truth_of
 from pitotlab.experiment import Trial
 
 PRESSURE = air.impact_pressure(np.linspace(100.0, 160.0, 61) * KNOT)
@@ -36,7 +36,7 @@ def test_truths_can_be_flown_and_repeat(name):
 
 def test_scores_of_one_flight():
     rows = score_outside(Trial("rapid_decel", "none", 2), ("bump",), "20/1")
-    table = summarize(pd.DataFrame(rows))
+    table = over_seeds(pd.DataFrame(rows), ("maneuver", "truth", "model"))
     assert list(table["model"]) == ["auto", "inverse+"]
     assert (table["answers"] == 1).all()
     assert table["curve inside 2σ [%]"].between(0.0, 100.0).all()

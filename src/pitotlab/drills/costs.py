@@ -14,33 +14,12 @@ from pitotbench.bench.campaign_plan import read_plan
 from pitotbench.bench.campaign_task import perform_task
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.store import ResultStore, stored
-from pitotlab.drills.drivers import (
-    Stub,
-    act,
-    cpu_used,
-    dask_cluster,
-    descendants,
-    fly_campaign,
-    memory,
-    stub_outcome,
-    stubs,
-    write_plan_file,
-)
-from pitotlab.drills.survival import (
-    bad_flights,
-    bad_stores,
-    fly_long,
-    full_disks,
-    kill_drivers,
-    kill_workers,
-    second_driver,
-    stop_drivers,
-)
+from pitotlab.drills import drivers, survival
 
 
 def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
     """Compare the CPU time of planning, keeping and finding a result with that of the shortest flight."""
-    plan = read_plan(write_plan_file(folder, str(flights)))
+    plan = read_plan(drivers.write_plan_file(folder, str(flights)))
     store = ResultStore(folder / "store")
     with store:
         begun = time.process_time()
@@ -65,25 +44,21 @@ def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
 
 def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
     """Compare the CPU time inside the flights with that of all processes of a campaign."""
-    plan = write_plan_file(folder, str(flights))
-    where = ""
+    plan, where, before = drivers.write_plan_file(folder, str(flights)), "", drivers.children_cpu()
+    kind = "dask" if dask else "local"
     if dask:
-        before = os.times()
-        with dask_cluster() as cluster:
-            ended = fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
-            scheduler = cpu_used(cluster.scheduler)
-            workers = sum(map(cpu_used, [cluster.workers, *descendants(cluster.workers)]))
+        with drivers.dask_cluster() as cluster:
+            ended = drivers.fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
+            scheduler = drivers.cpu_used(cluster.scheduler)
+            workers = sum(map(drivers.cpu_used, [cluster.workers, *drivers.descendants(cluster.workers)]))
             where = (
                 f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their nannies {workers:.1f} s"
             )
-        after = os.times()
-        cpu = after.children_user + after.children_system - before.children_user - before.children_system
     else:
-        ended = fly_campaign(plan, folder / "local", "--jobs", "2")
-        cpu = ended.cpu
-    parts = (folder / ("dask" if dask else "local")).glob("store/flights/*/*.json")
-    inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in parts]
-    kind, flown = "dask" if dask else "local", sum(inside)
+        ended = drivers.fly_campaign(plan, folder / "local", "--jobs", "2")
+    cpu = drivers.children_cpu() - before
+    inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in drivers.parts_of(folder / kind)]
+    flown = sum(inside)
     yield f"{kind}, 2 workers, {len(inside)} flights: {flown:.1f} CPU s in flights, {cpu:.1f} in all processes"
     yield f"  CPU efficiency {flown / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
     if where:
@@ -92,7 +67,7 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
 
 def resume(folder: Path, flights: int) -> Iterator[str]:
     """Measure the time of the command for a plan whose flights are all stored."""
-    path = write_plan_file(folder, str(flights))
+    path = drivers.write_plan_file(folder, str(flights))
     tasks = read_plan(path).tasks(keep_logs="none")
     store = ResultStore(folder / "out" / "store", sync=False)
     with store:
@@ -102,7 +77,7 @@ def resume(folder: Path, flights: int) -> Iterator[str]:
         for task in tasks:  # the numbers of one flight for all: only their storage counts here
             store.put(task.key, *stored(task, result))
     for what in ("table and page made", "table and page there"):
-        ended = fly_campaign(path, folder / "out", "--jobs", "2")
+        ended = drivers.fly_campaign(path, folder / "out", "--jobs", "2")
         times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
         yield f"resume with {flights:,} stored, {what}: {times}; exit code {ended.code}"
 
@@ -113,16 +88,16 @@ def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
     samples: list[tuple[int, float]] = []
     watch = Watch(tasks, "none")
 
-    def sampled() -> Iterator[Stub]:
-        for number, task in enumerate(stubs(tasks)):
+    def sampled() -> Iterator[drivers.Stub]:
+        for number, task in enumerate(drivers.stubs(tasks)):
             if number % max(tasks // 8, 1) == 0:
-                samples.append((number, memory(os.getpid())))
+                samples.append((number, drivers.memory(os.getpid())))
             yield task
 
     begun, cpu = time.monotonic(), time.process_time()
     with open_fleet(2) as fleet, store:
-        fly_missing(sampled(), act, stub_outcome, store, fleet, watch)
-    samples.append((tasks, memory(os.getpid())))
+        fly_missing(sampled(), drivers.act, drivers.stub_outcome, store, fleet, watch)
+    samples.append((tasks, drivers.memory(os.getpid())))
     yield f"driver memory, {tasks:,} tasks: " + ", ".join(f"{size:.0f} MB at {n:,}" for n, size in samples)
     seconds, used = time.monotonic() - begun, time.process_time() - cpu
     yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second"
@@ -132,23 +107,23 @@ Measurement = Callable[[Path, int], Iterator[str]]
 
 
 def _faults(folder: Path, _: int) -> Iterator[str]:
-    yield from bad_flights(folder / "flights")
-    yield from bad_stores(folder / "stores")
-    yield from second_driver(folder / "second")
-    yield from full_disks(folder / "full")
+    yield from survival.bad_flights(folder / "flights")
+    yield from survival.bad_stores(folder / "stores")
+    yield from survival.second_driver(folder / "second")
+    yield from survival.full_disks(folder / "full")
 
 
 # Each measurement with its usual number of flights or tasks.
 MEASUREMENTS: dict[str, tuple[Measurement, int]] = {
-    "kills": (kill_drivers, 60),
-    "long": (fly_long, 10_000),
-    "workers": (kill_workers, 30),
+    "kills": (survival.kill_drivers, 60),
+    "long": (survival.fly_long, 10_000),
+    "workers": (survival.kill_workers, 30),
     "faults": (_faults, 0),
     "resume": (resume, 10_000),
     "memory": (driver_memory, 1_000_000),
     "efficiency": (lambda folder, flights: efficiency(folder, flights, dask=False), 1_000),
     "efficiency-dask": (lambda folder, flights: efficiency(folder, flights, dask=True), 1_000),
-    "sigterm": (stop_drivers, 60),
+    "sigterm": (survival.stop_drivers, 60),
     "overhead": (overhead, 30),
 }
 

@@ -1,6 +1,5 @@
 """Campaigns driven from outside, and tasks without a flight that do nothing, crash, hang or eat memory."""
 
-import hashlib
 import os
 import signal
 import subprocess
@@ -9,7 +8,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from hashlib import sha256
+from hashlib import md5, sha256
 from pathlib import Path
 from typing import Any
 
@@ -41,13 +40,8 @@ def start(plan: Path, out: Path, *flags: str) -> "subprocess.Popen[str]":
     """Start `pitotbench campaign` in a process of its own."""
     command = [sys.executable, "-m", "pitotbench", "campaign", str(plan), "--out", str(out), "--keep-logs", "none"]
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), "COLUMNS": "200"}
-    return subprocess.Popen(
-        [*command, "--progress", "lines", *flags],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=settings,
-    )
+    pipe, command = subprocess.PIPE, [*command, "--progress", "lines", *flags]
+    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=settings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +56,17 @@ class Ended:
 
 def finish(driver: "subprocess.Popen[str]", begun: float) -> Ended:
     """Wait for a campaign, and return how it ended."""
-    before = os.times()
+    before = children_cpu()
     out, said = driver.communicate()
-    after = os.times()
-    cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    cpu = children_cpu() - before
     lines = (said.strip() or out.strip()).splitlines() or [""]
     return Ended(driver.returncode, lines[-1], time.monotonic() - begun, cpu)
+
+
+def children_cpu() -> float:
+    """Return the CPU seconds of the children that have ended."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def fly_campaign(plan: Path, out: Path, *flags: str) -> Ended:
@@ -117,9 +116,33 @@ def wait_for_parts(out: Path, count: int, driver: "subprocess.Popen[str]") -> No
         time.sleep(0.05)
 
 
+def parts_of(out: Path) -> list[Path]:
+    """Return the parts of the store of a campaign."""
+    return list((out / "store" / "flights").glob("*/*.json"))
+
+
 def parts(out: Path) -> int:
     """Return the number of parts of a store."""
-    return sum(1 for _ in (out / "store" / "flights").glob("*/*.json"))
+    return len(parts_of(out))
+
+
+def stamps(out: Path) -> dict[Path, int]:
+    """Return when each part was written, by the clock of the disk [ns]."""
+    return {path: path.stat().st_mtime_ns for path in parts_of(out)}
+
+
+def flown_again(out: Path, before: dict[Path, int]) -> int:
+    """Return how many parts were written since these stamps, of those that were there."""
+    return sum(path.stat().st_mtime_ns != stamp for path, stamp in before.items())
+
+
+def kill(driver: "subprocess.Popen[str]", out: Path) -> tuple[int, int]:
+    """Kill a driver; return how many of its processes are left after 5 s, and how many stored flights are lost."""
+    started, before = descendants(driver.pid), parts(out)
+    driver.kill()
+    driver.communicate()
+    time.sleep(5.0)
+    return sum(map(alive, started)), max(before - parts(out), 0)
 
 
 def digest(path: Path) -> str:
@@ -192,18 +215,13 @@ def act(task: Stub) -> str:
 
 def stubs(count: int, deed: str = "") -> Iterator[Stub]:
     """Give so many tasks one by one."""
-    return (Stub(hashlib.md5(str(number).encode()).hexdigest(), deed) for number in range(count))
+    return (Stub(md5(str(number).encode()).hexdigest(), deed) for number in range(count))
 
 
 def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Return the document of a stub: as long as that of a flight."""
-    failed = isinstance(result, Failure)
-    state = "quarantined" if isinstance(result, Failure) and result.quarantined else "failed" if failed else "done"
-    document = {
-        "name": task.deed or task.key,
-        "state": state,
-        "case": "x" * 3000,
-        "failures": [f"{task.deed}: {result.reason}"] if isinstance(result, Failure) else [],
-        "trace": result.trace if isinstance(result, Failure) else "",
-    }
+    document = {"name": task.deed or task.key, "case": "x" * 3000, "state": "done", "failures": [], "trace": ""}
+    if isinstance(result, Failure):
+        state, failures = "quarantined" if result.quarantined else "failed", [f"{task.deed}: {result.reason}"]
+        document |= {"state": state, "failures": failures, "trace": result.trace}
     return document, {}

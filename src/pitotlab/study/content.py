@@ -50,10 +50,9 @@ def both_rankings(evidence: StudyTables, das: str = "50/50") -> Reply:
 
 
 def _numbers(evidence: StudyTables, das: str) -> pd.DataFrame:
-    rows: dict[str, dict[str, object]] = {}
-    for m in PAPER_ORDER:
+    def row(m: str) -> dict[str, object]:
         published = rms(evidence.fit("rms_error_kt", m, setting="light", das=das))
-        rows[m] = {
+        return {
             "minutes": f"{_minutes(evidence, m):.1f}",
             "residual 2σ [kt]": Spread.of(evidence.residual(m, setting="light", das=das)).text(2),
             "true rms error of the curve [kt]": f"{rms(_column(evidence, 'rms_error_kt', m, das)):.3f}",
@@ -61,7 +60,8 @@ def _numbers(evidence: StudyTables, das: str) -> pd.DataFrame:
             "covering 2σ of the curve [kt]": Spread.of(_column(evidence, "two_sigma_kt", m, das)).text(3),
             "curve inside the 2σ [%]": f"{100.0 * Spread.of(_column(evidence, 'coverage', m, das)).mean:.0f}",
         }
-    return named(rows)
+
+    return named(row)
 
 
 def _minutes(evidence: StudyTables, maneuver: str) -> float:
@@ -69,16 +69,15 @@ def _minutes(evidence: StudyTables, maneuver: str) -> float:
 
 
 def _bars(evidence: StudyTables, das: str) -> Chart:
-    columns = {"residual": "residual_two_sigma_kt", "bound": "two_sigma_kt", "error": "rms_error_kt"}
     kinds = [
-        ("residual", "2σ of the residual"),
-        ("bound", "covering 2σ of the curve"),
-        ("error", "true rms error of the curve"),
+        ("residual_two_sigma_kt", "2σ of the residual"),
+        ("two_sigma_kt", "covering 2σ of the curve"),
+        ("rms_error_kt", "true rms error of the curve"),
     ]
     return maneuver_bars(
         "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.",
         "2σ or rms [kt]", kinds,
-        lambda m, kind: _column(evidence, columns[kind], m, das),
+        lambda m, column: _column(evidence, column, m, das),
     )  # fmt: skip
 
 

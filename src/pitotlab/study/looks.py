@@ -1,6 +1,6 @@
 """The settings in which the study flies, its looks at a flight, and the changes of a log that a look asks for."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import Any
@@ -33,9 +33,9 @@ NAMES = {
 PAPER_ORDER = tuple(NAMES)[:5]  # smallest 2σ first (Martos et al. 2011, III.E)
 
 
-def named(rows: dict[str, dict[str, object]]) -> pd.DataFrame:
-    """Return a table with one line for each maneuver, in the paper's order and with its name."""
-    return pd.DataFrame([{"maneuver": NAMES[m], **rows[m]} for m in NAMES if m in rows])
+def named(row: Callable[[str], dict[str, object]], maneuvers: Sequence[str] = PAPER_ORDER) -> pd.DataFrame:
+    """Return a table with one line for each maneuver, by its name."""
+    return pd.DataFrame([{"maneuver": NAMES[m], **row(m)} for m in NAMES if m in maneuvers])
 
 
 MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT

@@ -149,6 +149,12 @@ def rank_agreement(one: Array, other: Array) -> float:
     return float(np.mean(signs[upper]))
 
 
+def bar_series(label: str, values: Iterable[Iterable[float]]) -> BarSeries:
+    """Return the bars of numbers over seeds, one a group."""
+    found = [Spread.of(each) for each in values]
+    return BarSeries(label, [s.mean for s in found], [s.deviation for s in found])
+
+
 CUT = "The axis does not begin at zero; whiskers are ± one standard deviation over seeds."
 Number = Callable[[str, str], pd.Series]  # maneuver and kind to numbers by seed
 
@@ -168,10 +174,7 @@ def maneuver_bars(
 
     `number(maneuver, key)` gives the values by seed. `top` is where the axis of dots is cut.
     """
-    series = []
-    for key, label in kinds:
-        found = [Spread.of(number(maneuver, key)) for maneuver in maneuvers]
-        series.append(BarSeries(label, [s.mean for s in found], [s.deviation for s in found]))
+    series = [bar_series(label, [number(maneuver, key) for maneuver in maneuvers]) for key, label in kinds]
     note = f"{note} {CUT}" if dots else note
     return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots, top)
 

@@ -97,25 +97,22 @@ def _other_errors(evidence: StudyTables) -> pd.DataFrame:
 
 
 def _structure_table(evidence: StudyTables, ratios: dict[str, Spread]) -> pd.DataFrame:
-    rows: dict[str, dict[str, object]] = {}
-    for m in (*PAPER_ORDER, BOTH_WAYS):
-        row: dict[str, object] = {
-            f"{k} [kt]": Spread.of(evidence.residual(m, model=k)).text(2) for k in PAPER_MODELS
+    def row(m: str) -> dict[str, object]:
+        return {
+            **{f"{k} [kt]": Spread.of(evidence.residual(m, model=k)).text(2) for k in PAPER_MODELS},
+            "Bias / mean of the others [-]": (ratios.get(m) or _over_others(evidence, m)).text(2),
+            "wind north, error with Bias [kt]": Spread.of(_wind_error(evidence, m)).text(2),
         }
-        row["Bias / mean of the others [-]"] = (ratios.get(m) or _over_others(evidence, m)).text(2)
-        row["wind north, error with Bias [kt]"] = Spread.of(_wind_error(evidence, m)).text(2)
-        rows[m] = row
-    return named(rows)
+
+    return named(row, (*PAPER_ORDER, BOTH_WAYS))
 
 
 def _bars(evidence: StudyTables) -> Bars:
     title, note = "Fig 9: 2σ of the residual by maneuver and model", "50/50 Hz, smooth air, a good pilot."
-    kinds = [(model, model) for model in PAPER_MODELS]
-
-    def number(maneuver: str, model: str) -> pd.Series:
-        return evidence.residual(maneuver, model=model)
-
-    return maneuver_bars("fig9-models", title, note, "2σ of the residual [kt]", kinds, number, dots=True)
+    return maneuver_bars(
+        "fig9-models", title, note, "2σ of the residual [kt]", [(model, model) for model in PAPER_MODELS],
+        lambda maneuver, model: evidence.residual(maneuver, model=model), dots=True,
+    )  # fmt: skip
 
 
 def model_shapes() -> Lines:
@@ -195,17 +192,18 @@ def _order(values: dict[str, float]) -> tuple[str, ...]:
 
 
 def _airplane_table(evidence: StudyTables) -> pd.DataFrame:
-    rows: dict[str, dict[str, object]] = {}
-    for m in AIRPLANE_FLOWN:
-        rows[m] = {
-            "published [KCAS]": PUBLISHED[m],
-            "ours, airplane [kt]": Spread.of(_straight(evidence, m, "airplane")).text(2),
-            "smooth air instead [kt]": Spread.of(_straight(evidence, m, "smooth")).text(2),
-            "without the airplane's effects [kt]": Spread.of(_straight(evidence, m, "light")).text(2),
-            "moderate turbulence instead [kt]": Spread.of(_straight(evidence, m, "moderate")).text(2),
-            "turn data included [%]": _turned(evidence, m).text(1),
-        }
-    return named(rows)
+    settings = {
+        "ours, airplane [kt]": "airplane",
+        "smooth air instead [kt]": "smooth",
+        "without the airplane's effects [kt]": "light",
+        "moderate turbulence instead [kt]": "moderate",
+    }
+
+    def row(m: str) -> dict[str, object]:
+        found = {name: Spread.of(_straight(evidence, m, air)).text(2) for name, air in settings.items()}
+        return {"published [KCAS]": PUBLISHED[m], **found, "turn data included [%]": _turned(evidence, m).text(1)}
+
+    return named(row, AIRPLANE_FLOWN)
 
 
 def _worst(evidence: StudyTables) -> str:

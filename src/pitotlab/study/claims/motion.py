@@ -21,7 +21,7 @@ from pitotlab.study.questions import (
     pooled_two_sigma,
     verdict,
 )
-from pitotlab.study.tables import CUT, Spread, StudyTables, maneuver_lines, percent_above, signed
+from pitotlab.study.tables import CUT, Spread, StudyTables, bar_series, maneuver_lines, percent_above, signed
 
 _SEEN = 1.0  # %: a smaller fall, or a smaller difference of two falls, counts as none
 _PUBLISHED = 25.0  # %
@@ -138,14 +138,10 @@ def _ratios(evidence: StudyTables) -> Bars:
     """Draw Fig 7 as ratios: one dot for each maneuver, data system and kind of 2σ."""
 
     def series(maneuver: str, two_sigma: TwoSigma, label: str) -> BarSeries:
-        found = [
-            Spread.of(
-                two_sigma(evidence, maneuver, das=das, down=True)
-                / two_sigma(evidence, maneuver, das=das, down=False)
-            )
-            for das in SYSTEMS
-        ]
-        return BarSeries(f"{NAMES[maneuver]}, {label}", [s.mean for s in found], [s.deviation for s in found])
+        with_down, without = (
+            [two_sigma(evidence, maneuver, das=das, down=down) for das in SYSTEMS] for down in (True, False)
+        )
+        return bar_series(f"{NAMES[maneuver]}, {label}", [a / b for a, b in zip(with_down, without, strict=True)])
 
     return Bars(
         "Fig 7: the 2σ with V_down over that without",
@@ -187,30 +183,28 @@ def _output(evidence: StudyTables, maneuver: str, axis: str) -> pd.Series:
 
 def _outputs(evidence: StudyTables) -> pd.DataFrame:
     """Return the 2σ of each output and pooled, 50/50 Hz, and the falls with V_down."""
-    rows: dict[str, dict[str, object]] = {}
-    for m in PAPER_ORDER:
+
+    def row_of(m: str) -> dict[str, object]:
         row: dict[str, object] = {f"2σ {a} [kt]": Spread.of(_output(evidence, m, a)).text(3) for a in _AXES}
         for down, label in ((False, "two outputs"), (True, "three outputs")):
             pooled = Spread.of(pooled_two_sigma(evidence, m, down=down))
             row[f"pooled, {label} [kt]"] = pooled.text(3)
         row |= {f"fall at {das} Hz [%]": pooled_fall(evidence, m, das=das).text(1) for das in SYSTEMS}
-        row["fall at 50/50 Hz, noise on every sensor [%]"] = pooled_fall(evidence, m, alone=False).text(1)
-        rows[m] = row
-    return named(rows)
+        return row | {"fall at 50/50 Hz, noise on every sensor [%]": pooled_fall(evidence, m, alone=False).text(1)}
+
+    return named(row_of)
 
 
 def _wander(evidence: StudyTables) -> pd.DataFrame:
-    rows: dict[str, dict[str, object]] = {}
-    for maneuver in PAPER_ORDER:
+    def row_of(m: str) -> dict[str, object]:
         row: dict[str, object] = {}
-        for setting in ("autopilot", "smooth", "busy", "light", "moderate"):
-            speed = Spread.of(evidence.flight("vertical_speed_fpm", maneuver, setting))
-            row[f"{setting}: vertical speed rms [ft/min]"] = speed.text(0)
-            row[f"{setting}: fall of the airspeed's 2σ [%]"] = airspeed_fall(
-                evidence, maneuver, setting=setting
-            ).text(2)
-        rows[maneuver] = row
-    return named(rows)
+        for air in ("autopilot", "smooth", "busy", "light", "moderate"):
+            speed = Spread.of(evidence.flight("vertical_speed_fpm", m, air))
+            row[f"{air}: vertical speed rms [ft/min]"] = speed.text(0)
+            row[f"{air}: fall of the airspeed's 2σ [%]"] = airspeed_fall(evidence, m, setting=air).text(2)
+        return row
+
+    return named(row_of)
 
 
 DOWN = Claim(
@@ -290,8 +284,8 @@ def _dots(evidence: StudyTables) -> Bars:
     series = []
     for on, data in ((False, "full data"), (True, "on condition")):
         for down, label in ((False, "no V_down"), (True, "V_down")):
-            found = [Spread.of(two(evidence, _FLOWN, down=down, on_condition=on)) for two in _KINDS.values()]
-            series.append(BarSeries(f"{data}, {label}", [s.mean for s in found], [s.deviation for s in found]))
+            found = [two(evidence, _FLOWN, down=down, on_condition=on) for two in _KINDS.values()]
+            series.append(bar_series(f"{data}, {label}", found))
     return Bars(
         "Fig 8: turn data, with and without V_down",
         f"Step Decrease, 50/50 Hz, smooth air, a good pilot. {CUT}",
@@ -304,16 +298,12 @@ def _dots(evidence: StudyTables) -> Bars:
 
 
 def _table(evidence: StudyTables) -> pd.DataFrame:
-    rows: dict[str, dict[str, object]] = {}
-    for m in PAPER_ORDER:
-        rows[m] = {
-            f"{kind}: on-condition against full data, {'V_down' if down else 'no V_down'} [%]": _change(
-                two_sigma, evidence, m, down
-            ).text(1)
-            for kind, two_sigma in _KINDS.items()
-            for down in (False, True)
-        }
-    return named(rows)
+    columns = {
+        f"{kind}: on-condition against full data, {'V_down' if down else 'no V_down'} [%]": (two_sigma, down)
+        for kind, two_sigma in _KINDS.items()
+        for down in (False, True)
+    }
+    return named(lambda m: {name: _change(two, evidence, m, down).text(1) for name, (two, down) in columns.items()})
 
 
 TURNS = Claim(

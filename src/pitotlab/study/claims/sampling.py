@@ -5,9 +5,18 @@ import pandas as pd
 
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotlab.study.looks import ALIKE, NAMES, PAPER_ORDER, named
-from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
+from pitotlab.study.parts import Bars, Lines, LineSeries
 from pitotlab.study.questions import Claim, Finding, verdict
-from pitotlab.study.tables import Spread, StudyTables, airspeed_noise, maneuver_bars, percent_above, ratio, signed
+from pitotlab.study.tables import (
+    Spread,
+    StudyTables,
+    airspeed_noise,
+    bar_series,
+    maneuver_bars,
+    percent_above,
+    ratio,
+    signed,
+)
 
 _TOP = 0.8  # kt: cut of Fig 10, for Rapid Decel at 20/1 Hz
 _SAME = 2.0  # %: a smaller difference is not significant
@@ -93,11 +102,10 @@ def _slow(evidence: StudyTables) -> Finding:
 
 
 def _parts(evidence: StudyTables) -> pd.DataFrame:
-    rows: dict[str, dict[str, object]] = {m: {} for m in PAPER_ORDER}
-    for label, (smooth, how) in ASKED.items():
-        for m in PAPER_ORDER:
-            rows[m][label] = Spread.of(_change(evidence, m, "20/1", smooth, **how)).text(1)
-    return named(rows)
+    def text(m: str, smooth: bool, how: dict[str, object]) -> str:
+        return Spread.of(_change(evidence, m, "20/1", smooth, **how)).text(1)
+
+    return named(lambda m: {label: text(m, *asked) for label, asked in ASKED.items()})
 
 
 def _about_ten(percents: Spread) -> bool:
@@ -129,11 +137,16 @@ CARDS = (
 _THIRD = (0.25, 0.42)
 
 
-def _density(evidence: StudyTables) -> Lines:
+def _seconds(evidence: StudyTables, maneuver: str, variant: str) -> pd.DataFrame:
+    """Return the seconds at each airspeed in smooth air."""
     table = evidence.density
+    return table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
+
+
+def _density(evidence: StudyTables) -> Lines:
     series = []
     for maneuver, variant, label in CARDS:
-        rows = table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
+        rows = _seconds(evidence, maneuver, variant)
         series.append(LineSeries(label, rows.airspeed_kt.tolist(), rows.seconds.tolist(), style="steps"))
     note = f"Seed {evidence.seeds[0]}; turns included. Times 50 Hz gives samples."
     return Lines(
@@ -142,10 +155,9 @@ def _density(evidence: StudyTables) -> Lines:
 
 
 def _bars(evidence: StudyTables) -> Bars:
-    series = []
-    for das in SYSTEMS:
-        found = [Spread.of(evidence.residual(m, variant=variant, das=das)) for m, variant, _ in CARDS]
-        series.append(BarSeries(f"{das} Hz", [s.mean for s in found], [s.deviation for s in found]))
+    series = [
+        bar_series(f"{das} Hz", [evidence.residual(m, variant=v, das=das) for m, v, _ in CARDS]) for das in SYSTEMS
+    ]
     labels = [label.replace(", ", "\n") for _, _, label in CARDS]
     return Bars("Fig 6: effect of data density", "Smooth air, a good pilot, Inverse+.", "2σ of the residual [kt]",
                 labels, series, "fig6-density")  # fmt: skip
@@ -157,7 +169,7 @@ def _denser(evidence: StudyTables) -> Finding:
         evidence.residual("step_decrease", variant="long steps"), evidence.residual("step_decrease")
     )
     return Finding(
-        verdict(_smaller(six), _larger(steps)),
+        verdict(_rises(-six.mean, six.error), _rises(steps.mean, steps.error)),
         f"six speeds {_with_error(six)}, longer steps {_with_error(steps)}",
         "Fly 4-Leg at six speeds instead of four, and Step Decrease with 20 s a power step instead of 10 s. "
         "Compute also, without any fit, what the injected pressure noise is in knots at the speeds flown.",
@@ -203,18 +215,14 @@ def _bounds(evidence: StudyTables, usual: int) -> str:
     return f"{CARDS[usual][2].split(',')[0]} from {found[0]:.4f} to {found[1]:.4f} kt"
 
 
-def _smaller(change: Spread) -> bool:
-    return change.mean < 0.0 and (np.isnan(change.error) or change.mean + 2.0 * change.error < 0.0)
-
-
-def _larger(change: Spread) -> bool:
-    return change.mean > 0.0 and (np.isnan(change.error) or change.mean - 2.0 * change.error > 0.0)
+def _rises(mean: float, error: float) -> bool:
+    """Return whether a change is above zero, by two standard errors where these are known."""
+    return mean > 0.0 and (np.isnan(error) or mean - 2.0 * error > 0.0)
 
 
 def expected_noise(evidence: StudyTables, maneuver: str, variant: str) -> float:
     """Return 2σ [kt] of white pressure noise at the airspeeds of the density table, which is from one seed."""
-    table = evidence.density
-    rows = table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
+    rows = _seconds(evidence, maneuver, variant)
     return airspeed_noise(rows.airspeed_kt.to_numpy(), rows.seconds.to_numpy())
 
 

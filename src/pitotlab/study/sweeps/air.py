@@ -39,30 +39,11 @@ class Trouble:
         return f"sweep-{self.change}-{self.wind}".replace(" ", "-")
 
 
-CHANGING = Trouble(
-    "wind change",
-    "constant",
-    RATES,
-    "A wind that changes",
-    "Fitted with a constant wind, 50/50 Hz.",
-    "change of the wind [kt/min]",
-)
-FOLLOWED = Trouble(
-    "wind change",
-    "drifting",
-    RATES,
-    "The same, and the model's wind may drift",
-    "Fitted with wind='drifting'; no mark where no flight got an answer.",
-    "change of the wind [kt/min]",
-)
-SHEARED = Trouble(
-    "shear",
-    "constant",
-    SHEARS,
-    "A wind that changes with altitude",
-    "Fitted with a constant wind, 50/50 Hz.",
-    "shear [kt/100 ft]",
-)
+_CONSTANT, _RATE = "Fitted with a constant wind, 50/50 Hz.", "change of the wind [kt/min]"
+_DRIFTS = "Fitted with wind='drifting'; no mark where no flight got an answer."
+CHANGING = Trouble("wind change", "constant", RATES, "A wind that changes", _CONSTANT, _RATE)
+FOLLOWED = Trouble("wind change", "drifting", RATES, "The same, and the model's wind may drift", _DRIFTS, _RATE)
+SHEARED = Trouble("shear", "constant", SHEARS, "A wind that changes with altitude", _CONSTANT, "shear [kt/100 ft]")
 
 
 def wind_looks(maneuver: str) -> tuple[Look, ...]:
@@ -136,7 +117,7 @@ def _wind_answer(evidence: StudyTables) -> Reply:
         f"maneuvers, a drifting one {100.0 * inside[1]:.0f} %. Of shear, at an altitude that wanders by "
         f"{wander:.0f} ft rms, the first to double is {NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
         tuple(_wind_chart(evidence, trouble) for trouble in (CHANGING, FOLLOWED, SHEARED)),
-        (named({m: _row(evidence, m) for m in PAPER_ORDER}),),
+        (named(partial(_row, evidence)),),
     )
 
 

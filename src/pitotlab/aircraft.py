@@ -20,7 +20,6 @@ from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.logbook.columns import atomic
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
@@ -33,18 +32,7 @@ from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, librar
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import scaled_case
 from pitotbench.units import KNOT
-from pitotlab.experiment import (
-    NO_LIMIT,
-    OUT,
-    Budget,
-    Experiment,
-    Row,
-    Trial,
-    add_budget,
-    budget_of,
-    random_case,
-    run_experiment,
-)
+from pitotlab import experiment as lab
 from pitotlab.tables import markdown_table
 
 FOREIGN = ("c172x", "pa28", "J3Cub", "c310", "DHC6", "pc7", "T38", "B747", "aerosonde")
@@ -65,24 +53,26 @@ class FirstFlight:
     failure: str = ""
 
 
-def fly_foreign(seeds: range, aircraft: tuple[str, ...] = FOREIGN, budget: Budget = NO_LIMIT) -> pd.DataFrame:
+def fly_foreign(
+    seeds: range, aircraft: tuple[str, ...] = FOREIGN, budget: lab.Budget = lab.NO_LIMIT
+) -> pd.DataFrame:
     """Fly airplanes through the paper's five maneuvers in light turbulence, one flight a seed; return the rows.
 
     Wind and pressure error are drawn from the seed as for the coverage campaign, the error scaled to the card of
     the airplane. A flight that fails is a row with the reason.
     """
-    experiment = Experiment(_flown, PAPER_MANEUVERS, ("light",), aircraft, "aircraft")
-    return run_experiment(experiment, seeds, budget)
+    experiment = lab.Experiment(_flown, PAPER_MANEUVERS, ("light",), aircraft, "aircraft")
+    return lab.run_experiment(experiment, seeds, budget)
 
 
-def _flown(trial: Trial, airplanes: tuple[str, ...]) -> list[Row]:
+def _flown(trial: lab.Trial, airplanes: tuple[str, ...]) -> list[lab.Row]:
     return [_flown_by(trial, name) for name in airplanes]
 
 
-def _flown_by(trial: Trial, aircraft: str) -> Row:
+def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
     row = trial.cell | {"aircraft": aircraft}
     try:
-        case = scaled_case(replace(random_case(trial), aircraft=aircraft))
+        case = scaled_case(replace(lab.random_case(trial), aircraft=aircraft))
         flight = bench.fly(case)
         found = bench.calibrate(bench.sense(flight, SYSTEM))
     except (BadInputError, NoAnswerError) as error:
@@ -181,13 +171,11 @@ _FIRST: tuple[Column[FirstFlight], ...] = (
 )
 
 
-def verify_aircraft(seeds: range, names: tuple[str, ...], budget: Budget, out: Path) -> str:
+def verify_aircraft(seeds: range, names: tuple[str, ...], budget: lab.Budget, out: Path) -> str:
     """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and each failure."""
     rows = fly_foreign(seeds, names, budget)
     table = summarize_foreign(rows)
-    out.mkdir(parents=True, exist_ok=True)
-    with atomic(out / "aircraft-flights.csv") as scratch:
-        table.to_csv(scratch, index=False, float_format="%.4f", lineterminator="\n")
+    lab.write_table(table, out / "aircraft-flights.csv", 4)
     failed = rows[rows["failed"] != ""].itertuples()
     flown = markdown_table(_FLOWN, list(table[table["maneuver"] == "all"].itertuples()))
     return "\n".join([flown, *(f"{r.aircraft} {r.maneuver} {r.seed}: {r.failed}" for r in failed)])
@@ -201,16 +189,16 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)")
     parser.add_argument("--first", type=int, default=40_001, help="first seed (default: %(default)s, development)")
     parser.add_argument("--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)")
-    parser.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     parser.add_argument("--times", action="store_true", help="only time the first flight of each airplane")
-    add_budget(parser)
+    lab.add_budget(parser)
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))
     if options.times:
         print(markdown_table(_FIRST, [time_first_flight(name) for name in names]))
         return
     seeds = range(options.first, options.first + options.seeds)
-    print(verify_aircraft(seeds, names, budget_of(options), options.out))
+    print(verify_aircraft(seeds, names, lab.budget_of(options), options.out))
 
 
 TAKEN = "navajo,citation,c310,DHC6,c172x,c172p,J3Cub,pc7,B747,737,T38,f16,p51d"

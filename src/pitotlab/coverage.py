@@ -13,7 +13,7 @@ from pitotbench import air, bench
 from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import atomic, write_text
+from pitotbench.logbook.columns import write_text
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.flight import Flight
@@ -21,21 +21,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
-from pitotlab.experiment import (
-    FIRST_SCORED_SEED,
-    NO_LIMIT,
-    OUT,
-    Budget,
-    Experiment,
-    FlightStore,
-    Row,
-    Trial,
-    add_budget,
-    budget_of,
-    made_with,
-    random_case,
-    run_experiment,
-)
+from pitotlab import experiment as lab
 
 STATED = Accuracies(temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1)
 SLOW_CHANGE, SLOW_TIME = 1.0, 600.0  # a random walk: rms change [m/s] after a time [s]
@@ -115,14 +101,14 @@ SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scori
 TURBULENCE = ("none", "light", "moderate")
 
 
-def score_trial(trial: Trial, scorings: tuple[str, ...], store: FlightStore | None = None) -> list[Row]:
+def score_trial(trial: lab.Trial, scorings: tuple[str, ...], store: lab.FlightStore | None = None) -> list[lab.Row]:
     """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a row for each."""
-    case = random_case(trial)
+    case = lab.random_case(trial)
     flight = bench.fly(case) if store is None else store.fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
 
 
-def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[Row]:
+def _rows(trial: lab.Trial, flight: Flight, scoring: Scoring) -> Iterator[lab.Row]:
     flown, wind = scoring.in_wind(flight, trial.seed)
     for system in scoring.systems:
         log = scoring.with_errors(bench.sense(flown, system), trial.seed)
@@ -136,7 +122,7 @@ def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[Row]:
         yield base | {"failed": ""} | _figures(flown, wind, ours, paper)
 
 
-def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration) -> Row:
+def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration) -> lab.Row:
     curve, truth, inside = ours.curve, flight.case.pressure_error, scored(ours.curve)
     found = compare_curve(curve, truth)
     return {
@@ -173,7 +159,7 @@ def summarize(rows: pd.DataFrame) -> pd.DataFrame:
 def verify(
     seeds: int,
     out: Path,
-    budget: Budget = NO_LIMIT,
+    budget: lab.Budget = lab.NO_LIMIT,
     scorings: Sequence[str] = tuple(SCORINGS),
     flights: Path | None = None,
 ) -> pd.DataFrame:
@@ -182,9 +168,9 @@ def verify(
     `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes flies nothing and
     writes the files from the kept rows.
     """
-    score = partial(score_trial, store=None if flights is None else FlightStore(flights))
-    experiment = Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")
-    rows = run_experiment(experiment, range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + seeds), budget)
+    score = partial(score_trial, store=None if flights is None else lab.FlightStore(flights))
+    experiment = lab.Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")
+    rows = lab.run_experiment(experiment, range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds), budget)
     _write(rows, out)
     return rows
 
@@ -194,14 +180,12 @@ def _write(rows: pd.DataFrame, out: Path) -> None:
 
     order = {name: place for place, name in enumerate(SCORINGS)}
     cells = summarize(rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable"))
-    out.mkdir(parents=True, exist_ok=True)
-    with atomic(out / "coverage.csv") as scratch:
-        cells.to_csv(scratch, index=False, float_format="%.6f", lineterminator="\n")
+    lab.write_table(cells, out / "coverage.csv", 6)
     coverage_picture(cells, out / "coverage.png")
     failures = int((rows["failed"] != "").sum())
     provenance = (
         f"Seeds {rows['seed'].min()} to {rows['seed'].max()}, {len(rows):,} calibrations, "
-        f"{failures} without an answer, {made_with()}."
+        f"{failures} without an answer, {lab.made_with()}."
     )
     write_text(out / "coverage.md", coverage_page(cells, provenance))
 
@@ -214,8 +198,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
     parser.add_argument("--flights", type=Path, help="folder that keeps flights for the next run (40 MB a seed)")
     parser.add_argument("--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)")
-    parser.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
-    add_budget(parser)
+    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
+    lab.add_budget(parser)
     options = parser.parse_args(words)
     scorings = [SCORINGS[name].name for name in options.scoring.split(",")]
-    verify(options.seeds, options.out, budget_of(options), scorings, options.flights)
+    verify(options.seeds, options.out, lab.budget_of(options), scorings, options.flights)

@@ -155,6 +155,13 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     return table[cells & looks & table["seed"].isin(list(seeds))]
 
 
+def write_table(table: pd.DataFrame, path: Path, digits: int) -> None:
+    """Write a table of measured numbers as CSV."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic(path) as scratch:
+        table.to_csv(scratch, index=False, float_format=f"%.{digits}f", lineterminator="\n")
+
+
 def made_with() -> str:
     """Return the versions and the date, for a page of measured numbers."""
     return f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}"

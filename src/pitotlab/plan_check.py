@@ -25,18 +25,7 @@ from pitotbench.sensing.recorder import known_curve
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import FOOT, KNOT, Meters, MetersPerSecond
-from pitotlab.experiment import (
-    NO_LIMIT,
-    OUT,
-    Budget,
-    Experiment,
-    Row,
-    Trial,
-    add_budget,
-    budget_of,
-    made_with,
-    run_experiment,
-)
+from pitotlab import experiment as lab
 
 TRIANGLE, HEIGHT, VELOCITY = "triangle", "height", "height and velocity"
 LOOKS = (TRIANGLE, HEIGHT, VELOCITY)
@@ -90,14 +79,14 @@ def request_with(look: str) -> PlanRequest:
     )
 
 
-def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
+def flown_with_height(trial: lab.Trial, looks: tuple[str, ...]) -> list[lab.Row]:
     """Fly a maneuver of the plan and calibrate it with every look; return a row for each.
 
     Columns: those of `flown_bounds`, receiver instead of das, two_sigma_ft and coverage_ft (of the altitude
     correction; NaN where there is none).
     """
     flight = _flown(request_with(TRIANGLE), trial)
-    rows: list[Row] = []
+    rows: list[lab.Row] = []
     for look in looks:
         given = request_with(look)
         row, log, curve = _calibrated(given, flight, given.das, given.options)
@@ -108,7 +97,7 @@ def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
     return rows
 
 
-def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
+def flown_bounds(trial: lab.Trial, systems: tuple[str, ...]) -> list[lab.Row]:
     """Fly a maneuver of a plan and calibrate the log of every system; return a row for each system.
 
     Columns: maneuver, turbulence, das, seed, minutes, two_sigma_kt (mean over the wanted speeds), error_kt (true
@@ -119,18 +108,18 @@ def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
     return [trial.cell | _calibrated(request, flight, das, options)[0] | {"das": das} for das in systems]
 
 
-def _flown(request: PlanRequest, trial: Trial) -> Flight:
+def _flown(request: PlanRequest, trial: lab.Trial) -> Flight:
     case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
     return bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
 
 
 def _calibrated(
     request: PlanRequest, flight: Flight, das: str | DataSystem, options: CalibrationOptions
-) -> tuple[Row, FlightLog, ErrorCurve]:
+) -> tuple[lab.Row, FlightLog, ErrorCurve]:
     log = bench.sense(flight, das)
     curve = bench.calibrate(log, options).curve
     found = compare_curve_at(curve, flight.case.pressure_error, request.airspeeds)
-    row: Row = {"minutes": flight.duration / 60.0, "two_sigma_kt": found.mean_two_sigma / KNOT}
+    row: lab.Row = {"minutes": flight.duration / 60.0, "two_sigma_kt": found.mean_two_sigma / KNOT}
     return row | {"error_kt": found.rms_error / KNOT, "coverage": found.inside}, log, curve
 
 
@@ -143,7 +132,7 @@ _MEANS = {  # columns of both comparisons
 
 
 def check_forecasts_with_height(
-    seeds: Sequence[int], budget: Budget = NO_LIMIT, maneuvers: Sequence[str] = PAPER_MANEUVERS
+    seeds: Sequence[int], budget: lab.Budget = lab.NO_LIMIT, maneuvers: Sequence[str] = PAPER_MANEUVERS
 ) -> pd.DataFrame:
     """Fly, forecast and compare; return one row for each maneuver and receiver.
 
@@ -151,8 +140,8 @@ def check_forecasts_with_height(
     predicted_share and flown_share (of the triangle's bound, nan for the triangle), coverage, two_sigma_ft,
     coverage_ft.
     """
-    experiment = Experiment(flown_with_height, tuple(maneuvers), (_TURBULENCE,), LOOKS, "receiver")
-    groups = run_experiment(experiment, seeds, budget).groupby(["maneuver", "receiver"], sort=False)
+    experiment = lab.Experiment(flown_with_height, tuple(maneuvers), (_TURBULENCE,), LOOKS, "receiver")
+    groups = lab.run_experiment(experiment, seeds, budget).groupby(["maneuver", "receiver"], sort=False)
     in_feet = {name: (name, "mean") for name in ("two_sigma_ft", "coverage_ft")}
     table = groups.agg(**_MEANS, **in_feet).reset_index()
     cells = zip(table.maneuver, table.receiver, strict=True)
@@ -184,7 +173,7 @@ def check_plan(
     systems: Sequence[str],
     seeds: int,
     out: Path,
-    budget: Budget = NO_LIMIT,
+    budget: lab.Budget = lab.NO_LIMIT,
     heights: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """Fly the trials that the budget's rows lack, compare, and write plan.md and plan.png into `out`.
@@ -193,8 +182,8 @@ def check_plan(
     """
     from pitotlab.pages import add_reference, check_page, check_picture
 
-    experiment = Experiment(flown_bounds, tuple(MANEUVERS), tuple(turbulences), tuple(systems), "das")
-    flown = run_experiment(experiment, range(1, seeds + 1), budget)
+    experiment = lab.Experiment(flown_bounds, tuple(MANEUVERS), tuple(turbulences), tuple(systems), "das")
+    flown = lab.run_experiment(experiment, range(1, seeds + 1), budget)
     requests = {name: PlanRequest(Case(turbulence=name)) for name in turbulences}
     parts = [compare_bounds(request, flown[flown.turbulence == name]) for name, request in requests.items()]
     table = add_reference(pd.concat(parts, ignore_index=True))
@@ -208,7 +197,7 @@ def _provenance(table: pd.DataFrame) -> str:
     draws = PlanRequest(Case()).draws
     return (
         f"{table.flights.min()} to {table.flights.max()} flights a cell (seeds from 1), {draws} draws a forecast;\n"
-        f"{made_with()}.\n"
+        f"{lab.made_with()}.\n"
         "`python -m pitotlab plan` repeats it."
     )
 
@@ -222,15 +211,15 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--seeds", type=int, default=16, help="flights a maneuver (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="comma list (default: %(default)s)")
     parser.add_argument("--das", default="20/1,50/50,100/100", help="comma list (default: %(default)s)")
-    parser.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     parser.add_argument("--height-seeds", type=int, default=12, help="with a static error (default: %(default)s)")
     parser.add_argument("--height-only", action="store_true", help="end after the flights with a static error")
-    add_budget(parser)
+    lab.add_budget(parser)
     options = parser.parse_args(words)
-    heights = check_forecasts_with_height(range(1, options.height_seeds + 1), Budget(options.jobs))
+    heights = check_forecasts_with_height(range(1, options.height_seeds + 1), lab.Budget(options.jobs))
     print(heights.to_string(index=False, float_format="%.3f"), flush=True)
     if options.height_only:
         return
     turbulences, systems = options.turbulence.split(","), options.das.split(",")
-    table = check_plan(turbulences, systems, options.seeds, options.out, budget_of(options), heights)
+    table = check_plan(turbulences, systems, options.seeds, options.out, lab.budget_of(options), heights)
     print(table.to_string(index=False, float_format="%.3f"))

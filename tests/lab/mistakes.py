@@ -14,7 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -138,6 +138,11 @@ def rewrite(column: str, new: str, values: Callable[[NDArray[Any]], NDArray[Any]
     return lambda t: {new if k == column else k: values(v) if k == column else v for k, v in t.items()}
 
 
+def of(column: str, values: Callable[[NDArray[Any]], NDArray[Any]]) -> Change:
+    """Write other values in the place of a column."""
+    return rewrite(column, column, values)
+
+
 def both(*changes: Change) -> Change:
     """One change after the other."""
 
@@ -147,6 +152,11 @@ def both(*changes: Change) -> Change:
         return table
 
     return run
+
+
+def level(change: Callable[..., Change], *sizes: float) -> Change:
+    """A change of both level velocities."""
+    return both(*(change(column, *sizes) for column in (NORTH, EAST)))
 
 
 def scaled(column: str, factor: float, new: str = "") -> Change:
@@ -184,10 +194,6 @@ def incompressible(t: Columns) -> Columns:
     return {**t, IMPACT: 0.7 * t[STATIC] * mach**2}
 
 
-def probe_as_air(t: Columns) -> Columns:
-    return {"air_temperature_k" if k == PROBE else k: v for k, v in t.items()}
-
-
 def air_as_probe(t: Columns) -> Columns:
     mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
     return {**t, PROBE: air.air_temperature(t[PROBE], mach)}
@@ -206,15 +212,11 @@ def turned(degrees: float) -> Change:
 
 
 def second_half(column: str, factor: float) -> Change:
-    return rewrite(column, column, lambda v: v * np.where(np.arange(len(v)) < len(v) // 2, 1.0, factor))
+    return of(column, lambda v: v * np.where(np.arange(len(v)) < len(v) // 2, 1.0, factor))
 
 
 def rows(choose: Callable[[int], NDArray[Any]]) -> Change:
     return lambda t: {k: v[choose(len(v))] for k, v in t.items()}
-
-
-def track_as_heading(t: Columns) -> Columns:
-    return {**t, "heading_rad": np.arctan2(t[EAST], t[NORTH]) % (2.0 * np.pi)}
 
 
 def _pressures() -> list[Mistake]:
@@ -241,14 +243,12 @@ def _pressure_columns() -> list[Mistake]:
         Mistake("impact +50 Pa", shifted(IMPACT, 50.0), impact, ZERO),
         Mistake("impact +200 Pa", shifted(IMPACT, 200.0), impact, ZERO),
         Mistake("impact x 1.2 in the second half", second_half(IMPACT, 1.2), impact),
-        Mistake("impact in 12-bit counts", rewrite(IMPACT, IMPACT, lambda v: np.round(v / 3.3665)), impact),
+        Mistake("impact in 12-bit counts", of(IMPACT, lambda v: np.round(v / 3.3665)), impact),
         Mistake("impact as ½ρV²", incompressible, impact, MACH_SMALL),
         Mistake("impact with the wrong sign", scaled(IMPACT, -1.0), impact),
         Mistake("total in the impact column", lambda t: {**t, IMPACT: t[IMPACT] + t[STATIC]}, impact),
         Mistake(
-            "airspeed (kt) in the impact column",
-            lambda t: {**t, IMPACT: air.calibrated_airspeed(t[IMPACT]) / KNOT},
-            impact,
+            "airspeed (kt) in the impact column", of(IMPACT, lambda v: air.calibrated_airspeed(v) / KNOT), impact
         ),
         Mistake("impact and static exchanged", swapped(IMPACT, STATIC), impact + static),
         Mistake("total and static exchanged", both(with_total, swapped("total_pressure_pa", STATIC)), total),
@@ -256,18 +256,14 @@ def _pressure_columns() -> list[Mistake]:
         Mistake("static as total", lambda t: {**t, STATIC: t[STATIC] + t[IMPACT]}, static),
         Mistake("static x 1.05", scaled(STATIC, 1.05), static),
         Mistake("static reduced to sea level", reduced_to_sea_level, static),
-        Mistake(
-            "static constant, 1013.25 hPa", rewrite(STATIC, STATIC, lambda v: np.full_like(v, 101325.0)), static
-        ),
+        Mistake("static constant, 1013.25 hPa", of(STATIC, lambda v: np.full_like(v, 101325.0)), static),
         Mistake("altitude (m) in the static column", lambda t: {**t, STATIC: t["altitude_m"]}, static),
         Mistake("altitude (ft) in the static column", lambda t: {**t, STATIC: t["altitude_m"] / 0.3048}, static),
     ]
 
 
 def _temperatures() -> list[Mistake]:
-    def from_kelvin(new: str, values: Callable[[NDArray[Any]], NDArray[Any]]) -> Change:
-        return rewrite(PROBE, new, values)
-
+    from_kelvin = partial(rewrite, PROBE)
     degc, degf, degr = "total_temperature_degc", "total_temperature_degf", "total_temperature_degr"
 
     def celsius(v: NDArray[Any]) -> NDArray[Any]:
@@ -292,7 +288,7 @@ def _temperatures() -> list[Mistake]:
         ("constant 288.15 K", from_kelvin(PROBE, lambda v: np.full_like(v, 288.15)), ""),
         ("constant 250 K", from_kelvin(PROBE, lambda v: np.full_like(v, 250.0)), ""),
         ("of the air as total", air_as_probe, ""),
-        ("total as of the air", probe_as_air, ""),
+        ("total as of the air", rewrite(PROBE, "air_temperature_k", lambda v: v), ""),
     ]
     names = ("total_temperature", "air_temperature")
     return [Mistake(f"temperature {name}", change, names, why) for name, change, why in table]
@@ -306,17 +302,13 @@ def _velocities() -> list[Mistake]:
     found += [
         ("north alone in kt", scaled(NORTH, 1.0 / SPEEDS["kt"]), ""),
         ("east alone in kt", scaled(EAST, 1.0 / SPEEDS["kt"]), ""),
-        (
-            "velocity in kt from the middle on",
-            both(*(second_half(c, 1.0 / SPEEDS["kt"]) for c in (NORTH, EAST))),
-            "",
-        ),
+        ("velocity in kt from the middle on", level(second_half, 1.0 / SPEEDS["kt"]), ""),
         ("ground speed and track in north and east", speed_and_track, ""),
-        ("velocity x 1.02", both(scaled(NORTH, 1.02), scaled(EAST, 1.02)), ONE_RECEIVER),
-        ("north without sign", rewrite(NORTH, NORTH, np.abs), ""),
+        ("velocity x 1.02", level(scaled, 1.02), ONE_RECEIVER),
+        ("north without sign", of(NORTH, np.abs), ""),
         ("north with the wrong sign", scaled(NORTH, -1.0), ""),
         ("east with the wrong sign", scaled(EAST, -1.0), ""),
-        ("north and east with the wrong sign", both(scaled(NORTH, -1.0), scaled(EAST, -1.0)), ""),
+        ("north and east with the wrong sign", level(scaled, -1.0), ""),
         ("north and east exchanged", swapped(NORTH, EAST), ""),
         ("axes turned by 12°", turned(12.0), ""),
         ("east 0 in every row", scaled(EAST, 0.0), ""),
@@ -334,16 +326,16 @@ def _clocks() -> list[Mistake]:
 
     shuffle = np.random.default_rng(5)
     table: list[tuple[str, Change]] = [
-        ("row number as s", rewrite(clock, clock, lambda v: np.arange(1.0, len(v) + 1.0))),
+        ("row number as s", of(clock, lambda v: np.arange(1.0, len(v) + 1.0))),
         ("min as s", scaled(clock, 1.0 / 60.0)),
         ("h as s", scaled(clock, 1.0 / 3600.0)),
         ("s as ms", scaled(clock, 1.0, "time_ms")),
         ("ms as s", scaled(clock, 1e3)),
         ("µs as s", scaled(clock, 1e6)),
         ("x 2", scaled(clock, 2.0)),
-        ("rounded to 1 s", rewrite(clock, clock, np.round)),
-        ("epoch in single precision", rewrite(clock, clock, lambda v: np.float64(np.float32(v + 1.7e9)))),
-        ("restarted in the middle", rewrite(clock, clock, restarted)),
+        ("rounded to 1 s", of(clock, np.round)),
+        ("epoch in single precision", of(clock, lambda v: np.float64(np.float32(v + 1.7e9)))),
+        ("restarted in the middle", of(clock, restarted)),
         ("rows reversed", rows(lambda n: np.arange(n)[::-1])),
         ("rows doubled", rows(lambda n: np.repeat(np.arange(n), 2))),
         ("rows shuffled", rows(shuffle.permutation)),
@@ -363,9 +355,15 @@ def _others() -> list[Mistake]:
         found.append(Mistake(f"{name}: rad written as °", scaled(column, 1.0, f"{name}_deg"), (name,)))
     for name in ("roll", "pitch", "angle_of_attack"):
         found.append(Mistake(f"{name} with the wrong sign", scaled(f"{name}_rad", -1.0), (name,)))
-    magnetic = rewrite("heading_rad", "heading_rad", lambda v: (v - np.radians(12.0)) % (2.0 * np.pi))
+    magnetic = of("heading_rad", lambda v: (v - np.radians(12.0)) % (2.0 * np.pi))
     found.append(Mistake("heading magnetic, 12° off", magnetic, ("heading",)))
-    found.append(Mistake("heading is the track", track_as_heading, ("heading",)))
+    found.append(
+        Mistake(
+            "heading is the track",
+            lambda t: {**t, "heading_rad": np.arctan2(t[EAST], t[NORTH]) % (2.0 * np.pi)},
+            ("heading",),
+        )
+    )
     found.append(Mistake("altitude ft as m", scaled("altitude_m", 1.0 / 0.3048), ("altitude",)))
     found.append(Mistake("altitude m as ft", scaled("altitude_m", 1.0, "altitude_ft"), ("altitude",)))
     found.append(Mistake("mass lb as kg", scaled("mass_kg", 2.20462), ("mass",)))
@@ -381,10 +379,6 @@ MISTAKES: Mapping[str, Mistake] = {
 # Sensors and recorders that fail in flight, each at a size that harms. What a message may name is a stem of words.
 
 
-def of(column: str, values: Callable[[NDArray[Any]], NDArray[Any]]) -> Change:
-    return rewrite(column, column, values)
-
-
 def along(v: NDArray[Any]) -> NDArray[Any]:
     """0 in the first row to 1 in the last."""
     return np.linspace(0.0, 1.0, len(v))
@@ -392,7 +386,7 @@ def along(v: NDArray[Any]) -> NDArray[Any]:
 
 def ramp(column: str, size: float) -> Change:
     """An error that grows from nothing to a size at the end."""
-    return rewrite(column, column, lambda v: v + size * along(v))
+    return of(column, lambda v: v + size * along(v))
 
 
 def gain(column: str, first: float, last: float, begin: float = 0.0, end: float = 1.0) -> Change:
@@ -403,11 +397,11 @@ def gain(column: str, first: float, last: float, begin: float = 0.0, end: float 
         inside = (along(v) >= begin) & (along(v) <= end)
         return v * np.where(inside, first + (last - first) * share, 1.0)
 
-    return rewrite(column, column, values)
+    return of(column, values)
 
 
 def step(column: str, size: float) -> Change:
-    return rewrite(column, column, lambda v: v + size * (along(v) > 0.45))
+    return of(column, lambda v: v + size * (along(v) > 0.45))
 
 
 def frozen(column: str, begin: float, seconds: float) -> Change:
@@ -419,7 +413,7 @@ def frozen(column: str, begin: float, seconds: float) -> Change:
         held[first : first + int(20 * seconds)] = v[first]
         return held
 
-    return rewrite(column, column, values)
+    return of(column, values)
 
 
 def slow(column: str, seconds: float) -> Change:
@@ -431,7 +425,7 @@ def slow(column: str, seconds: float) -> Change:
             out[row] = out[row - 1] + share * (v[row] - out[row - 1])
         return out
 
-    return rewrite(column, column, values)
+    return of(column, values)
 
 
 def late(column: str, seconds: float) -> Change:
@@ -441,11 +435,11 @@ def late(column: str, seconds: float) -> Change:
         rows = np.clip(np.arange(len(v)) - int(20 * seconds), 0, len(v) - 1)
         return v[rows]
 
-    return rewrite(column, column, values)
+    return of(column, values)
 
 
 def coarse(column: str, size: float) -> Change:
-    return rewrite(column, column, lambda v: np.round(v / size) * size)
+    return of(column, lambda v: np.round(v / size) * size)
 
 
 def from_heading(north: float, east: float) -> Change:
@@ -468,20 +462,12 @@ def in_turns(column: str, factor: float) -> Change:
     return lambda t: {**t, column: t[column] * np.where(np.abs(t["roll_rad"]) > 0.25, factor, 1.0)}
 
 
-def zero_by_temperature(t: Columns) -> Columns:
-    return {**t, IMPACT: t[IMPACT] + 12.0 * (t[PROBE] - np.mean(t[PROBE])) + 40.0 * along(t[PROBE])}
-
-
 def pasted_twice(t: Columns) -> Columns:
     clock = "time_s"
     lasting = t[clock][-1] - t[clock][0] + 1.0
     both = {k: np.concatenate([v, v]) for k, v in t.items()}
     both[clock] = np.concatenate([t[clock], t[clock] + lasting])
     return both
-
-
-def pressure_height(t: Columns) -> Columns:
-    return {**t, "altitude_m": np.asarray(air.pressure_altitude(t[STATIC]))}
 
 
 Q_WORDS = ("impact_pressure", "impact pressure", "samples near")
@@ -510,7 +496,11 @@ _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ("q_c zero drifts by +60 Pa", ramp(IMPACT, 60.0), Q_WORDS, EACH_ONCE),
     ("q_c zero steps by +60 Pa", step(IMPACT, 60.0), Q_WORDS, EACH_ONCE),
     ("q_c zero steps by -120 Pa", step(IMPACT, -120.0), Q_WORDS, ""),
-    ("q_c zero follows the temperature", zero_by_temperature, Q_WORDS, EACH_ONCE),
+    (
+        "q_c zero follows the temperature",
+        lambda t: {**t, IMPACT: t[IMPACT] + 12.0 * (t[PROBE] - np.mean(t[PROBE])) + 40.0 * along(t[PROBE])},
+        Q_WORDS, EACH_ONCE,
+    ),
     ("total line leaks to -8 %", gain(IMPACT, 1.0, 0.92), Q_WORDS, A_LEAK),
     ("total line leaks to -4 %", gain(IMPACT, 1.0, 0.96), Q_WORDS, A_LEAK),
     ("q_c x 1.04 from the middle on", gain(IMPACT, 1.04, 1.04, 0.5), Q_WORDS, AT_A_CHANGE),
@@ -521,7 +511,7 @@ _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ("q_c lags by 3 s", slow(IMPACT, 3.0), (*Q_WORDS, *C_WORDS), ""),
     ("q_c ends at its 80 % quantile", of(IMPACT, lambda v: np.minimum(v, np.quantile(v, 0.8))), Q_WORDS, ""),
     ("q_c 0 each 30 s", of(IMPACT, lambda v: np.where(np.arange(len(v)) % 600 < 8, 0.0, v)), Q_WORDS, ""),
-    ("q_c of the flight backwards", rewrite(IMPACT, IMPACT, lambda v: v[::-1]), (*Q_WORDS, *V_WORDS), ""),
+    ("q_c of the flight backwards", of(IMPACT, lambda v: v[::-1]), (*Q_WORDS, *V_WORDS), ""),
     ("q_c to the power 1.02", of(IMPACT, lambda v: v**1.02 / np.mean(v) ** 0.02), Q_WORDS, LEVEL_SCALE),
     ("static leaks +100 Pa", ramp(STATIC, 100.0), S_WORDS, ""),
     ("static leaks -100 Pa", ramp(STATIC, -100.0), S_WORDS, ""),
@@ -537,33 +527,36 @@ _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ("T +15 K", shifted(PROBE, 15.0), T_WORDS, LEVEL_SCALE),
     ("T drifts by -15 K", ramp(PROBE, -15.0), T_WORDS, EACH_ONCE),
     ("T drifts by +10 K", ramp(PROBE, 10.0), T_WORDS, EACH_ONCE),
-    ("T of the cabin", rewrite(PROBE, PROBE, lambda v: 294.0 + np.sin(4.0 * along(v))), T_WORDS, LEVEL_SCALE),
-    ("T frozen", rewrite(PROBE, PROBE, lambda v: np.full_like(v, v[0])), T_WORDS, ""),
+    ("T of the cabin", of(PROBE, lambda v: 294.0 + np.sin(4.0 * along(v))), T_WORDS, LEVEL_SCALE),
+    ("T frozen", of(PROBE, lambda v: np.full_like(v, v[0])), T_WORDS, ""),
     ("T lags by 60 s", slow(PROBE, 60.0), T_WORDS, ""),
     ("T in steps of 5 K", coarse(PROBE, 5.0), T_WORDS, ""),
-    ("T with the wrong sign of °C", rewrite(PROBE, PROBE, lambda v: 2.0 * FREEZING - v), T_WORDS, ""),
-    ("T twice in °C", rewrite(PROBE, PROBE, lambda v: FREEZING + 2.0 * (v - FREEZING)), T_WORDS, LEVEL_SCALE),
-    ("GPS smoothed over 5 s", both(slow(NORTH, 5.0), slow(EAST, 5.0)), C_WORDS, ""),
-    ("GPS 1.5 s late", both(late(NORTH, 1.5), late(EAST, 1.5)), C_WORDS, ""),
-    ("GPS 3 s late", both(late(NORTH, 3.0), late(EAST, 3.0)), C_WORDS, ""),
-    ("GPS 1 s early", both(late(NORTH, -1.0), late(EAST, -1.0)), C_WORDS, ""),
+    ("T with the wrong sign of °C", of(PROBE, lambda v: 2.0 * FREEZING - v), T_WORDS, ""),
+    ("T twice in °C", of(PROBE, lambda v: FREEZING + 2.0 * (v - FREEZING)), T_WORDS, LEVEL_SCALE),
+    ("GPS smoothed over 5 s", level(slow, 5.0), C_WORDS, ""),
+    ("GPS 1.5 s late", level(late, 1.5), C_WORDS, ""),
+    ("GPS 3 s late", level(late, 3.0), C_WORDS, ""),
+    ("GPS 1 s early", level(late, -1.0), C_WORDS, ""),
     ("east 2 s later than north", late(EAST, 2.0), C_WORDS, ""),
     ("north x 1.03", scaled(NORTH, 1.03), V_WORDS, ONE_AXIS),
     ("east x 0.94", scaled(EAST, 0.94), V_WORDS, ""),
-    ("velocity frozen for 30 s", both(frozen(NORTH, 0.4, 30.0), frozen(EAST, 0.4, 30.0)), V_WORDS, ""),
-    ("velocity in steps of 5 m/s", both(coarse(NORTH, 5.0), coarse(EAST, 5.0)), V_WORDS, ""),
+    ("velocity frozen for 30 s", level(frozen, 0.4, 30.0), V_WORDS, ""),
+    ("velocity in steps of 5 m/s", level(coarse, 5.0), V_WORDS, ""),
     ("axes turned by 7°", turned(7.0), V_WORDS, ""),
     ("east drifts by 4 m/s", ramp(EAST, 4.0), V_WORDS, A_WIND),
     (
-        "velocity x 0.97 from the middle on", both(*(gain(c, 0.97, 0.97, 0.5) for c in (NORTH, EAST))),
+        "velocity x 0.97 from the middle on", level(gain, 0.97, 0.97, 0.5),
         (*V_WORDS, *Q_WORDS), AT_A_CHANGE,
     ),
     ("velocity of airspeed and heading", from_heading(0.0, 0.0), V_WORDS, ""),
     ("velocity of airspeed, heading and a typed wind", from_heading(5.0, -3.0), V_WORDS, ""),
     ("velocity in body axes", in_body_axes, V_WORDS, ""),
-    ("east ends at 55 m/s", rewrite(EAST, EAST, lambda v: np.clip(v, -55.0, 55.0)), V_WORDS, ""),
+    ("east ends at 55 m/s", of(EAST, lambda v: np.clip(v, -55.0, 55.0)), V_WORDS, ""),
     ("the log pasted twice", pasted_twice, C_WORDS, ""),
-    ("pressure height as geometric height", pressure_height, S_WORDS, "a height of the static pressure fits it"),
+    (
+        "pressure height as geometric height", lambda t: {**t, "altitude_m": air.pressure_altitude(t[STATIC])},
+        S_WORDS, "a height of the static pressure fits it",
+    ),
     ("height x 1.03", scaled("altitude_m", 1.03), S_WORDS, ""),
 ]  # fmt: skip
 FAULTS: Mapping[str, Mistake] = {name: Mistake(name, change, names, why) for name, change, names, why in _FAULTS}

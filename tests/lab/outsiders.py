@@ -7,7 +7,7 @@ Every cause is flown twice on different days: one log is explained, the other is
 
 import argparse
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -51,43 +51,15 @@ def _mach(log: FlightLog) -> np.ndarray:
     return np.sqrt(5.0 * ((np.maximum(log.impact_pressure, 0.0) / log.static_pressure + 1.0) ** (2.0 / 7.0) - 1.0))
 
 
-def _north(log: FlightLog) -> FlightLog:
-    """A receiver whose velocity north errs with the heading: its antenna is shaded on two sides."""
-    return replace(log, velocity_north=log.velocity_north + 0.5 * np.cos(2.0 * log.heading))
-
-
-def _warm(log: FlightLog) -> FlightLog:
-    """A probe that reads warmer as Mach number falls: its heater warms it in slow air."""
-    return replace(log, total_temperature=log.total_temperature + 25.0 * (0.25 - _mach(log)))
-
-
-def _vane(log: FlightLog) -> FlightLog:
-    """A sideslip vane in the slipstream."""
-    return replace(log, sideslip=log.sideslip + 0.04 * _horsepower(log))
-
-
-def _horizon(log: FlightLog) -> FlightLog:
-    """A vertical gyro that tilts in a turn."""
-    return replace(log, pitch=log.pitch + 0.06 * np.sin(log.roll) ** 2)
-
-
-def _accelerometer(log: FlightLog) -> FlightLog:
-    """A longitudinal accelerometer that the airplane's sideways force tilts."""
-    return replace(log, specific_force_x=log.specific_force_x + 0.12 * log.specific_force_y)
+def _plus(name: str, error: Callable[[FlightLog], np.ndarray]) -> Callable[[FlightLog], FlightLog]:
+    """An error of one channel that the log itself determines."""
+    return lambda log: replace(log, **{name: getattr(log, name) + error(log)})
 
 
 def _fuel(log: FlightLog) -> FlightLog:
     """Two fuel-flow transducers that read less at a high flow."""
-    return replace(
-        log,
-        fuel_flow_left=log.fuel_flow_left - 5.0 * log.fuel_flow_left**2,
-        fuel_flow_right=log.fuel_flow_right - 5.0 * log.fuel_flow_right**2,
-    )
-
-
-def _gyro(log: FlightLog) -> FlightLog:
-    """A yaw gyro that feels the load factor."""
-    return replace(log, pitch_rate=log.pitch_rate + 0.1 * log.sideslip)
+    left, right = log.fuel_flow_left, log.fuel_flow_right
+    return replace(log, fuel_flow_left=left - 5.0 * left**2, fuel_flow_right=right - 5.0 * right**2)
 
 
 OUTSIDERS: Mapping[str, Outsider] = {
@@ -104,13 +76,19 @@ OUTSIDERS: Mapping[str, Outsider] = {
     "static port low in the bank": Outsider(
         "static pressure", sensor=lambda g: _static(g, 0.12 * np.sin(g.roll) ** 2)
     ),
-    "receiver shaded on two sides": Outsider("velocity north", sensor=_north),
-    "probe heated in slow air": Outsider("temperature", sensor=_warm),
-    "vane in the slipstream": Outsider("sideslip", sensor=_vane),
-    "gyro tilted in turns": Outsider("pitch", sensor=_horizon),
-    "accelerometer tilted by side force": Outsider("longitudinal acceleration", sensor=_accelerometer),
+    "receiver shaded on two sides": Outsider(
+        "velocity north", sensor=_plus("velocity_north", lambda g: 0.5 * np.cos(2.0 * g.heading))
+    ),
+    "probe heated in slow air": Outsider(
+        "temperature", sensor=_plus("total_temperature", lambda g: 25.0 * (0.25 - _mach(g)))
+    ),
+    "vane in the slipstream": Outsider("sideslip", sensor=_plus("sideslip", lambda g: 0.04 * _horsepower(g))),
+    "gyro tilted in turns": Outsider("pitch", sensor=_plus("pitch", lambda g: 0.06 * np.sin(g.roll) ** 2)),
+    "accelerometer tilted by side force": Outsider(
+        "longitudinal acceleration", sensor=_plus("specific_force_x", lambda g: 0.12 * g.specific_force_y)
+    ),
     "fuel flow low at high power": Outsider("fuel flow", sensor=_fuel),
-    "gyro that feels the sideslip": Outsider("pitch rate", sensor=_gyro),
+    "gyro that feels the sideslip": Outsider("pitch rate", sensor=_plus("pitch_rate", lambda g: 0.1 * g.sideslip)),
 }
 
 FIRST_DAY, FIRST_NULL = 3000, 3900

@@ -21,15 +21,8 @@ def answer(step: str, name: str = "a", **probabilities: float) -> dict[str, obje
     named = [cause for cause, p in probabilities.items() if p > 0.9]
     effects = {"effects": named, "alternatives": [[] for _ in named]}
     kind = "named" if named else "no_gap"
-    return {
-        "name": name,
-        "aircraft": "none",
-        "step": step,
-        "beside": COMPLETE,
-        "kind": kind,
-        "probabilities": probabilities,
-        **effects,
-    }
+    asked = {"name": name, "aircraft": "none", "step": step, "beside": COMPLETE}
+    return asked | {"kind": kind, "probabilities": probabilities} | effects
 
 
 def test_every_step_changes_something_that_exists():
@@ -75,17 +68,10 @@ def test_the_table_holds_paired_differences():
     complete, temper = table(truth, [*whole, *off])
     assert (complete["logs"], complete["named_right"], complete["false_alarms"]) == (3, 1, 0)
     assert float(complete["log_causes"]) == pytest.approx(-0.5 * np.log(0.95 * 0.8), abs=1e-4)
-    assert (temper["logs"], temper["named_right"], temper["false_alarms"], temper["answers_changed"]) == (
-        2,
-        -1,
-        1,
-        2,
-    )
+    assert [temper[n] for n in ("logs", "named_right", "false_alarms", "answers_changed")] == [2, -1, 1, 2]
     assert float(temper["log_causes"]) == pytest.approx(np.log(0.95 / 0.8), abs=1e-4)
 
 
 def test_a_log_with_nothing_hidden_has_no_proper_score():
-    assert counts([JudgedCase({**TRUTH, "kind": "none", "effects": []}, answer(COMPLETE))]).proper.shape == (
-        0,
-        len(PROPER),
-    )
+    nothing = JudgedCase({**TRUTH, "kind": "none", "effects": []}, answer(COMPLETE))
+    assert counts([nothing]).proper.shape == (0, len(PROPER))

@@ -86,7 +86,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("blind")
     cases, _ = drawn(SEED, 0.01, "CK")
     chosen = [next(c for c in cases if c.kind == kind) for kind in ("none", "outside", "above 7")]
-    chosen = [replace(c, settings=("C",), effects=_of_one_flight(c.effects)) for c in chosen]
+    chosen = [replace(c, settings=("C",), effects=tuple(replace(e, strengths=e.strengths[:1]) for e in c.effects))
+              for c in chosen]  # fmt: skip
     chosen.append(replace(chosen[0], settings=("C", "K")))
     held = [False, False, True, False]
     seal(made / "seal", SEED, chosen, held)
@@ -94,20 +95,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def _of_one_flight(effects):
-    return tuple(replace(e, strengths=e.strengths[:1]) for e in effects)
-
-
 def test_logs_tell_nothing_of_the_truth_nor_of_day_pilot_and_loading(folder: Path) -> None:
     paths = sorted((folder / "logs").glob("*.parquet"))
-    assert {p.stem for p in paths} == {
-        "log-0000",
-        "log-0001",
-        "log-0002",
-        "log-0002-held",
-        "log-0003",
-        "log-0003-b",
-    }
+    assert {p.stem[4:] for p in paths} == {"0000", "0001", "0002", "0002-held", "0003", "0003-b"}
     hidden = {
         "effects",
         "wind",
@@ -348,10 +338,8 @@ def test_answers_are_counted_as_they_are() -> None:
     ]
     cases = [JudgedCase(truth, a) for a in answers]
     rows = {r.what: r for r in table(cases)}
-    assert (rows["above 7, one flight: named cleanly"].hits, rows["above 7, one flight: named cleanly"].cases) == (
-        1,
-        6,
-    )
+    named = rows["above 7, one flight: named cleanly"]
+    assert (named.hits, named.cases) == (1, 6)
     assert rows["above 7, one flight: truth named or in the set"].hits == 3
     assert rows["wrong name, any band"].hits == 2
     assert rows["a second effect that was not hidden, of single effects named"].hits == 1

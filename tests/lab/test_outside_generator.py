@@ -9,18 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from pitotlab.outside import moving_air
 from pitotlab.outside import physics as physics
 from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.motion import MANEUVERS, NOISE, RATE
-from pitotlab.outside.moving_air import (
-    CELLS,
-    front,
-    mountain_wave,
-    ou_gusts,
-    steady_change,
-    von_karman_correlation,
-    von_karman_gusts,
-)
 from pitotlab.outside.physics import FOOT, KNOT
 
 FOLDER = Path(physics.__file__).parent
@@ -37,7 +29,7 @@ JUDGE_MAY_IMPORT = {
 @pytest.fixture(scope="module")
 def flights():
     """A flight of each cell, all of one seed."""
-    return {name: generate(cell, cell.maneuvers[name == "jet"], 4) for name, cell in CELLS.items()}
+    return {name: generate(cell, cell.maneuvers[name == "jet"], 4) for name, cell in moving_air.CELLS.items()}
 
 
 def _imports(path):
@@ -65,7 +57,7 @@ def test_nothing_but_the_judge_imports_the_product_and_the_judge_only_its_entry_
         assert "pitotlab.outside.judge" not in reached, f"{path.name} reaches the product through the judge"
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", moving_air.CELLS)
 def test_the_wind_triangle_closes(flights, name):
     flight = flights[name]
     state = flight.state
@@ -87,7 +79,7 @@ def test_the_pressure_is_the_integral_of_weight_over_the_warmth_of_the_day():
     np.testing.assert_allclose(day.pressure(heights), found, rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", moving_air.CELLS)
 def test_the_total_pressure_is_right_and_the_static_source_takes_its_error_from_the_impact_pressure(flights, name):
     flight = flights[name]
     state, columns = flight.state, flight.columns
@@ -109,11 +101,11 @@ def test_the_wind_has_low_pressure_on_its_left_at_0_8_pascals_a_kilometer_for_15
     assert north == pytest.approx(here, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", moving_air.CELLS)
 def test_no_gust_moves_the_height(flights, name):
     state, calm = (
         flights[name].state,
-        generate(replace(CELLS[name], gust_sigma=0.0, thermals=False), flights[name].maneuver, 4),
+        generate(replace(moving_air.CELLS[name], gust_sigma=0.0, thermals=False), flights[name].maneuver, 4),
     )
     np.testing.assert_array_equal(state.height, calm.state.height)
     climbed = state.height[0] - np.cumsum(state.ground_velocity[:, 2]) / RATE
@@ -126,7 +118,7 @@ def test_no_gust_moves_the_height(flights, name):
     [("rapid_decel", 5.0), ("step_decrease", 6.0), ("circle", 6.0), ("race_track", 15.0), ("four_leg", 21.0)],
 )
 def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second(maneuver, minutes):
-    state = generate(CELLS["calm"], maneuver, 4).state
+    state = generate(moving_air.CELLS["calm"], maneuver, 4).state
     assert state.time[-1] / 60.0 == pytest.approx(minutes, rel=0.05)
     airspeed = physics.calibrated_airspeed(state.indicated_impact) / KNOT
     assert np.quantile(airspeed, [0.01, 0.99]) == pytest.approx([100.0, 160.0], abs=1.5)
@@ -139,7 +131,7 @@ def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second
 )
 def test_a_maneuver_turns_as_far_as_its_legs_ask(maneuver, turned):
     assert sum(leg.turn for leg in MANEUVERS[maneuver]) == turned
-    heading = generate(CELLS["calm"], maneuver, 4).state.heading
+    heading = generate(moving_air.CELLS["calm"], maneuver, 4).state.heading
     assert np.degrees(abs(heading[-1] - heading[0])) == pytest.approx(turned, abs=4.0 * turned / 180.0)
 
 
@@ -168,12 +160,12 @@ def test_one_seed_draws_one_day_and_one_source_in_all_cells(flights):
     for name in ("calm", "front", "probe_5k", "von_karman", "carried", "late"):
         assert flights[name].sky.day == base.sky.day
         assert flights[name].error == base.error
-    assert generate(CELLS["base"], "circle", 5).error != base.error
+    assert generate(moving_air.CELLS["base"], "circle", 5).error != base.error
 
 
 def test_ou_gusts_have_their_size_and_forget_within_their_length():
     distance = np.arange(0.0, 400_000.0, 4.0)
-    gust = ou_gusts(distance, 0.5, 300.0, np.random.default_rng(3))
+    gust = moving_air.ou_gusts(distance, 0.5, 300.0, np.random.default_rng(3))
     assert np.std(gust, axis=0) == pytest.approx([0.5] * 3, rel=0.1)
     apart = 75  # rows: 300 m
     product = np.mean(gust[apart:] * gust[:-apart]) / np.mean(gust**2)
@@ -182,16 +174,18 @@ def test_ou_gusts_have_their_size_and_forget_within_their_length():
 
 def test_von_karman_gusts_have_their_size_and_the_closed_correlation_along_the_path():
     distance = np.arange(0.0, 400_000.0, 4.0)
-    gust = von_karman_gusts(distance, np.zeros_like(distance), 0.5, 533.0, np.random.default_rng(3))
+    gust = moving_air.von_karman_gusts(distance, np.zeros_like(distance), 0.5, 533.0, np.random.default_rng(3))
     assert np.std(gust, axis=0) == pytest.approx([0.5] * 3, rel=0.1)
     for apart in (20, 100, 300):
         found = np.mean(gust[apart:, 0] * gust[:-apart, 0]) / np.mean(gust[:, 0] ** 2)
-        assert found == pytest.approx(von_karman_correlation(np.array(4.0 * apart), 533.0), abs=0.08)
+        assert found == pytest.approx(moving_air.von_karman_correlation(np.array(4.0 * apart), 533.0), abs=0.08)
 
 
 def test_the_slow_winds_are_as_large_as_their_cells_say():
     time, dice = np.arange(0.0, 600.05, 0.05), np.random.default_rng(1)
-    wave, jump, change = (slow(time, dice) for slow in (mountain_wave, front, steady_change))
+    wave, jump, change = (
+        slow(time, dice) for slow in (moving_air.mountain_wave, moving_air.front, moving_air.steady_change)
+    )
     assert np.max(np.hypot(wave[:, 0], wave[:, 1])) == pytest.approx(1.0, abs=1e-3)
     assert np.max(np.abs(wave[:, 2])) == pytest.approx(1.0, abs=1e-3)
     np.testing.assert_allclose(wave[:6001], wave[6000:], atol=1e-9)  # 300 s
@@ -201,14 +195,14 @@ def test_the_slow_winds_are_as_large_as_their_cells_say():
 
 
 def test_a_late_receiver_reports_what_was_half_a_second_ago(flights):
-    flight = generate(CELLS["late"], "circle", 4)
+    flight = generate(moving_air.CELLS["late"], "circle", 4)
     rows, late = flight.state.ground_velocity[:, 0], round(0.5 * RATE)
     error = flight.columns["velocity_north_mps"][late:] - rows[:-late]
     assert np.std(error) == pytest.approx(NOISE.velocity, rel=0.05)
 
 
 def test_rows_between_two_fixes_repeat_the_first():
-    columns = generate(CELLS["base"], "circle", 5).columns  # an odd seed: 1 Hz
+    columns = generate(moving_air.CELLS["base"], "circle", 5).columns  # an odd seed: 1 Hz
     fresh = columns["gps_fresh"] == 1.0
     assert np.all(np.flatnonzero(fresh) % 20 == 0)
     for name in ("velocity_north_mps", "velocity_east_mps", "velocity_down_mps", "altitude_m"):

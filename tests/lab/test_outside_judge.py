@@ -10,30 +10,15 @@ from pitotbench.cli.app import main as pitotbench_command
 from pitotbench.records.calibration import ErrorCurve
 from pitotlab.__main__ import main
 from pitotlab.outside import judge
-from pitotlab.outside import judge as tally
 from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.moving_air import CELLS
 from pitotlab.outside.physics import FOOT, KNOT
 
 
 def _row(seed, cell="base", **entries):
-    return judge.Row(
-        cell=cell,
-        seed=seed,
-        options="defaults",
-        **{
-            "maneuver": "circle",
-            "gps_hz": 20.0,
-            "outcome": "answered",
-            "curve_coverage": 1.0,
-            "two_sigma_kt": 0.6,
-            "rms_error_kt": 0.3,
-            "oracle_two_sigma_kt": 0.5,
-            "coverage_ft": 0.5,
-            "warned": 0.0,
-            **entries,
-        },
-    )
+    speeds = {"two_sigma_kt": 0.6, "rms_error_kt": 0.3, "oracle_two_sigma_kt": 0.5}
+    usual = {"maneuver": "circle", "outcome": "answered", "curve_coverage": 1.0, "coverage_ft": 0.5, "warned": 0.0}
+    return judge.Row(cell=cell, seed=seed, options="defaults", gps_hz=20.0, **(usual | speeds | entries))
 
 
 def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsys):
@@ -95,7 +80,7 @@ def test_a_line_of_the_table_says_coverage_its_standard_error_and_the_ratio_to_t
         _row(3, curve_coverage=0.9, maneuver="rapid_decel"),
         _row(4, outcome="refused", curve_coverage=float("nan"), two_sigma_kt=float("nan")),
     ]
-    line = tally.line_of([asdict(row) for row in rows])
+    line = judge.line_of([asdict(row) for row in rows])
     assert (line["n"], line["refused"], line["curve %"], line["±"]) == ("3", "1", "90.0", "5.8")
     assert line["/oracle"] == "1.07"  # mean of 1.2, 0.8, 1.2
     assert line["2σ/2rms"] == "0.89"  # 0.5333 / 0.6
@@ -105,7 +90,7 @@ def test_a_line_of_the_table_says_coverage_its_standard_error_and_the_ratio_to_t
 
 
 def test_a_cell_in_which_all_is_refused_has_a_line_of_dashes():
-    line = tally.line_of([asdict(judge.Row("late", 1, "defaults", "circle", 1.0, "refused"))])
+    line = judge.line_of([asdict(judge.Row("late", 1, "defaults", "circle", 1.0, "refused"))])
     assert (line["n"], line["refused"], line["curve %"], line["/oracle"]) == ("0", "1", "–", "–")
 
 

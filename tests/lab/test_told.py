@@ -46,18 +46,10 @@ def test_a_step_that_is_off_changes_the_scores_of_the_set():
 
 
 def test_a_check_counts_by_the_names_that_it_spoke_against():
-    back = {
-        "doubts": ["pitot_lag comes closest, but closes only 70%"],
-        "notes": ["x: the name pitot_lag is taken back"],
-    }
-    fault = {
-        "kind": "outside",
-        "settings": ["A"],
-        "effects": [{"name": "loose_tube", "strengths": [30.0], "part": None}],
-    }
+    doubts, notes = ["pitot_lag comes closest, but closes only 70%"], ["x: the name pitot_lag is taken back"]
+    back = {"doubts": doubts, "notes": notes}
+    fault = LAG | {"kind": "outside", "effects": [{"name": "loose_tube", "strengths": [30.0], "part": None}]}
     sets = {"a": [case(LAG, "unknown", **back), case(fault, "unknown", **back), case(LAG)]}
     rows = {row["check"]: row for row in rows_of_checks(sets)}
-    assert rows["closure of all passes"] == {
-        "check": "closure of all passes", "spoke": 2, "right": 1, "partly": 0, "wrong": 1
-    }  # fmt: skip
+    assert [rows["closure of all passes"][n] for n in ("spoke", "right", "partly", "wrong")] == [2, 1, 0, 1]
     assert rows["formula"]["spoke"] == 0

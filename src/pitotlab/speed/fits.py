@@ -8,6 +8,7 @@ from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -61,17 +62,20 @@ def fit_times(log: FlightLog) -> FitTimes:
     outputs = velocity_outputs_of(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), obs, log)
     start = np.zeros(5)
 
-    def flat_residual(theta: Array) -> Array:
+    def jacobian(theta: Array) -> Array:
+        return -outputs(theta)[1].reshape(-1, len(theta))
+
+    def residual(theta: Array) -> Array:
         return outputs(theta)[0].ravel()
 
-    def flat_jacobian(theta: Array) -> Array:
-        return -outputs(theta)[1].reshape(-1, len(theta))
+    def search() -> object:
+        return least_squares(residual, start, jac=jacobian, method="lm", x_scale="jac")
 
     paper = CalibrationOptions(method="paper")
     with threadpool_limits(limits=1):
         return FitTimes(
             rows=len(obs),
-            scipy=least(lambda: least_squares(flat_residual, start, jac=flat_jacobian, method="lm", x_scale="jac")),
+            scipy=least(search),
             vector=least(lambda: fit_velocity(log, paper)),
             covering=least(lambda: calibrate(log)),
             static=least(lambda: calibrate(log, CalibrationOptions(error_location="static"))),
@@ -114,7 +118,5 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
             ("ours, `--model auto`", least(lambda: calibrate(log, CalibrationOptions(model="auto")), 1)),
         ]
         print("| fit | CPU [s] | over ours |\n|---|---|---|")
-        for name, seconds in rows:
-            print(f"| {name} | {seconds:.3f} | {seconds / fit.covering:.2f} |")
-        for name, seconds in statsmodels_times(*outputs(np.zeros(5))):
+        for name, seconds in chain(rows, statsmodels_times(*outputs(np.zeros(5)))):
             print(f"| {name} | {seconds:.3f} | {seconds / fit.covering:.2f} |", flush=True)

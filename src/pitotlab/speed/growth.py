@@ -1,18 +1,17 @@
 """Measure how CPU time and memory grow with the samples of a log and with the flights of a campaign."""
 
-import csv
 import sys
 from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
 from subprocess import run
 from tempfile import TemporaryDirectory
-from time import process_time
 
 import numpy as np
+import pandas as pd
 from pyarrow.csv import ReadOptions, read_csv
 
 from pitotbench.calibration import calibrate
@@ -110,7 +109,7 @@ def costs_by_samples(log: FlightLog, sizes: Sequence[int] = SAMPLES) -> Iterator
                 ("read", lambda: read_log(path), ()),
                 ("calibrate", lambda log=long: calibrate(log), ("calibrate",)),
             ):
-                yield Cost(job, size, min(_seconds(work) for _ in range(_TRIES)), peak_megabytes(path, *argument))
+                yield Cost(job, size, least(work, _TRIES), peak_megabytes(path, *argument))
 
 
 def costs_by_flights(sizes: Sequence[int] = FLIGHTS) -> Iterator[Cost]:
@@ -129,24 +128,10 @@ def exponent(costs: Sequence[Cost]) -> float:
     return float(slope)
 
 
-def _seconds(work: object) -> float:
-    begun = process_time()
-    work()  # type: ignore[operator]
-    return process_time() - begun
-
-
 def peak_megabytes(path: Path, *argument: str) -> float:
     """Return the peak memory [MB] of a new process that reads a log, and with an argument calibrates it."""
     done = run([sys.executable, "-c", _PEAK, str(path), *argument], check=True, capture_output=True, text=True)
     return float(done.stdout) / 1024.0
-
-
-def write_costs(costs: Sequence[Cost], path: Path) -> None:
-    """Write costs as CSV, a row each."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, [field.name for field in fields(Cost)])
-        table.writeheader()
-        table.writerows(asdict(cost) for cost in costs)
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
@@ -164,7 +149,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     for job in dict.fromkeys(cost.job for cost in costs):
         print(f"{job}: exponent {exponent([cost for cost in costs if cost.job == job]):.2f}")
     options.out.mkdir(parents=True, exist_ok=True)
-    write_costs(costs, options.out / "speed.csv")
+    pd.DataFrame(map(asdict, costs)).to_csv(options.out / "speed.csv", index=False, lineterminator="\r\n")
     draw_growth(costs, options.out / "speed.png")
 
 

@@ -1,7 +1,7 @@
 """The settings in which the study flies, its looks at a flight, and the changes of a log that a look asks for."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any
 
@@ -136,8 +136,8 @@ def error_size(flight: Flight, times: float) -> Flight:
     return replace(flight, case=replace(flight.case, pressure_error=larger))
 
 
-_KNEE_KT = (90.0, 110.0, 120.0, 130.0, 170.0)  # a curve with a knee, as of a static source behind a flap
-_KNEE = tuple(knots * KNOT for knots in _KNEE_KT)
+# Where a curve has a knee, as of a static source behind a flap.
+_KNEE = tuple(knots * KNOT for knots in (90.0, 110.0, 120.0, 130.0, 170.0))
 
 CHANGES: Catalog[Change] = Catalog(
     "change",
@@ -163,14 +163,11 @@ CHANGES: Catalog[Change] = Catalog(
 # The paper's case is stated in full, so that no default of the calibrator changes it. The error is in the impact
 # pressure alone (so no altitude equation), no sensor has a constant error, the wind is constant, the clocks agree.
 COVERING = CalibrationOptions(
-    model="inverse+",
-    method="covering",
-    error_location="impact",
-    wind="constant",
-    latency="given",
+    model="inverse+", method="covering", error_location="impact", wind="constant", latency="given",
     accuracies=Accuracies(),
-)
+)  # fmt: skip
 PAPER = replace(COVERING, method="paper", robust=False)  # as published: every row counts
+EITHER_WAY = tuple(replace(PAPER, use_down=down) for down in (True, False))
 _SIMULATED = 100.0  # Hz
 
 
@@ -273,16 +270,12 @@ SETTINGS: Catalog[StudySetting] = Catalog(
         "autopilot": StudySetting("none", "none", "smooth air, no wind, the autopilot alone", rare=True, wind=0.0),
         "busy": StudySetting("none", "busy", "smooth air, a busy pilot", rare=True),
         "airplane": StudySetting(
-            "light",
-            "good",
-            "light turbulence, a good pilot, the airplane's effects",
-            rare=True,
-            effects=AIRPLANE_EFFECTS,
-            flown=AIRPLANE_FLOWN,
+            "light", "good", "light turbulence, a good pilot, the airplane's effects", True, AIRPLANE_EFFECTS,
+            AIRPLANE_FLOWN,
         ),
         "moderate": StudySetting("moderate", "good", "moderate turbulence, a good pilot", rare=True),
     },
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,35 +306,21 @@ def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
     return replace(case, **changes)  # type: ignore[arg-type]
 
 
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """An unusual card: its maneuver, and the changed numbers."""
-
-    name: str
-    maneuver: str
-    card: dict[str, object] = field(default_factory=dict)
-
-
+# Unusual cards: the name, the maneuver, and the changed numbers.
 VARIANTS = (
-    Variant("six speeds", "four_leg", {"speeds_kt": (160.0, 148.0, 136.0, 124.0, 112.0, 100.0)}),
-    Variant("long steps", "step_decrease", {"step_time_s": 20.0}),
+    ("six speeds", "four_leg", {"speeds_kt": (160.0, 148.0, 136.0, 124.0, 112.0, 100.0)}),
+    ("long steps", "step_decrease", {"step_time_s": 20.0}),
 )
 
 
-FLOWN_BY_PITCH = (
-    "smooth",
-    "light",
-    "autopilot",
-    "busy",
-)  # the settings of Circle at fixed power; the last two rare
+FLOWN_BY_PITCH = ("smooth", "light", "autopilot", "busy")  # Circle at fixed power; the last two are rare
 
 
 def main_looks() -> tuple[Look, ...]:
     """Return the looks of every claim: data systems, models, V_down, turns, and the covering bound."""
     looks = []
     for das in SYSTEMS:
-        for down in (True, False):
-            looks += [Look(das, replace(PAPER, use_down=down, on_condition=on)) for on in (False, True)]
+        looks += [Look(das, replace(one, on_condition=on)) for one in EITHER_WAY for on in (False, True)]
         looks += [Look(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
         looks += [Look(das, COVERING)]
     looks += [Look("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
@@ -354,9 +333,8 @@ def pooled_looks() -> tuple[Look, ...]:
     All data at each data system, and on-condition data at 50/50 Hz.
     """
     pooled = partial(Look, given_down=True, alone=True, form="vector")
-    options = [replace(PAPER, use_down=down) for down in (True, False)]
-    every = [pooled(das, one) for das in SYSTEMS for one in options]
-    return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in options))
+    every = [pooled(das, one) for das in SYSTEMS for one in EITHER_WAY]
+    return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in EITHER_WAY))
 
 
 def other_errors() -> tuple[Look, ...]:
@@ -372,16 +350,9 @@ def explaining_looks() -> tuple[Look, ...]:
     They have less noise, steeper paths with and without V_down, ground velocity as outputs, and other errors.
     """
     quiet = [Look(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
-    steep = [
-        Look("50/50", replace(PAPER, use_down=down), "vertical speed", times)
-        for times in STEEPER
-        for down in (True, False)
-    ]
-    slow = [
-        Look("20/1", replace(PAPER, use_down=down), "vertical speed", STEEP, given_down=True)
-        for down in (True, False)
-    ]
-    vector = [Look("50/50", replace(PAPER, use_down=down), form="vector") for down in (True, False)]
+    steep = [Look("50/50", one, "vertical speed", times) for times in STEEPER for one in EITHER_WAY]
+    slow = [Look("20/1", one, "vertical speed", STEEP, given_down=True) for one in EITHER_WAY]
+    vector = [Look("50/50", one, form="vector") for one in EITHER_WAY]
     return (*quiet, *steep, *slow, *vector, *quiet_looks(), *pooled_looks(), *other_errors(), STRAIGHT)
 
 
@@ -390,15 +361,12 @@ STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  #
 
 def quiet_looks() -> tuple[Look, ...]:
     """Return the looks with and without V_down, with the specified noise of pressure and velocity."""
-    return tuple(
-        Look("50/50", replace(PAPER, use_down=down), noise=SPECIFICATION, gps_noise=SPECIFICATION)
-        for down in (True, False)
-    )
+    return tuple(Look("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY)
 
 
 def rare_looks() -> tuple[Look, ...]:
     """Return the looks of a rare setting."""
-    held = tuple(Look(das, replace(PAPER, use_down=down)) for das in SYSTEMS for down in (True, False))
+    held = tuple(Look(das, one) for das in SYSTEMS for one in EITHER_WAY)
     return (*held, STRAIGHT, Look("50/50", COVERING))
 
 
@@ -432,5 +400,5 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
             yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*models, Look("50/50", COVERING)))
     for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
         yield Sortie(name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER)
-    for variant in VARIANTS:
-        yield Sortie("smooth", case_of("smooth", variant.maneuver, seed, card=variant.card), plain, variant.name)
+    for variant, maneuver, card in VARIANTS:
+        yield Sortie("smooth", case_of("smooth", maneuver, seed, card=card), plain, variant)

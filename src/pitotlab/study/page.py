@@ -1,9 +1,10 @@
 """The study drawn: its charts, its page, and its Markdown document with the pictures as files."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from pitotbench.show.columns import frame_rows, html_table
 from pitotbench.show.markup import environment
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, WIDE, Panel, stacked, svg
 from pitotbench.units import Array
-from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Part, StudyPage
+from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Numbers, Part, StudyPage
 from pitotlab.tables import frame_columns, markdown_table
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
@@ -62,13 +63,7 @@ def draw_bars(axes: Axes, chart: Bars) -> None:
     for number, (series, color) in enumerate(zip(chart.series, cycle(_COLORS), strict=False)):
         at = place + (number + 0.5) * width - 0.5 * _BARS
         axes.bar(at, series.heights, 0.92 * width, color=color, label=series.label)
-        spreads = np.asarray(series.spreads, dtype=np.float64)
-        known = np.isfinite(spreads)
-        if known.any():
-            heights = np.asarray(series.heights, dtype=np.float64)
-            axes.errorbar(
-                at[known], heights[known], yerr=spreads[known], fmt="none", ecolor=INK, elinewidth=0.9, capsize=2.0
-            )
+        _whiskers(axes, at, series.heights, series.spreads, ecolor=INK, elinewidth=0.9)
     _name_groups(axes, chart)
 
 
@@ -139,38 +134,32 @@ def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
         axes.plot(x, y, color=color, label=series.label)
     else:
         axes.plot(x, y, color=color, marker=mark if len(x) <= _MOST_MARKED else None, ms=3.5, label=series.label)
-        _whiskers(axes, x, y, series.spreads, color)
+        _whiskers(axes, x, series.y, series.spreads, ecolor=color, elinewidth=0.8)
 
 
-def _whiskers(axes: Axes, x: Array, y: Array, spreads: Sequence[float] | None, color: str) -> None:
+def _whiskers(axes: Axes, x: Array, y: Numbers, spreads: Numbers | None, **line: Any) -> None:
     if spreads is None:
         return
-    spread = np.asarray(spreads, dtype=np.float64)
-    known = np.isfinite(spread) & np.isfinite(y)
+    heights, spread = np.asarray(y, dtype=np.float64), np.asarray(spreads, dtype=np.float64)
+    known = np.isfinite(spread) & np.isfinite(heights)
     if known.any():
-        axes.errorbar(x[known], y[known], yerr=spread[known], fmt="none", ecolor=color, elinewidth=0.8, capsize=2.0)
+        axes.errorbar(x[known], heights[known], yerr=spread[known], fmt="none", capsize=2.0, **line)
 
 
 def study_html(page: StudyPage) -> str:
     """One self-contained page."""
-    groups = [
-        ("Claims", page.claims),
-        ("What the residual does not show", page.truth),
-        ("Open questions", page.questions),
-    ]
-    groups = [(name, parts) for name, parts in groups if parts]
-    shown = [
-        (
-            name,
-            [
-                (part, [draw(chart) for chart in part.charts], [_html(table) for table in part.tables])
-                for part in parts
-            ],
-        )
-        for name, parts in groups
-    ]
+    groups = {
+        "Claims": page.claims,
+        "What the residual does not show": page.truth,
+        "Open questions": page.questions,
+    }
+    shown = [(name, [_drawn(part) for part in parts]) for name, parts in groups.items() if parts]
     template = environment().from_string(Path(__file__).with_name("study.html").read_text("utf-8"))
     return template.render(page=page, groups=shown, summary=_html(page.summary))
+
+
+def _drawn(part: Part) -> tuple[Part, list[Panel], list[str]]:
+    return part, [draw(chart) for chart in part.charts], [_html(table) for table in part.tables]
 
 
 def _html(table: pd.DataFrame) -> str:

@@ -9,22 +9,9 @@ from pitotlab.study.looks import BOTH_WAYS, Look, Sortie
 from pitotlab.study.measures import DENSITY_EDGES, TRAVEL, Measured, look_row
 from pitotlab.study.tables import StudyTables
 
-MINUTES = {
-    "rapid_decel": 5.0,
-    "step_decrease": 6.0,
-    "circle": 6.0,
-    "race_track": 15.0,
-    "four_leg": 21.0,
-    BOTH_WAYS: 6.0,
-}
-RATINGS = {
-    "step_decrease": 3.0,
-    "race_track": 2.0,
-    "four_leg": 3.0,
-    "circle": 4.0,
-    "rapid_decel": 2.0,
-    BOTH_WAYS: 3.0,
-}
+FLOWN = ("step_decrease", "race_track", "four_leg", "circle", "rapid_decel", BOTH_WAYS)
+MINUTES = dict(zip(FLOWN, (6.0, 15.0, 21.0, 6.0, 5.0, 6.0), strict=True))
+RATINGS = dict(zip(FLOWN, (3.0, 2.0, 3.0, 4.0, 2.0, 3.0), strict=True))
 Residual = Callable[[Sortie, Look], float]
 
 

@@ -11,18 +11,10 @@ from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT
+from pitotlab.study import measures
 from pitotlab.study.conduct import EXPLAINED, fly_sorties, plan_sorties
 from pitotlab.study.looks import BOTH_WAYS, COVERING, PAPER, SETTINGS, Look, Sortie, sense_look
-from pitotlab.study.measures import (
-    FELT,
-    data_rows,
-    fit,
-    fixed_speed_rows,
-    flight_row,
-    measure_sortie,
-    reversals,
-    workload,
-)
+from pitotlab.study.measures import FELT, fit, fixed_speed_rows, reversals, workload
 from pitotlab.study.velocity_fit import fit_velocity
 
 
@@ -41,14 +33,14 @@ def test_a_person_works_more_than_the_autopilot(smooth_flights):
 
 
 def test_density_and_times_are_the_flight(light_flights):
-    row = flight_row(light_flights["rapid_decel"])
+    row = measures.flight_row(light_flights["rapid_decel"])
     assert row["minutes"] == pytest.approx(light_flights["rapid_decel"].duration / 60.0)
     assert 0.0 < row["on_condition_minutes"] < row["minutes"]
 
 
 def test_a_sortie_gives_what_the_bench_gives():
     case = Case(maneuver="rapid_decel", turbulence="none")
-    measured = measure_sortie(Sortie("smooth", case, (Look("20/1"),), track=True))
+    measured = measures.measure_sortie(Sortie("smooth", case, (Look("20/1"),), track=True))
     log = bench.sense(bench.fly(case), "20/1")
     expected = bench.calibrate(log, PAPER).residual_two_sigma / KNOT
     assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)
@@ -96,7 +88,7 @@ def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
     flight, look = smooth_flights["race_track"], Look("20/1", replace(PAPER, on_condition=True))
     _, log = sense_look(flight, look)
     result = bench.calibrate(log, look.options)
-    rows = data_rows(log, look, result)
+    rows = measures.data_rows(log, look, result)
     speed, gained = (np.array([row[name] for row in rows]) for name in ("airspeed_kt", "correction_kt"))
     curve = result.curve
     off = gained - np.interp(speed, curve.indicated_airspeed / KNOT, curve.correction / KNOT)

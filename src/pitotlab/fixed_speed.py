@@ -82,13 +82,8 @@ def _case(trial: Trial) -> Case:
     """Return a case with the default pressure error and a random wind of its seed, up to 25 kt."""
     rng = np.random.default_rng(7000 + trial.seed)
     wind = Wind(speed=rng.uniform(0.0, 25.0) * KNOT, from_direction=rng.uniform(0.0, 2.0 * np.pi))
-    return Case(
-        maneuver=trial.maneuver,
-        turbulence=trial.turbulence,
-        truth_seed=trial.seed,
-        sensor_seed=trial.seed,
-        wind=wind,
-    )
+    flown = Case(maneuver=trial.maneuver, turbulence=trial.turbulence, wind=wind)
+    return replace(flown, truth_seed=trial.seed, sensor_seed=trial.seed)
 
 
 def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) -> Comparison:

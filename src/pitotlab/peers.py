@@ -85,6 +85,14 @@ COVARIANCES: dict[str, Callable[[PeerCase], Array]] = {
 }
 
 
+def _gradient(curve: CurveMap, theta: Array) -> Array:
+    """Return the slopes of a curve with all parameters, (c, p); those of the wind are zero."""
+    count = curve.model.error_count
+    gradient = np.zeros((len(curve.correction(theta[:count])), curve.model.count))
+    gradient[:, :count] = curve.correction_gradient(theta[:count])
+    return gradient
+
+
 def peer_rows(flight: Flight, das: str) -> list[Row]:
     """Return the coverage and the bound of each peer and of our fit on one flight: one row each, speeds in m/s."""
     log = bench.sense(flight, das)
@@ -95,8 +103,7 @@ def peer_rows(flight: Flight, das: str) -> list[Row]:
     obs = observe(log, bench.CalibrationOptions())
     theta, case = _white_case(model, obs)
     curve = CurveMap(model, speeds)
-    gradient = np.zeros((len(speeds), model.count))
-    gradient[:, : model.error_count] = curve.correction_gradient(theta[: model.error_count])
+    gradient = _gradient(curve, theta)
     error = curve.correction(theta[: model.error_count]) - truth
     rows = []
     for name, covariance in COVARIANCES.items():
@@ -186,9 +193,9 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
     obs = observe(log, bench.CalibrationOptions())
     fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
     curve = CurveMap(model, speeds)
-    gradient = np.zeros((len(speeds), model.count))
-    gradient[:, : model.error_count] = curve.correction_gradient(fit.theta[: model.error_count])
-    return _Fitted(fit, gradient, curve, bench.true_correction(flight.case.pressure_error, speeds))
+    return _Fitted(
+        fit, _gradient(curve, fit.theta), curve, bench.true_correction(flight.case.pressure_error, speeds)
+    )
 
 
 def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:

@@ -109,20 +109,21 @@ def level_speed(aircraft: str, figure: Figure) -> float:
     return plant.get("true_airspeed") / KNOT
 
 
-def engine_power(aircraft: str, figure: Figure) -> float:
-    """Return the power of one engine [hp] after 30 s of level flight at full manifold pressure."""
+def _at_full_pressure(aircraft: str, figure: Figure) -> Plant:
     plant = airborne(aircraft, figure, 150.0)
     hold_pressure(plant, FULL_PRESSURE)
     plant.run(30.0)
-    return plant.get("power_left") / HORSEPOWER
+    return plant
+
+
+def engine_power(aircraft: str, figure: Figure) -> float:
+    """Return the power of one engine [hp] after 30 s of level flight at full manifold pressure."""
+    return _at_full_pressure(aircraft, figure).get("power_left") / HORSEPOWER
 
 
 def engine_speed(aircraft: str, figure: Figure) -> float:
     """Return the engine speed [rpm] 30 s after full manifold pressure was set."""
-    plant = airborne(aircraft, figure, 150.0)
-    hold_pressure(plant, FULL_PRESSURE)
-    plant.run(30.0)
-    return plant.get("propeller_speed_left") / (2.0 * pi / MINUTE)
+    return _at_full_pressure(aircraft, figure).get("propeller_speed_left") / (2.0 * pi / MINUTE)
 
 
 def climb(aircraft: str, figure: Figure) -> float:

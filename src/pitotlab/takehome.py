@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air, bench
+from pitotbench.bench.flights import rms
 from pitotbench.calibration.hand_card import reduce_fly_bys
 from pitotbench.calibration.options import Accuracies, options_from
 from pitotbench.logbook.autopilot import autopilot_settings
@@ -33,11 +34,7 @@ SYSTEM = DataSystem(
     altitude_noise=1.0, altitude_drift=2.0, velocity_noise=0.1, vertical_velocity="recorded",
 )  # fmt: skip
 CARD = {"speeds_kt": (76.0, 66.0, 56.0, 46.0)}  # slower circles stall in gusts
-GAIN, ZERO, DAY = (
-    0.05,
-    30.0,
-    5.0,
-)  # standard deviations: of a scale [-], of a zero [Pa], of the day's temperature [K]
+GAIN, ZERO, DAY = 0.05, 30.0, 5.0  # 1σ: of a scale [-], of a zero [Pa], of the day's temperature [K]
 # What the flights have: the error, the autopilots whose formulas are applied, and the model of the calibration.
 KINDS = {
     "scale and offset": ("bias", ("ardupilot", "px4"), "bias"),
@@ -134,12 +131,12 @@ def parameters_table(rows: pd.DataFrame) -> str:
         whole = good.groupby("seed")["whole"].first()
         low, high = wilson(int(middle.sum()), len(middle))
         failed = int((group["failed"] != "").sum())
-        rms = [float(np.sqrt(np.mean(good[column] ** 2))) for column in ("before_kt", "left_kt")]
+        before, left = (rms(good[column]) for column in ("before_kt", "left_kt"))
         lines.append(
             f"{kind} | {name}: {good['seed'].nunique()} flights, {failed} without an answer | in the middle inside "
             f"{int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | all airspeeds {inside.mean():.1%} "
-            f"of {len(inside)} | whole curve {int(whole.sum())} of {len(whole)} | rms before {rms[0]:.2f} kt, "
-            f"remaining {rms[1]:.2f} kt, mean bound {good['bound_kt'].mean():.2f} kt"
+            f"of {len(inside)} | whole curve {int(whole.sum())} of {len(whole)} | rms before {before:.2f} kt, "
+            f"remaining {left:.2f} kt, mean bound {good['bound_kt'].mean():.2f} kt"
         )
         lines += [f"  {r.seed}: {r.failed}" for r in group[group["failed"] != ""].itertuples()]
     return "\n".join(lines)
@@ -203,13 +200,8 @@ def fly_by_rows(seeds: Sequence[int], altimeter_two_sigma: float) -> pd.DataFram
             path = Path(folder) / "card.csv"
             path.write_text(card, encoding="utf-8")
             for point, true in zip(reduce_fly_bys(*read_fly_bys(path), stated), truth, strict=True):
-                rows.append(
-                    {
-                        "seed": seed,
-                        "error_ft": point.altitude_correction / FOOT - true,
-                        "two_sigma_ft": point.altitude_two_sigma / FOOT,
-                    }
-                )
+                error = point.altitude_correction / FOOT - true
+                rows.append({"seed": seed, "error_ft": error, "two_sigma_ft": point.altitude_two_sigma / FOOT})
     return pd.DataFrame(rows)
 
 
@@ -227,5 +219,5 @@ def fly_bys_command(parser: ArgumentParser, words: Sequence[str]) -> None:
         print(
             f"altimeter ±{pascals:.0f} Pa (2σ): {options.cards} cards, {inside.sum()} of {len(inside)} passes "
             f"inside ({inside.mean():.1%} ± {error_of_share:.1%}), mean 2σ {two_sigma.mean():.1f} ft, "
-            f"rms error {np.sqrt(np.mean(error**2)):.1f} ft"
+            f"rms error {rms(error):.1f} ft"
         )

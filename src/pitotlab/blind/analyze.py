@@ -19,14 +19,8 @@ from time import monotonic
 from typing import Any
 from zlib import crc32
 
-from pitotbench.bench.null_flights import (
-    NULL_FLIGHTS,
-    aircraft_model,
-    as_flown,
-    cache_entry,
-    card_of,
-    tells_the_day,
-)
+from pitotbench.bench import null_flights
+from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
 from pitotbench.bench.rounds import NamedLog
 from pitotbench.bench.workflow import FullReconciliation, reconcile_fully
 from pitotbench.logbook.reading import read_log
@@ -57,8 +51,8 @@ def is_warm(path: Path, aircraft: str) -> bool:
     if card is None:
         return True
     card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
-    setting = AnalysisSetting(day_known=tells_the_day(log.header), instruments_known=True)
-    return cache_entry(card, NULL_FLIGHTS, setting).is_file()
+    setting = AnalysisSetting(day_known=null_flights.tells_the_day(log.header), instruments_known=True)
+    return null_flights.cache_entry(card, null_flights.NULL_FLIGHTS, setting).is_file()
 
 
 def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dict[str, Any]:
@@ -78,17 +72,11 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
         return {**told, "kind": "crash", "why": f"{type(error).__name__}: {error}", **_seconds(wall, processor)}
     told |= _seconds(wall, processor)
     first = made.reconciliation
-    if (
-        held is not None
-        and held.is_file()
-        and told["kind"] in ("named", "one_of")
-        and any(map(returns, first.naming.chosen))
-    ):
+    named = told["kind"] in SURE and any(map(returns, first.naming.chosen))
+    if named and held is not None and held.is_file():
         try:
-            closed = hold_out(
-                read_log(held), aircraft_model(aircraft), first.null, first.naming, first.layout.setting
-            )
-            told["held_out"] = _share(closed)
+            model, setting = aircraft_model(aircraft), first.layout.setting
+            told["held_out"] = _share(hold_out(read_log(held), model, first.null, first.naming, setting))
         except Exception as error:
             told["held_out_why"] = f"{type(error).__name__}: {error}"
     return told

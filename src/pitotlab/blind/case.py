@@ -1,6 +1,6 @@
 """One judged case: what was hidden, what was answered, and what the ideal observer saw."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -85,7 +85,8 @@ class JudgedCase:
     @property
     def named(self) -> bool:
         """Named cleanly: each hidden cause alone, and nothing else."""
-        return are_named(self.groups, self.wanted)
+        alone = all(len(group) == 1 for group in self.groups)
+        return bool(self.groups) and alone and set().union(*self.groups) == self.wanted
 
     @property
     def in_set(self) -> bool:
@@ -111,12 +112,9 @@ class JudgedCase:
     @property
     def observer_names(self) -> bool:
         """The ideal observer gives a hidden cause more than 0.9 of the gap."""
-        found = {c: p for c, p in self.observed.get("probabilities", {}).items() if c != "none"}
-        gap = max(1e-9, 1.0 - self.observed.get("probabilities", {}).get("none", 0.0))
-        joined: dict[str, float] = {}
-        for cause, p in found.items():
-            joined[_joined(cause)] = joined.get(_joined(cause), 0.0) + p / gap
-        return any(joined.get(c, 0.0) > 0.9 for c in self.wanted) and gap > 0.5
+        found = probabilities_of(self.observed)
+        gap = max(1e-9, 1.0 - found.pop("none", 0.0))
+        return any(found.get(c, 0.0) / gap > 0.9 for c in self.wanted) and gap > 0.5
 
 
 def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
@@ -125,11 +123,6 @@ def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
         return []
     pairs = zip(answer["effects"], answer["alternatives"], strict=True)
     return [{model_of(n) for n in (name, *others)} for name, others in pairs]
-
-
-def are_named(groups: Sequence[set[str]], wanted: set[str]) -> bool:
-    """Whether the sets of an answer are the causes wanted, each alone."""
-    return bool(groups) and all(len(g) == 1 for g in groups) and set().union(*groups) == wanted
 
 
 def probabilities_of(answer: Mapping[str, Any]) -> dict[str, float]:

@@ -95,15 +95,15 @@ def table(cases: Sequence[JudgedCase]) -> list[Row]:
     ]  # fmt: skip
 
 
+def _told(cases: Sequence[JudgedCase], above: float) -> list[tuple[float, bool]]:
+    """Each probability above a limit where a gap is told, and whether its cause is hidden."""
+    gaps = [case for case in cases if case.verdict not in ("no_gap", *NO_ANSWER)]
+    return [(p, cause in case.wanted) for case in gaps for cause, p in case.probabilities.items() if p > above]
+
+
 def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]:
     """The calibration: lower end of each tenth, number of causes, mean probability, share right."""
-    pairs = [
-        (p, cause in c.wanted)
-        for c in cases
-        if c.verdict not in ("no_gap", *NO_ANSWER)
-        for cause, p in c.probabilities.items()
-        if p > SMALLEST_P
-    ]
+    pairs = _told(cases, SMALLEST_P)
     found = []
     for low in np.arange(0.0, 1.0, 0.1):
         inside = [(p, right) for p, right in pairs if low <= p < low + 0.1 or (low > 0.85 and p >= 1.0)]
@@ -116,13 +116,7 @@ def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]
 def _calibration(cases: Sequence[JudgedCase]) -> list[Row]:
     of_table = [c for c in cases if c.is_single or c.kind == "two"]
     worst = max((abs(mean - share) for _, n, mean, share in tenths(of_table) if n >= FEWEST), default=float("nan"))
-    sure = [
-        cause in c.wanted
-        for c in of_table
-        if c.verdict not in ("no_gap", *NO_ANSWER)
-        for cause, p in c.probabilities.items()
-        if p > 0.9
-    ]
+    sure = (right for _, right in _told(of_table, 0.9))
     remark = f"largest difference of a tenth: {worst:.2f}"
     return [row("probabilities above 0.9 that are right, the cause being in the table", sure, remark)]
 
@@ -186,16 +180,11 @@ def _sizes(cases: Sequence[JudgedCase]) -> Row:
 
 def _held_out(cases: Sequence[JudgedCase]) -> list[Row]:
     closed = [c.answer["held_out"] for c in cases if c.named and "held_out" in c.answer]
-    remark = (
+    told = (
         f"median {np.median(closed):.3f}, a tenth below {np.quantile(closed, 0.1):.3f}" if closed else "not scored"
     )
-    return [
-        row(
-            "closure of the flight held out at least 0.8, of names that are right",
-            (g >= CLOSED for g in closed),
-            remark,
-        )
-    ]
+    what = "closure of the flight held out at least 0.8, of names that are right"
+    return [row(what, (g >= CLOSED for g in closed), told)]
 
 
 def seconds(cases: Sequence[JudgedCase]) -> str:
@@ -236,6 +225,7 @@ def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row
     several = sum(c.flights > 1 for c in cases)
     formed = sum(c.truth["formed"] for c in cases)
     first, count = truth["seed"], len(truth["cases"])
+    confusion = Counter((hidden_in(c), _answer(c)) for c in cases)
     return "\n".join(
         [
             "# The blind test of reconcile",
@@ -269,7 +259,7 @@ def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row
             "",
             "| hidden | answered | cases |",
             "|---|---|---|",
-            *(f"| {hidden} | {answer} | {n} |" for (hidden, answer), n in _confusion(cases)),
+            *(f"| {hidden} | {answer} | {n} |" for (hidden, answer), n in sorted(confusion.items())),
             "",
             "## Every miss",
             "",
@@ -294,10 +284,6 @@ def _answer(case: JudgedCase) -> str:
     groups = [" / ".join(sorted(group)) for group in case.groups]
     word = case.verdict.replace("_", " ")
     return f"{word}: {' + '.join(groups)}" if groups else word
-
-
-def _confusion(cases: Sequence[JudgedCase]) -> list[tuple[tuple[str, str], int]]:
-    return sorted(Counter((hidden_in(c), _answer(c)) for c in cases).items())
 
 
 def _well(case: JudgedCase) -> bool:

@@ -13,17 +13,7 @@ from pitotlab.outside import moving_air
 from pitotlab.outside import physics as physics
 from pitotlab.outside.motion import MANEUVERS, NOISE, RATE, Motion, fixes, fly_maneuver, in_steps, receive, wander
 from pitotlab.outside.moving_air import Cell
-from pitotlab.outside.physics import (
-    FOOT,
-    Array,
-    Day,
-    StaticError,
-    draw_inverse_plus,
-    draw_two_slopes,
-    impact_from_indicated,
-    indicated_from_impact,
-    true_correction,
-)
+from pitotlab.outside.physics import FOOT, Array, Day, StaticError, impact_from_indicated
 
 WIND_RMS = 6.0  # m/s, a component of the mean wind
 SPEED_WANDER, SPEED_SECONDS = 0.15, 8.0  # m/s, s: how well the pilot holds the speed
@@ -96,7 +86,7 @@ class OutsideFlight:
 
     def correction(self, indicated_airspeed: Array) -> Array:
         """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
-        return true_correction(self.error, indicated_airspeed)
+        return physics.true_correction(self.error, indicated_airspeed)
 
 
 def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
@@ -108,7 +98,7 @@ def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
     children = np.random.SeedSequence(seed).spawn(len(_PURPOSES))
     dice = {name: np.random.default_rng(child) for name, child in zip(_PURPOSES, children, strict=True)}
     sky = _draw_sky(cell, dice["wind"])
-    draw = draw_two_slopes if cell.two_slopes else draw_inverse_plus
+    draw = physics.draw_two_slopes if cell.two_slopes else physics.draw_inverse_plus
     error = draw(cell.low, cell.high, dice["error"])
     state = _fly(cell, maneuver, sky, error, dice)
     fix_rate = 20.0 if seed % 2 == 0 else 1.0
@@ -166,7 +156,7 @@ def _fly(cell: Cell, maneuver: str, sky: Sky, error: StaticError, dice: dict[str
         pressure=pressure,
         temperature=temperature,
         impact=impact,
-        indicated_impact=indicated_from_impact(error, impact),
+        indicated_impact=physics.indicated_from_impact(error, impact),
         heading=motion.heading,
         turn_rate=motion.turn_rate,
     )

@@ -190,9 +190,8 @@ def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Nois
     The unknowns are θ; with the height an offset and a steady drift of the pressure; with the vertical velocity
     the height at the start.
     """
-    theta = np.array([*blocks.error.k, *blocks.wind])
+    theta, inputs = _true_inputs(blocks)
     steps = np.array([1e-5, 1e-5, 1e-5, 1e-3, 1e-3])
-    inputs = np.stack([blocks.indicated_impact, blocks.indicated_static, blocks.temperature, *blocks.velocity.T])
     slopes = central_difference(lambda t: triangle(blocks, t, inputs), theta, steps)
     felt = _felt(blocks, theta, inputs)
     covariance = _triangle_covariance(flight, blocks, felt, noise)
@@ -225,9 +224,7 @@ def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Nois
 
 def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array:
     """What one standard deviation of each constant error does to the rows: (rows, errors)."""
-    theta = np.array([*blocks.error.k, *blocks.wind])
-    inputs = np.stack([blocks.indicated_impact, blocks.indicated_static, blocks.temperature, *blocks.velocity.T])
-    felt = _felt(blocks, theta, inputs)
+    felt = _felt(blocks, *_true_inputs(blocks))
     airspeed = np.linalg.norm(blocks.velocity - np.append(blocks.wind, 0.0), axis=1)
     mach = airspeed / physics.speed_of_sound(blocks.temperature)
     # a probe that recovers more than is taken into account reads high: T_t = T(1 + 0.2 r M²)
@@ -246,12 +243,17 @@ def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array
         return triangle_rows
     # a layer that is warmer than measured is thicker; a static zero is part of the unknown offset
     above = physics.GRAVITY * blocks.density * (blocks.height - blocks.height.mean())
-    height_rows = np.zeros_like(triangle_rows)
+    height_rows, velocity_rows = np.zeros((2, *triangle_rows.shape))
     height_rows[:, 0] = above * accuracy.temperature / blocks.temperature
-    parts = [triangle_rows, height_rows]
-    if height is Height.WITH_VELOCITY:
-        parts.append(np.zeros_like(triangle_rows))
-    return np.concatenate(parts)
+    return np.concatenate(
+        [triangle_rows, height_rows, *([velocity_rows] if height is Height.WITH_VELOCITY else [])]
+    )
+
+
+def _true_inputs(blocks: Blocks) -> tuple[Array, Array]:
+    """θ and the inputs of the triangle, (6, n), as they are."""
+    inputs = [blocks.indicated_impact, blocks.indicated_static, blocks.temperature, *blocks.velocity.T]
+    return np.array([*blocks.error.k, *blocks.wind]), np.stack(inputs)
 
 
 def _felt(blocks: Blocks, theta: Array, inputs: Array) -> Array:

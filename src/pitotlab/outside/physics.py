@@ -112,11 +112,8 @@ class TwoSlopes:
 
     def share(self, indicated_impact: Array) -> Array:
         """Δp_s/q_c at indicated impact pressures [Pa]; the lines go on beyond their ends."""
-        v, (low, kink, high), (at_low, at_kink, at_high) = (
-            calibrated_airspeed(indicated_impact),
-            self.airspeeds,
-            self.shares,
-        )
+        v = calibrated_airspeed(indicated_impact)
+        (low, kink, high), (at_low, at_kink, at_high) = self.airspeeds, self.shares
         below = at_kink + (v - kink) * (at_kink - at_low) / (kink - low)
         above = at_kink + (v - kink) * (at_high - at_kink) / (high - kink)
         return np.where(v < kink, below, above)

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import bench
-from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
+from pitotbench.bench.flights import rms
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
@@ -31,7 +31,6 @@ from pitotbench.show.columns import Column
 from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import scaled_case
-from pitotbench.units import KNOT
 from pitotlab import experiment as lab
 from pitotlab.tables import markdown_table
 
@@ -78,18 +77,9 @@ def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
     except (BadInputError, NoAnswerError) as error:
         return row | {"failed": " ".join(str(error).split())}
     judged = np.char.startswith(flight.segment, MANEUVERS[trial.maneuver].kind)
-    curve = compare_curve(found.curve, case.pressure_error)
-    band = replace(curve, two_sigma=found.curve.simultaneous_two_sigma[scored(found.curve)])
-    return row | {
-        "failed": "",
-        "minutes": flight.duration / 60.0,
-        "on_condition": float(flight.on_condition[judged].mean()),
-        "coverage": curve.inside,
-        "band_coverage": float(band.inside == 1.0),
-        "wind_coverage": compare_wind(found.known_wind, bench.wind_toward(case.wind)[:2]).inside,
-        "two_sigma_kt": curve.mean_two_sigma / KNOT,
-        "rms_error_kt": curve.rms_error / KNOT,
-    }
+    times = {"minutes": flight.duration / 60.0, "on_condition": float(flight.on_condition[judged].mean())}
+    wind = bench.wind_toward(case.wind)[:2]
+    return row | {"failed": "", **times, **lab.compared(found, case.pressure_error, wind)}
 
 
 def summarize_foreign(rows: pd.DataFrame) -> pd.DataFrame:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air, bench
-from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
+from pitotbench.bench.flights import compare_curve, rms, scored
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
 from pitotbench.logbook.columns import write_text
@@ -126,13 +126,9 @@ def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration)
     curve, truth, inside = ours.curve, flight.case.pressure_error, scored(ours.curve)
     found = compare_curve(curve, truth)
     return {
-        "coverage": found.inside,
-        "band_coverage": float(replace(found, two_sigma=curve.simultaneous_two_sigma[inside]).inside == 1.0),
+        **lab.compared(ours, truth, wind),
         "white_coverage": replace(found, two_sigma=curve.white_two_sigma[inside]).inside,
-        "wind_coverage": compare_wind(ours.known_wind, wind).inside,
-        "two_sigma_kt": found.mean_two_sigma / KNOT,
         "mean_error_kt": float(np.mean(found.error)) / KNOT,
-        "rms_error_kt": found.rms_error / KNOT,
         "paper_rms_error_kt": compare_curve(paper.curve, truth).rms_error / KNOT,
         "residual_two_sigma_kt": ours.residual_two_sigma / KNOT,
         "finite": bool(np.all(np.isfinite(found.two_sigma)) and np.all(found.two_sigma > 0.0)),

@@ -7,7 +7,7 @@ experiment can be continued. The truth of a trial is drawn from its seed: a wind
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from hashlib import sha256
@@ -21,7 +21,9 @@ import pandas as pd
 import tomli_w
 
 from pitotbench.bench.fleet import open_fleet, progress, require_all
+from pitotbench.bench.flights import compare_curve, compare_wind, scored
 from pitotbench.logbook.columns import atomic
+from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.records.case_file import case_table
 from pitotbench.records.flight import Flight
@@ -153,6 +155,19 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(experiment.turbulences)
     looks = table[experiment.look_column].isin(experiment.looks)
     return table[cells & looks & table["seed"].isin(list(seeds))]
+
+
+def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:
+    """Return the shares of curve and wind inside 2σ, whether the band holds the whole curve, 2σ and error [kt]."""
+    curve = compare_curve(found.curve, truth)
+    band = replace(curve, two_sigma=found.curve.simultaneous_two_sigma[scored(found.curve)])
+    return {
+        "coverage": curve.inside,
+        "band_coverage": float(band.inside == 1.0),
+        "wind_coverage": compare_wind(found.known_wind, wind).inside,
+        "two_sigma_kt": curve.mean_two_sigma / KNOT,
+        "rms_error_kt": curve.rms_error / KNOT,
+    }
 
 
 def write_table(table: pd.DataFrame, path: Path, digits: int) -> None:

@@ -138,16 +138,19 @@ _WITHIN = (0.9, 1.1)
 _TICKS = (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)  # kt
 
 
+_BOUNDS = (
+    _column("predicted_kt", "predicted ±2σ", "kt", ".3f"),
+    _column("flown_kt", "flown ±2σ", "kt", ".3f"),
+    _column("flown_se_kt", "standard error", "kt", ".3f"),
+    _column("ratio", "predicted / flown", style=".2f"),
+)
 _PLAN_COLUMNS = (
     _column("maneuver", "maneuver"),
     _column("turbulence", "turbulence"),
     _column("das", "DAS", "Hz"),
     _column("flights", "flights", style="d"),
     _column("minutes", "time", "min", ".1f"),
-    _column("predicted_kt", "predicted ±2σ", "kt", ".3f"),
-    _column("flown_kt", "flown ±2σ", "kt", ".3f"),
-    _column("flown_se_kt", "standard error", "kt", ".3f"),
-    _column("ratio", "predicted / flown", style=".2f"),
+    *_BOUNDS,
     _column("per_step_decrease", "flown / Step Decrease, equal minutes", style=".2f"),
     _column("error_kt", "true rms error", "kt", ".3f"),
     _column("coverage", "curve inside ±2σ", "%", ".0%"),
@@ -156,10 +159,7 @@ _HEIGHT_COLUMNS = (
     _column("maneuver", "maneuver"),
     _column("receiver", "used of the receiver"),
     _column("flights", "flights", style="d"),
-    _column("predicted_kt", "predicted ±2σ", "kt", ".3f"),
-    _column("flown_kt", "flown ±2σ", "kt", ".3f"),
-    _column("flown_se_kt", "standard error", "kt", ".3f"),
-    _column("ratio", "predicted / flown", style=".2f"),
+    *_BOUNDS,
     _column("predicted_share", "predicted / triangle alone", style=".2f"),
     _column("flown_share", "flown / triangle alone", style=".2f"),
     _column("coverage", "curve inside ±2σ", "%", ".0%"),
@@ -246,24 +246,25 @@ def check_page(table: pd.DataFrame, provenance: str, heights: pd.DataFrame | Non
 
 def _height_section(heights: pd.DataFrame) -> str:
     """The section about an error of the static source, which GPS height shows too."""
-    low, high = _WITHIN
-    inside = int(heights.ratio.between(low, high).sum())
-    verdict = (
-        f"Predicted / flown ±2σ: {heights.ratio.min():.2f} to {heights.ratio.max():.2f}; "
-        f"{inside} of {len(heights)} cells within {low} to {high}."
-    )
+    verdict = f"Predicted / flown ±2σ: {_range(heights)}; {_inside(heights)}."
     flights = int(heights.flights.min())
     rows = frame_rows(heights.astype(object).where(heights.notna(), None))  # the triangle has no share of itself
     return _HEIGHTS.format(flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, rows))
 
 
-def _plan_verdict(table: pd.DataFrame) -> str:
+def _range(table: pd.DataFrame) -> str:
+    return f"{table.ratio.min():.2f} to {table.ratio.max():.2f}"
+
+
+def _inside(table: pd.DataFrame) -> str:
     low, high = _WITHIN
-    inside = int(table.ratio.between(low, high).sum())
+    return f"{int(table.ratio.between(low, high).sum())} of {len(table)} cells within {low} to {high}"
+
+
+def _plan_verdict(table: pd.DataFrame) -> str:
     best = table.sort_values("per_step_decrease").iloc[0]
     return (
-        f"Predicted / flown ±2σ: {table.ratio.min():.2f} to {table.ratio.max():.2f}, "
-        f"mean {table.ratio.mean():.2f}; {inside} of {len(table)} cells within {low} to {high}.\n"
+        f"Predicted / flown ±2σ: {_range(table)}, mean {table.ratio.mean():.2f}; {_inside(table)}.\n"
         f"The smallest bound for equal minutes: {best.maneuver} at {best.das} Hz, turbulence {best.turbulence}, "
         f"with {best.per_step_decrease:.2f} times the ±2σ of Step Decrease."
     )

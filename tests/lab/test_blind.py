@@ -17,24 +17,9 @@ from pitotbench.effects.response import Signals
 from pitotbench.logbook.reading import read_log
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.plant import SimulationError
+from pitotlab.blind import drawn as generator
 from pitotlab.blind.analyze import analyze, flights_of
 from pitotlab.blind.case import JudgedCase
-from pitotlab.blind.drawn import (
-    BANDS,
-    HELD_OUT,
-    HIDDEN_EFFECTS,
-    KINDS,
-    LEAST_STRONG,
-    STRONGEST,
-    HiddenCase,
-    cause_of,
-    draw_set,
-    generate,
-    name_of,
-    seal,
-    told_header,
-    write_cases,
-)
 from pitotlab.blind.flown import (
     LEAST,
     MOST,
@@ -70,14 +55,16 @@ def test_a_flight_that_its_effect_ends_is_told_and_has_no_log(tmp_path, monkeypa
         raise SimulationError("the aircraft departed")
 
     monkeypatch.setattr("pitotlab.blind.drawn.log_of", departs)
-    write_cases(tmp_path, SEED, [HiddenCase("none", ("C",), (), Environment())], [False], 1)
+    generator.write_cases(tmp_path, SEED, [generator.HiddenCase("none", ("C",), (), Environment())], [False], 1)
     assert "log-0000 cannot be flown: the aircraft departed" in capsys.readouterr().out
     assert not list(tmp_path.iterdir())
 
 
 def drawn(seed: int, share: float = 1.0, letters: str = "ABCDEFGHIJKLMNO"):
-    kinds = {kind: max(1, round(share * number)) for kind, number in KINDS.items()}
-    return draw_set(np.random.default_rng(seed), kinds, list(letters), dict.fromkeys(letters, signatures()))
+    kinds = {kind: max(1, round(share * number)) for kind, number in generator.KINDS.items()}
+    return generator.draw_set(
+        np.random.default_rng(seed), kinds, list(letters), dict.fromkeys(letters, signatures())
+    )
 
 
 @pytest.fixture(scope="module")
@@ -90,8 +77,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
               for c in chosen]  # fmt: skip
     chosen.append(replace(chosen[0], settings=("C", "K")))
     held = [False, False, True, False]
-    seal(made / "seal", SEED, chosen, held)
-    write_cases(made / "logs", SEED, chosen, held, 1)
+    generator.seal(made / "seal", SEED, chosen, held)
+    generator.write_cases(made / "logs", SEED, chosen, held, 1)
     return made
 
 
@@ -125,13 +112,13 @@ def test_a_broken_seal_is_noticed(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_packed_set_holds_what_its_folder_held_and_a_change_is_noticed(folder: Path, tmp_path: Path) -> None:
-    answers = "".join(json.dumps({"name": name_of(i), "kind": "no_gap"}) + "\n" for i in range(3))
+    answers = "".join(json.dumps({"name": generator.name_of(i), "kind": "no_gap"}) + "\n" for i in range(3))
     (tmp_path / "results.jsonl").write_text(answers, encoding="utf-8")
     (tmp_path / "seal").symlink_to(folder / "seal")
     packed = [pack("first", tmp_path, tmp_path / place) for place in ("kept", "again")]
     assert packed[0].read_bytes() == packed[1].read_bytes()
     cases = judged_in(packed[0])
-    assert [c.answer["name"] for c in cases] == [name_of(i) for i in range(3)]
+    assert [c.answer["name"] for c in cases] == [generator.name_of(i) for i in range(3)]
     assert cases == judged_in(folder / "seal", tmp_path / "results.jsonl")
     packed[0].write_bytes(packed[0].read_bytes() + b"0")
     with pytest.raises(ValueError, match="SHA-256"):
@@ -145,14 +132,14 @@ def test_the_sets_that_are_kept_are_those_that_were_sealed() -> None:
 
 def test_two_seals_of_one_truth_differ_by_their_salt(tmp_path: Path) -> None:
     cases, held = drawn(SEED, 0.01)
-    assert seal(tmp_path / "a", SEED, cases, held) != seal(tmp_path / "b", SEED, cases, held)
+    assert generator.seal(tmp_path / "a", SEED, cases, held) != generator.seal(tmp_path / "b", SEED, cases, held)
 
 
 def test_a_set_is_judged_again_where_it_was_stopped_and_scored(folder: Path) -> None:
     results = folder / "results.jsonl"
     analyze(folder / "logs", results, 1, "none")
     lines = results.read_text("utf-8").splitlines()
-    assert sorted(json.loads(x)["name"] for x in lines) == [name_of(i) for i in range(4)]
+    assert sorted(json.loads(x)["name"] for x in lines) == [generator.name_of(i) for i in range(4)]
     results.write_text(lines[0] + "\n", encoding="utf-8")
     analyze(folder / "logs", results, 1, "none")
     assert len(results.read_text("utf-8").splitlines()) == 4
@@ -165,23 +152,23 @@ def test_a_set_is_judged_again_where_it_was_stopped_and_scored(folder: Path) -> 
 def test_seeds_of_development_and_scored_seeds_never_meet(tmp_path: Path) -> None:
     for seed in (29_999, 40_000, 700_000):
         with pytest.raises(ValueError, match="scored"):
-            generate(seed, 1, tmp_path / "logs", tmp_path / "seal", tmp_path)
+            generator.generate(seed, 1, tmp_path / "logs", tmp_path / "seal", tmp_path)
 
 
 def test_strengths_lie_in_their_bands_and_half_of_the_cases_have_a_form_of_their_own() -> None:
     cases, held = drawn(77)
     assert len(cases) >= 450
-    assert sum(held) == HELD_OUT
-    assert {kind: sum(c.kind == kind for c in cases) for kind in KINDS} == KINDS
+    assert sum(held) == generator.HELD_OUT
+    assert {kind: sum(c.kind == kind for c in cases) for kind in generator.KINDS} == generator.KINDS
     for case in cases:
         for effect in case.effects:
             strength = float(np.sqrt(np.sum(np.square(effect.strengths))))
             if case.kind in ("4 to 7", "2 to 4"):
-                low, high = BANDS[case.kind]
+                low, high = generator.BANDS[case.kind]
                 assert low - 0.02 <= strength <= high + 0.02
             elif case.kind != "counted":
-                assert LEAST_STRONG - 0.02 <= strength <= STRONGEST + 0.02
-            known = {**EFFECTS, **HIDDEN_EFFECTS}[effect.name]
+                assert generator.LEAST_STRONG - 0.02 <= strength <= generator.STRONGEST + 0.02
+            known = {**EFFECTS, **generator.HIDDEN_EFFECTS}[effect.name]
             assert all(known.parameter(k).low <= v <= known.parameter(k).high or known.parameter(k).shape
                        for k, v in effect.sizes.items())  # fmt: skip
     assert sum(c.formed for c in cases) >= 0.45 * len(cases)
@@ -192,7 +179,7 @@ def test_strengths_lie_in_their_bands_and_half_of_the_cases_have_a_form_of_their
 def test_most_settings_are_not_those_that_a_header_tells() -> None:
     assert len(SETTINGS) == 15
     assert sum(s.flown != s.told for s in SETTINGS.values()) >= 12
-    assert all("pilot" not in told_header(s)["case"] for s in SETTINGS.values())
+    assert all("pilot" not in generator.told_header(s)["case"] for s in SETTINGS.values())
 
 
 def test_the_product_does_not_know_the_forms_and_the_forms_do_not_know_the_reconciler() -> None:
@@ -256,14 +243,14 @@ def change(effect: SensorEffect, signals: Signals) -> np.ndarray:
     return np.concatenate(parts)
 
 
-SENSED = [name for name, e in HIDDEN_EFFECTS.items() if isinstance(e, SensorEffect)]
+SENSED = [name for name, e in generator.HIDDEN_EFFECTS.items() if isinstance(e, SensorEffect)]
 
 
 @pytest.mark.parametrize("name", SENSED)
 def test_a_form_of_the_generator_is_no_form_of_the_table(name: str) -> None:
     """Its change of the signals is not that of any effect of the table times a number."""
     signals = flight_signals()
-    own = change(HIDDEN_EFFECTS[name], signals)
+    own = change(generator.HIDDEN_EFFECTS[name], signals)
     assert np.linalg.norm(own) > 0.0
     for effect in EFFECTS.values():
         if not isinstance(effect, SensorEffect) or effect.after_noise:
@@ -369,8 +356,8 @@ def test_pairs_outsiders_and_nothing_are_counted_as_they_are() -> None:
 
 
 def test_a_variant_counts_as_its_cause_and_a_fault_outside_the_table_as_itself() -> None:
-    assert cause_of("speed_lag") == cause_of("second_order_line") == "pitot_lag"
-    assert all(cause_of(name) == name and name not in EFFECTS for name in OUTSIDERS)
+    assert generator.cause_of("speed_lag") == generator.cause_of("second_order_line") == "pitot_lag"
+    assert all(generator.cause_of(name) == name and name not in EFFECTS for name in OUTSIDERS)
     assert len(OUTSIDERS) >= 45
 
 

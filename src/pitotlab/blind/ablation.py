@@ -7,7 +7,6 @@ of a log and a step is a line of JSON; a run that was stopped goes on where it w
 changes by with the step off, on the same logs, with the standard error of the paired differences.
 """
 
-import csv
 import json
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,6 +20,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+import pandas as pd
 
 from pitotbench.bench import rounds, workflow
 from pitotbench.bench.rounds import JudgedLog, NamedLog
@@ -74,10 +74,6 @@ def _nothing(*given: Any) -> tuple[Any, ...]:
     return ()
 
 
-def _without_left_over(null: NullDistribution) -> NullDistribution:
-    return replace(null, scores=replace(null.scores, left_over={}))
-
-
 JUDGE, VERDICT = "pitotbench.reconciliation", "pitotbench.reconciliation.verdict"
 NO_FLUCTUATION: Mapping[str, Replacement] = {f"{JUDGE}.evidence.LogEvidence._add_fluctuations": lambda log: {}}
 NO_WANDER: Mapping[str, Replacement] = {f"{JUDGE}.naming.wander_of": lambda null, channels: {}}
@@ -94,7 +90,7 @@ STEPS: Mapping[str, Step] = {
     "form and smooth error": Step({"form_error_from": NEVER}),
     "vanes": Step({"null_size_margin": 0.0}),
     "fluctuation": Step(functions=NO_FLUCTUATION),
-    "left-over scores": Step(of_null=_without_left_over),
+    "left-over scores": Step(of_null=lambda null: replace(null, scores=replace(null.scores, left_over={}))),
     "wander": Step(functions=NO_WANDER),
     "rest": Step({"prior_of_rest": 1e-9}),
     "temper": Step({"table_error": 0.0}),
@@ -160,9 +156,9 @@ class Kept:
             f"{JUDGE}.naming.renewed_signatures": lambda layout, null: (
                 id(layout),
                 id(null.noise),
-                self._renewal(),
+                self._of_step(True),
             ),
-            f"{VERDICT}.name_effects": lambda layouts, nulls: (*map(id, layouts), self._posterior()),
+            f"{VERDICT}.name_effects": lambda layouts, nulls: (*map(id, layouts), self._of_step(False)),
             "pitotbench.bench.workflow.find_formula": _formula_key,
             f"{JUDGE}.evidence.whitened_columns": lambda layout, noise: (id(layout), id(noise)),
         }
@@ -188,11 +184,10 @@ class Kept:
 
         return kept
 
-    def _posterior(self) -> str:
-        return COMPLETE if self.step.told else self.name
-
-    def _renewal(self) -> str:
-        return self.name if self.step.renewed else COMPLETE
+    def _of_step(self, renewal: bool) -> str:
+        """The step of a renewal or of a posterior: the complete chain where this one acts later."""
+        acts = self.step.renewed if renewal else not self.step.told
+        return self.name if acts else COMPLETE
 
 
 def _formula_key(layout: Layout, null: NullDistribution) -> tuple[str, int]:
@@ -352,9 +347,5 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 def _write(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write rows as a table, and print it."""
-    columns = list(dict.fromkeys(column for row in rows for column in row))
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    pd.DataFrame(list(rows), dtype=object).to_csv(path, index=False, lineterminator="\n")
     print(path.read_text("utf-8"))

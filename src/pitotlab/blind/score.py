@@ -3,7 +3,6 @@
 Cases without an answer yet (a run that was stopped) are counted and left out.
 """
 
-import csv
 from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.stats import binomtest
 
 from pitotlab.blind.case import NO_ANSWER, JudgedCase, model_of
@@ -211,11 +211,9 @@ def score(results: Path, seal: Path, out: Path, observed: Path | None = None) ->
     digest = files_of(seal)["truth.sha256"].decode().strip()
     out.mkdir(parents=True, exist_ok=True)
     (out / "blind.md").write_text(_page(truth, cases, rows, digest), encoding="utf-8")
-    with (out / "blind.csv").open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["row", "hits", "cases", "share", "low", "high", "remark"])
-        for r in rows:
-            writer.writerow([r.what, r.hits, r.cases, f"{r.share:.4f}", f"{r.low:.4f}", f"{r.high:.4f}", r.remark])
+    columns = ["row", "hits", "cases", "share", "low", "high", "remark"]
+    told = [(r.what, r.hits, r.cases, f"{r.share:.4f}", f"{r.low:.4f}", f"{r.high:.4f}", r.remark) for r in rows]
+    pd.DataFrame(told, columns=columns).to_csv(out / "blind.csv", index=False, lineterminator="\r\n")
     return rows
 
 

@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 from rich.console import Console
@@ -22,10 +21,6 @@ from pitotlab.study.looks import Sortie, claim_sorties
 from pitotlab.study.measures import Measured, lost_sortie, measure_sortie
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES, StudyTables
-
-if TYPE_CHECKING:
-    pass
-
 
 EXPLAINED = 5  # one of this many seeds also flies the rare settings and the sweeps
 

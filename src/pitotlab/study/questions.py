@@ -55,16 +55,6 @@ class Reply:
     tables: tuple[pd.DataFrame, ...] = ()
 
 
-def no_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return no further looks at the flights in light turbulence."""
-    return ()
-
-
-def no_sorties(seed: int) -> Iterable[Sortie]:
-    """Return no further flights."""
-    return ()
-
-
 @dataclass(frozen=True, slots=True)
 class Sweep:
     """A question: `looks(maneuver)` are its looks at flights in light turbulence, `sorties(seed)` more flights."""
@@ -72,8 +62,8 @@ class Sweep:
     name: str
     question: str
     answer: Callable[[StudyTables], Reply]
-    looks: Callable[[str], tuple[Look, ...]] = no_looks
-    sorties: Callable[[int], Iterable[Sortie]] = no_sorties
+    looks: Callable[[str], tuple[Look, ...]] = lambda maneuver: ()
+    sorties: Callable[[int], Iterable[Sortie]] = lambda seed: ()
 
 
 _DRAWS, _SEED = 20_000, 83

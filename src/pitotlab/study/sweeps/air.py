@@ -225,10 +225,6 @@ def _high(evidence: StudyTables, air: str, maneuver: str, feet: float) -> pd.Ser
     return _bound(evidence, air, maneuver, _at_altitude(feet))
 
 
-def _warm(evidence: StudyTables, maneuver: str, kelvin: float) -> pd.Series:
-    return _bound(evidence, "light", maneuver, _at_temperature(kelvin))
-
-
 def _factors(evidence: StudyTables, air: str, one: str, other: str) -> str:
     """Return the least and the largest ratio over the maneuvers of the mean bound of one variant to another."""
     mean = {v: [Spread.of(_bound(evidence, air, m, v)).mean for m in FLOWN] for v in (one, other)}
@@ -243,8 +239,11 @@ def _charts(evidence: StudyTables) -> Iterator[Lines]:
         name, title, number = f"sweep-altitude-{air}", f"Test altitude, {words}", partial(_high, evidence, air)
         yield maneuver_lines(name, title, note, "test altitude [ft]", ylabel, heights, number, FLOWN)
     name, title, warmth = "sweep-temperature", "Temperature, light turbulence", (-20.0, 0.0, 20.0)
-    number = partial(_warm, evidence)
-    yield maneuver_lines(name, title, note, "above standard [K]", ylabel, warmth, number, FLOWN)
+
+    def warm(maneuver: str, kelvin: float) -> pd.Series:
+        return _bound(evidence, "light", maneuver, _at_temperature(kelvin))
+
+    yield maneuver_lines(name, title, note, "above standard [K]", ylabel, warmth, warm, FLOWN)
 
 
 def _conditions_answer(evidence: StudyTables) -> Reply:

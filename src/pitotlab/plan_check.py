@@ -123,12 +123,8 @@ def _calibrated(
     return row | {"error_kt": found.rms_error / KNOT, "coverage": found.inside}, log, curve
 
 
-_MEANS = {  # columns of both comparisons
-    "flights": ("seed", "size"),
-    "flown_kt": ("two_sigma_kt", "mean"),
-    "flown_se_kt": ("two_sigma_kt", "sem"),
-    "coverage": ("coverage", "mean"),
-}
+# Columns of both comparisons.
+_FLOWN = {"flights": ("seed", "size"), "flown_kt": ("two_sigma_kt", "mean"), "flown_se_kt": ("two_sigma_kt", "sem")}
 
 
 def check_forecasts_with_height(
@@ -142,8 +138,8 @@ def check_forecasts_with_height(
     """
     experiment = lab.Experiment(flown_with_height, tuple(maneuvers), (_TURBULENCE,), LOOKS, "receiver")
     groups = lab.run_experiment(experiment, seeds, budget).groupby(["maneuver", "receiver"], sort=False)
-    in_feet = {name: (name, "mean") for name in ("two_sigma_ft", "coverage_ft")}
-    table = groups.agg(**_MEANS, **in_feet).reset_index()
+    means = {name: (name, "mean") for name in ("coverage", "two_sigma_ft", "coverage_ft")}
+    table = groups.agg(**_FLOWN, **means).reset_index()
     cells = zip(table.maneuver, table.receiver, strict=True)
     table["predicted_kt"] = [forecast(request_with(look), name).mean / KNOT for name, look in cells]
     table["ratio"] = table.predicted_kt / table.flown_kt
@@ -161,8 +157,8 @@ def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
     ratio, error_kt (rms over flights), coverage.
     """
     groups = flown.groupby(["maneuver", "das"], sort=False)
-    more = {"minutes": ("minutes", "mean"), "error_kt": ("error_kt", rms)}
-    table = groups.agg(**_MEANS, **more).reset_index()
+    first = {"flights": _FLOWN["flights"], "minutes": ("minutes", "mean")}
+    table = groups.agg(**(first | _FLOWN), error_kt=("error_kt", rms), coverage=("coverage", "mean")).reset_index()
     cells = zip(table.maneuver, table.das, strict=True)
     table["predicted_kt"] = [forecast(replace(request, system=das), name).mean / KNOT for name, das in cells]
     return table.assign(turbulence=request.base.turbulence, ratio=table.predicted_kt / table.flown_kt)

@@ -29,6 +29,7 @@ from pitotbench.reconciliation.null_distribution import NullDistribution, theore
 from pitotbench.reconciliation.renewal import lay_out_with
 from pitotbench.reconciliation.residuals import change_by_answer
 from pitotbench.reconciliation.track import COARSE, motion_of, replay_rows, spread
+from pitotbench.reconciliation.verdict import for_channels
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.gap import FoundFormula
 from pitotbench.show.gap_words import formula_sentences
@@ -71,6 +72,9 @@ def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_f
     other = laid_out(slipping[1])
     assert closure_on(other, null_of(other), found).share > 0.8
     assert found.closure.share > 0.9
+    fewer = laid_out(replace(slipping[1], velocity_down=None))  # the flight held out may lack a channel
+    assert len(fewer.residuals.names) < len(other.residuals.names)
+    assert closure_on(fewer, for_channels(null_of(other), fewer), found).share > 0.8
 
 
 def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(tmp_path):

@@ -39,6 +39,7 @@ from pitotbench.reconciliation.pictures import calibration_change, clearest_chan
 from pitotbench.reconciliation.renewal import lay_out_with
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import track_of
+from pitotbench.reconciliation.verdict import for_channels
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
@@ -102,7 +103,7 @@ def beyond_the_table(
     free = free_sizes_beside(_remaining(looks), first.null, formula)
     if holdout is not None:
         layout = lay_out_with(holdout, aircraft_model(aircraft), first.layout.setting, names)
-        closed = closure_on(layout, first.null, formula)
+        closed = closure_on(layout, for_channels(first.null, layout), formula)
         why = f"it closes only {closed.share:.0%} of the gap of the held-out log"
         formula = replace(formula, closure_holdout=closed, refused=why if closed.share < HOLD_OUT_LEAST else "")
     return BeyondTable(looks, formula, free)

@@ -31,11 +31,6 @@ class Maneuver:
     minutes: float | None
     kind: str
 
-    @property
-    def description(self) -> str:
-        """The card's docstring on one line: how the paper flies the maneuver, the source, and what is ours."""
-        return " ".join((type(self.card).__doc__ or "").split())
-
 
 _TABLE = (
     Maneuver("four_leg", straight_legs.FourLegCard(), straight_legs.fly_four_leg, 21.0, "leg"),

@@ -1,6 +1,8 @@
 """What is bad is a clear error or a warning with its rows; what is plausible stays without a word."""
 
 import re
+import struct
+import zlib
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +11,7 @@ from scipy.io import savemat
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import GOOD, NEEDED, TIME, Table, put, scale, with_decimal_commas
 
-from pitotbench import FlightLog, air, read_log, write_log
+from pitotbench import BadInputError, FlightLog, air, read_log, write_log
 from pitotbench.logbook.columns import parse_header
 from pitotbench.units import DEGREE, STANDARD_GRAVITY
 
@@ -259,3 +261,17 @@ def test_the_pitch_of_a_flight_with_steep_turns_is_kept(tmp_path, bank_deg):
     """In a cloverleaf the motion seemed to ask for several times the pitch, and the column was left out."""
     write_log(turning(bank_deg), tmp_path / "log.parquet")
     assert read_log(tmp_path / "log.parquet").pitch is not None
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_mat_file_is_looked_through_before_the_reader_of_scipy_which_may_die_of_it(tmp_path, packed):
+    path, kept = tmp_path / "log.mat", tmp_path / "kept.mat"
+    savemat(path, {"north": {"data": TIME, "unit": "m/s"}})
+    file = bytearray(path.read_bytes())
+    file[file.rindex(b"\x05\0\0\0\x08\0\0\0") + 4] = 10  # bytes of the dimensions, which are of four each
+    if packed:
+        body = zlib.compress(bytes(file[128:]))
+        file[128:] = struct.pack("<II", 15, len(body)) + body
+    kept.write_bytes(file)
+    with pytest.raises(BadInputError, match=r"not a complete \.mat file: dimensions of 10 bytes"):
+        read_log(kept)

@@ -5,8 +5,9 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from functools import partial
 from io import BufferedReader, FileIO, StringIO
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -284,6 +285,9 @@ _HEADER = "header"
 _IDENTIFICATION = "fdata"
 _MATRIX, _COMPRESSED = 14, 15  # miMATRIX and miCOMPRESSED: kinds of a variable, which holds further elements
 _KINDS = {*range(1, 8), 9, *range(12, 19)}  # of the elements of a file: SciPy's reader dies of another
+_DIMENSIONS = 5  # miINT32: the kind of the element that holds the dimensions of a variable
+_NUMERIC = range(6, 16)  # classes of a variable: double to unsigned integers of 64 bits
+_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of a number of each kind
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 
 
@@ -323,7 +327,9 @@ def _load(path: Path) -> dict[str, Any]:
         return load_hdf5(path)
     from scipy.io import loadmat
 
-    _require_unpackable(sum(_unpacked_sizes(path)), path, "bytes")
+    _require_unpackable(sum(size for size, _ in _variables_of(path)), path, "bytes")
+    for _, require_whole in _variables_of(path):
+        require_whole()
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
@@ -331,34 +337,62 @@ def _load(path: Path) -> dict[str, Any]:
         raise BadInputError(f"not a complete .mat file: {error}") from error
 
 
-def _unpacked_sizes(path: Path) -> Iterator[int]:
-    """Give the bytes of each variable of a .mat file of version 5, as its first eight bytes state them."""
+def _variables_of(path: Path) -> Iterator[tuple[int, Callable[[], None]]]:
+    """Give each variable of a .mat file of version 5: the bytes that it states, and what refuses a broken one."""
     with path.open("rb") as file:
         order = "<" if file.read(128)[126:] == b"IM" else ">"
         while len(head := file.read(8)) == 8:
             kind, size = struct.unpack(f"{order}II", head)
-            if kind == _COMPRESSED:
-                begin = file.read(min(size, 64))
-                with suppress(zlib.error, struct.error):  # SciPy tells what is wrong
-                    yield struct.unpack(f"{order}II", zlib.decompressobj().decompress(begin, 8))[1]
-                size -= len(begin)
-            elif kind == _MATRIX:
-                _require_known_kinds(file.read(size), order)
-                size = 0
-            file.seek(size, os.SEEK_CUR)
+            elements = file.read(min(size, path.stat().st_size))
+            if kind == _MATRIX:
+                yield 0, partial(_require_whole, elements, order)
+            elif kind == _COMPRESSED:
+                unpack = zlib.decompressobj()
+                try:
+                    size = struct.unpack(f"{order}II", unpack.decompress(elements, 8))[1]
+                except (zlib.error, struct.error) as error:
+                    raise BadInputError(f"not a complete .mat file: {error}") from error
+                yield size, partial(_require_whole_inside, unpack, size, order)
 
 
-def _require_known_kinds(elements: bytes, order: str) -> None:
-    """Raise BadInputError for an element of a variable of no kind; a small one holds its data in its tag."""
-    place = 0
+def _require_whole_inside(unpack: "zlib._Decompress", size: int, order: str) -> None:
+    """Unpack the rest of a variable, whose elements have to be whole."""
+    try:
+        elements = unpack.decompress(unpack.unconsumed_tail, size)
+    except zlib.error as error:
+        raise BadInputError(f"not a complete .mat file: {error}") from error
+    _require_whole(elements, order)
+
+
+def _require_whole(elements: bytes, order: str) -> None:
+    """Raise BadInputError for the elements of a variable that SciPy's reader would die of.
+
+    Those are an element of no kind, one that ends behind its variable, and numbers of another count than their
+    dimensions tell. A small element holds its data in its tag.
+    """
+    place, held = 0, list[tuple[int, bytes]]()
     while len(tag := elements[place : place + 8]) == 8 and any(tag):
         kind, size = struct.unpack(f"{order}II", tag)
-        small = kind >> 16
-        if (kind & 0xFFFF) not in _KINDS:
-            raise BadInputError(f"not a complete .mat file: an element of the kind {kind & 0xFFFF}")
+        if small := kind >> 16:
+            kind, size, data = kind & 0xFFFF, small, tag[4 : 4 + small]
+        else:
+            data = elements[place + 8 : place + 8 + size]
+        if kind not in _KINDS or len(data) < size:
+            raise BadInputError(f"not a complete .mat file: an element of the kind {kind} and {size} bytes")
         if kind == _MATRIX:
-            _require_known_kinds(elements[place + 8 : place + 8 + size], order)
+            _require_whole(data, order)
+        held.append((kind, data))
         place += 8 if small else 8 + -(-size // 8) * 8
+    if len(held) < 3 or len(held[0][1]) != 8 or (made := struct.unpack(f"{order}I", held[0][1][:4])[0] & 0xFF) > 16:
+        return  # no variable, or one of a class of MATLAB's own
+    kind, data = held[1]
+    if kind != _DIMENSIONS or len(data) % 4 or len(data) < 8:
+        raise BadInputError(f"not a complete .mat file: dimensions of {len(data)} bytes")
+    dimensions = np.frombuffer(data, f"{order}i4")
+    if made in _NUMERIC and len(held) > 3:
+        kind, data = held[3]
+        if len(data) != np.prod(dimensions, dtype=float) * _BYTES.get(kind, 0):
+            raise BadInputError(f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} numbers")
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:

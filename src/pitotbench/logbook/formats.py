@@ -7,7 +7,6 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
-from functools import partial
 from io import BufferedReader, FileIO, StringIO
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -327,9 +326,7 @@ def _load(path: Path) -> dict[str, Any]:
         return load_hdf5(path)
     from scipy.io import loadmat
 
-    _require_unpackable(sum(size for size, _ in _variables_of(path)), path, "bytes")
-    for _, require_whole in _variables_of(path):
-        require_whole()
+    _require_readable(path)
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
@@ -337,31 +334,28 @@ def _load(path: Path) -> dict[str, Any]:
         raise BadInputError(f"not a complete .mat file: {error}") from error
 
 
-def _variables_of(path: Path) -> Iterator[tuple[int, Callable[[], None]]]:
-    """Give each variable of a .mat file of version 5: the bytes that it states, and what refuses a broken one."""
+def _require_readable(path: Path) -> None:
+    """Raise BadInputError for a .mat file of version 5 that unpacks to too much, or has a broken variable.
+
+    A variable states its size in its first eight bytes, so that it is known before the rest is unpacked.
+    """
+    unpacked = 0
     with path.open("rb") as file:
         order = "<" if file.read(128)[126:] == b"IM" else ">"
         while len(head := file.read(8)) == 8:
             kind, size = struct.unpack(f"{order}II", head)
             elements = file.read(min(size, path.stat().st_size))
-            if kind == _MATRIX:
-                yield 0, partial(_require_whole, elements, order)
-            elif kind == _COMPRESSED:
+            if kind == _COMPRESSED:
                 unpack = zlib.decompressobj()
                 try:
-                    size = struct.unpack(f"{order}II", unpack.decompress(elements, 8))[1]
+                    kind, size = struct.unpack(f"{order}II", unpack.decompress(elements, 8))
+                    unpacked += size
+                    _require_unpackable(unpacked, path, "bytes")
+                    elements = unpack.decompress(unpack.unconsumed_tail, size)
                 except (zlib.error, struct.error) as error:
                     raise BadInputError(f"not a complete .mat file: {error}") from error
-                yield size, partial(_require_whole_inside, unpack, size, order)
-
-
-def _require_whole_inside(unpack: "zlib._Decompress", size: int, order: str) -> None:
-    """Unpack the rest of a variable, whose elements have to be whole."""
-    try:
-        elements = unpack.decompress(unpack.unconsumed_tail, size)
-    except zlib.error as error:
-        raise BadInputError(f"not a complete .mat file: {error}") from error
-    _require_whole(elements, order)
+            if kind == _MATRIX:
+                _require_whole(elements, order)
 
 
 def _require_whole(elements: bytes, order: str) -> None:

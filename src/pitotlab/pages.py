@@ -2,14 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from operator import itemgetter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pitotbench.show.columns import Column, frame_rows
+from pitotbench.show.columns import frame_rows, keyed
 from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
 from pitotlab.speed.growth import Cost, exponent
 from pitotlab.tables import frame_columns, markdown_table
@@ -17,24 +15,20 @@ from pitotlab.tables import frame_columns, markdown_table
 _NOMINAL = 95.0  # percent, the coverage of a ±2σ bound
 
 
-def _column(name: str, heading: str, unit: str = "", style: str = "") -> Column[dict[str, Any]]:
-    return Column(heading, itemgetter(name), unit, style)
-
-
 _COVERAGE_COLUMNS = (
-    _column("maneuver", "maneuver"),
-    _column("turbulence", "turbulence"),
-    _column("das", "DAS", "Hz"),
-    _column("coverage_percent", "curve inside ±2σ", "%", ".1f"),
-    _column("coverage_se_percent", "its standard error", "%", ".1f"),
-    _column("band_coverage_percent", "whole curve inside its band", "%", ".1f"),
-    _column("wind_coverage_percent", "wind inside ±2σ", "%", ".1f"),
-    _column("white_coverage_percent", "curve inside ±2σ for white residuals", "%", ".1f"),
-    _column("two_sigma_kt", "mean ±2σ", "kt", ".3f"),
-    _column("rms_error_kt", "true rms error", "kt", ".3f"),
-    _column("paper_rms_error_kt", "rms error of the paper's method", "kt", ".3f"),
-    _column("bias_kt", "mean error", "kt", ".3f"),
-    _column("bias_over_se", "mean error / its standard error", style=".1f"),
+    keyed("maneuver", "maneuver"),
+    keyed("turbulence", "turbulence"),
+    keyed("das", "DAS", "Hz"),
+    keyed("coverage_percent", "curve inside ±2σ", "%", ".1f"),
+    keyed("coverage_se_percent", "its standard error", "%", ".1f"),
+    keyed("band_coverage_percent", "whole curve inside its band", "%", ".1f"),
+    keyed("wind_coverage_percent", "wind inside ±2σ", "%", ".1f"),
+    keyed("white_coverage_percent", "curve inside ±2σ for white residuals", "%", ".1f"),
+    keyed("two_sigma_kt", "mean ±2σ", "kt", ".3f"),
+    keyed("rms_error_kt", "true rms error", "kt", ".3f"),
+    keyed("paper_rms_error_kt", "rms error of the paper's method", "kt", ".3f"),
+    keyed("bias_kt", "mean error", "kt", ".3f"),
+    keyed("bias_over_se", "mean error / its standard error", style=".1f"),
 )
 _COVERAGE_PAGE = """# How often the true curve lies inside the bound
 
@@ -139,32 +133,32 @@ _TICKS = (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)  # kt
 
 
 _BOUNDS = (
-    _column("predicted_kt", "predicted ±2σ", "kt", ".3f"),
-    _column("flown_kt", "flown ±2σ", "kt", ".3f"),
-    _column("flown_se_kt", "standard error", "kt", ".3f"),
-    _column("ratio", "predicted / flown", style=".2f"),
+    keyed("predicted_kt", "predicted ±2σ", "kt", ".3f"),
+    keyed("flown_kt", "flown ±2σ", "kt", ".3f"),
+    keyed("flown_se_kt", "standard error", "kt", ".3f"),
+    keyed("ratio", "predicted / flown", style=".2f"),
 )
 _PLAN_COLUMNS = (
-    _column("maneuver", "maneuver"),
-    _column("turbulence", "turbulence"),
-    _column("das", "DAS", "Hz"),
-    _column("flights", "flights", style="d"),
-    _column("minutes", "time", "min", ".1f"),
+    keyed("maneuver", "maneuver"),
+    keyed("turbulence", "turbulence"),
+    keyed("das", "DAS", "Hz"),
+    keyed("flights", "flights", style="d"),
+    keyed("minutes", "time", "min", ".1f"),
     *_BOUNDS,
-    _column("per_step_decrease", "flown / Step Decrease, equal minutes", style=".2f"),
-    _column("error_kt", "true rms error", "kt", ".3f"),
-    _column("coverage", "curve inside ±2σ", "%", ".0%"),
+    keyed("per_step_decrease", "flown / Step Decrease, equal minutes", style=".2f"),
+    keyed("error_kt", "true rms error", "kt", ".3f"),
+    keyed("coverage", "curve inside ±2σ", "%", ".0%"),
 )
 _HEIGHT_COLUMNS = (
-    _column("maneuver", "maneuver"),
-    _column("receiver", "used of the receiver"),
-    _column("flights", "flights", style="d"),
+    keyed("maneuver", "maneuver"),
+    keyed("receiver", "used of the receiver"),
+    keyed("flights", "flights", style="d"),
     *_BOUNDS,
-    _column("predicted_share", "predicted / triangle alone", style=".2f"),
-    _column("flown_share", "flown / triangle alone", style=".2f"),
-    _column("coverage", "curve inside ±2σ", "%", ".0%"),
-    _column("two_sigma_ft", "position error ±2σ", "ft", ".1f"),
-    _column("coverage_ft", "position error inside ±2σ", "%", ".0%"),
+    keyed("predicted_share", "predicted / triangle alone", style=".2f"),
+    keyed("flown_share", "flown / triangle alone", style=".2f"),
+    keyed("coverage", "curve inside ±2σ", "%", ".0%"),
+    keyed("two_sigma_ft", "position error ±2σ", "ft", ".1f"),
+    keyed("coverage_ft", "position error inside ±2σ", "%", ".0%"),
 )
 _HEIGHTS = """
 ## An error of the static source

@@ -5,7 +5,6 @@ from csv import writer
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from html import escape
 from io import StringIO
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -26,6 +25,7 @@ from pitotbench.show.columns import (
     Column,
     html_table,
     json_rows,
+    keyed,
     outside,
     print_table,
     print_warnings,
@@ -42,42 +42,38 @@ if TYPE_CHECKING:
 CurvePoint = dict[str, float | None]  # a point of an error curve, by the keys of its columns
 
 
-def _point(heading: str, unit: str, style: str, key: str, optional: bool = False) -> Column[CurvePoint]:
-    return Column(heading, itemgetter(key), unit, style, key, optional)
-
-
 CURVE_COLUMNS = (
-    _point("IAS", "kt", ".0f", "indicated_airspeed_kt"),
-    _point("CAS", "kt", ".2f", "calibrated_airspeed_kt"),
-    _point("correction", "kt", "+.2f", "correction_kt"),
-    _point("±2σ bound", "kt", ".2f", "two_sigma_kt"),
-    _point("±2σ of whole curve", "kt", ".2f", "simultaneous_two_sigma_kt"),
-    _point("2σ for white residuals", "kt", ".2f", "white_two_sigma_kt"),
-    _point("Δp/q_c", "", "+.4f", "normalized_pressure_error"),
-    _point("±2σ of Δp/q_c", "", ".4f", "normalized_two_sigma"),
-    _point("altitude correction", "ft", "+.0f", "altitude_correction_ft", optional=True),
-    _point("±2σ of altitude", "ft", ".0f", "two_sigma_ft", optional=True),
+    keyed("indicated_airspeed_kt", "IAS", "kt", ".0f"),
+    keyed("calibrated_airspeed_kt", "CAS", "kt", ".2f"),
+    keyed("correction_kt", "correction", "kt", "+.2f"),
+    keyed("two_sigma_kt", "±2σ bound", "kt", ".2f"),
+    keyed("simultaneous_two_sigma_kt", "±2σ of whole curve", "kt", ".2f"),
+    keyed("white_two_sigma_kt", "2σ for white residuals", "kt", ".2f"),
+    keyed("normalized_pressure_error", "Δp/q_c", "", "+.4f"),
+    keyed("normalized_two_sigma", "±2σ of Δp/q_c", "", ".4f"),
+    keyed("altitude_correction_ft", "altitude correction", "ft", "+.0f", optional=True),
+    keyed("two_sigma_ft", "±2σ of altitude", "ft", ".0f", optional=True),
 )
 
 
 def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
     """The points of a curve, the rows of its table."""
     none = (None,) * len(curve.correction)
-    heights = curve.altitude_correction, curve.altitude_two_sigma
-    columns = (
-        curve.indicated_airspeed / KNOT,
-        (curve.indicated_airspeed + curve.correction) / KNOT,
-        curve.correction / KNOT,
-        curve.two_sigma / KNOT,
-        curve.simultaneous_two_sigma / KNOT,
-        curve.white_two_sigma / KNOT,
-        curve.normalized_pressure_error,
-        curve.normalized_two_sigma,
-        *(none if each is None else each / FOOT for each in heights),
-    )
-    keys = [column.key for column in CURVE_COLUMNS]
-    rows = zip(*(each if each is none else map(float, each) for each in columns), strict=True)
-    return [dict(zip(keys, row, strict=True)) for row in rows]
+    altitude, altitude_bound = curve.altitude_correction, curve.altitude_two_sigma
+    columns = {
+        "indicated_airspeed_kt": curve.indicated_airspeed / KNOT,
+        "calibrated_airspeed_kt": (curve.indicated_airspeed + curve.correction) / KNOT,
+        "correction_kt": curve.correction / KNOT,
+        "two_sigma_kt": curve.two_sigma / KNOT,
+        "simultaneous_two_sigma_kt": curve.simultaneous_two_sigma / KNOT,
+        "white_two_sigma_kt": curve.white_two_sigma / KNOT,
+        "normalized_pressure_error": curve.normalized_pressure_error,
+        "normalized_two_sigma": curve.normalized_two_sigma,
+        "altitude_correction_ft": none if altitude is None else altitude / FOOT,
+        "two_sigma_ft": none if altitude_bound is None else altitude_bound / FOOT,
+    }
+    rows = zip(*(each if each is none else map(float, each) for each in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 _USUAL_KT = (100.0, 130.0, 160.0)  # the low end, the middle and the high end of the study's maneuvers

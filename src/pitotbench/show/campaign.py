@@ -1,32 +1,27 @@
 """The table of a campaign, and cautions about its results."""
 
 from collections.abc import Iterator, Sequence
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.columns import Column, frame_rows, html_table, print_table
+from pitotbench.show.columns import frame_rows, html_table, keyed, print_table
 
 if TYPE_CHECKING:
     import pandas as pd
     from rich.console import Console
 
 
-def _column(name: str, heading: str, unit: str = "", style: str = "") -> Column[dict[str, Any]]:
-    return Column(heading, itemgetter(name), unit, style, key=name)
-
-
 CAMPAIGN_COLUMNS = (
-    _column("maneuver", "maneuver"),
-    _column("das", "DAS", "Hz"),
-    _column("model", "model"),
-    _column("minutes", "time", "min", ".1f"),
-    _column("samples", "samples", style=",.0f"),
-    _column("residual_two_sigma_kt", "2σ of the residual", "kt", ".2f"),
-    _column("two_sigma_kt", "mean ±2σ of the curve", "kt", ".3f"),
-    _column("curve_rms_error_kt", "true rms error", "kt", ".3f"),
-    _column("wind_error_kt", "wind error", "kt", ".3f"),
-    _column("curve_coverage", "curve inside ±2σ", "%", ".0%"),
+    keyed("maneuver", "maneuver"),
+    keyed("das", "DAS", "Hz"),
+    keyed("model", "model"),
+    keyed("minutes", "time", "min", ".1f"),
+    keyed("samples", "samples", style=",.0f"),
+    keyed("residual_two_sigma_kt", "2σ of the residual", "kt", ".2f"),
+    keyed("two_sigma_kt", "mean ±2σ of the curve", "kt", ".3f"),
+    keyed("curve_rms_error_kt", "true rms error", "kt", ".3f"),
+    keyed("wind_error_kt", "wind error", "kt", ".3f"),
+    keyed("curve_coverage", "curve inside ±2σ", "%", ".0%"),
 )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from math import isfinite
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from unicodedata import category
 
@@ -82,6 +83,13 @@ class Column(Generic[Row]):
     def title(self) -> str:
         """The heading with its unit, on one line."""
         return f"{self.heading} [{self.unit}]" if self.unit else self.heading
+
+
+def keyed(
+    key: str, heading: str, unit: str = "", style: str = "", optional: bool = False
+) -> Column[dict[str, Any]]:
+    """A column of rows that are dictionaries, by the key of its value."""
+    return Column(heading, itemgetter(key), unit, style, key, optional)
 
 
 def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = "") -> None:

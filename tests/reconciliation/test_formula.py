@@ -12,7 +12,7 @@ from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_ca
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import chosen
 from pitotbench.effects.formula import FORCE_FORMULAS, FORCE_TERMS, FORMULAS, READINGS, TERMS, values_of
-from pitotbench.effects.overlay import Overlay, evaluate, properties_in
+from pitotbench.effects.overlay import evaluate, properties_in
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import equations_from, scaled_to
 from pitotbench.reconciliation.formula import (
@@ -122,7 +122,7 @@ def test_terms_from_a_log_are_those_of_the_simulator(layout):
     clean = layout.scene.clean
     rows = replay_rows(clean, COARSE)
     paths = {p for name in FORCE_TERMS for p in properties_in(TERMS[name].value) if not any(h in p for h in HELD)}
-    units = layout.scene.force_model.aircraft.unit_forces(motion_of(clean, rows), Overlay(), frozenset(paths))
+    units = layout.scene.force_model.aircraft.unit_forces(motion_of(clean, rows), frozenset(paths))
     signals = Signals(clean.time[rows], {name: values[rows] for name, values in clean.channels.items()})
     for name in FORCE_TERMS:
         read = properties_in(TERMS[name].value)

@@ -136,7 +136,7 @@ def measured(sensed) -> Measured:
     # Banked and at a high lift, so that every effect of the table shows.
     motion = replace(motion, roll=motion.roll + 0.5, angle_of_attack=motion.angle_of_attack + 0.08)
     model = aircraft_model("navajo")
-    units = model.unit_forces(motion, Overlay(), properties_of_forces(model.baseline))
+    units = model.unit_forces(motion, properties_of_forces(model.baseline))
     return model, motion, answer(lambda m: model.react(m, Overlay(), False), motion), units
 
 

@@ -109,9 +109,9 @@ def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_ru
     return measure(*_loaded_model(name, motion, overlay or Overlay()), engines_run)
 
 
-def _unit_forces(name: str, motion: Motion, overlay: Overlay, paths: frozenset[str]) -> UnitForces:
+def _unit_forces(name: str, motion: Motion, paths: frozenset[str]) -> UnitForces:
     """Return the changes by unit forces in each state of a motion, and the properties at the paths."""
-    return measure_unit_forces(*_loaded_model(name, motion, overlay + unit_overlay()), paths)
+    return measure_unit_forces(*_loaded_model(name, motion, unit_overlay()), paths)
 
 
 def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:

@@ -27,10 +27,8 @@ from pitotbench.reconciliation.residuals import (
     ENGINES,
     AircraftModel,
     ChannelResiduals,
-    ForceModel,
     Scene,
     air_velocity,
-    channel_residuals,
     set_scene,
     slack,
     true_airspeed_along,
@@ -41,7 +39,6 @@ from pitotbench.reconciliation.track import (
     MARGIN,
     Grid,
     Track,
-    answer,
     lacking,
     mach_number,
     replay_motion,
@@ -448,14 +445,10 @@ def with_aircraft(layout: Layout, aircraft: AircraftModel) -> Layout:
     Hypotheses, free parameters and slopes stay: what another effect in the model changes of them is small of second
     order.
     """
-    scene = layout.scene
-    if scene.force_model is None:
+    model = layout.scene.force_model
+    if model is None:
         return layout
-    old = scene.force_model.replay
-    replay = replace(old, values=answer(lambda motion: aircraft.react(motion, Overlay(), True), old.motion))
-    model = ForceModel(replay, aircraft, scene.force_model.coarse, scene.force_model.units)
-    base = channel_residuals(scene.clean, scene.grid, scene.frame, replay)
-    scene = replace(scene, base=base, force_model=model)
+    scene = layout.scene.moved(layout.scene.clean, model.along(model.replay.motion, aircraft))
     residuals = _residuals(scene, layout.track, layout.measured, layout.setting)
     return replace(layout, scene=scene, residuals=residuals, subtracted=0.0).with_angles(layout.angles)
 

@@ -25,7 +25,7 @@ from pitotbench.reconciliation.free_parameters import (
 )
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of, with_aircraft, without_error_curve
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
-from pitotbench.reconciliation.residuals import AircraftModel, ForceModel, Scene, channel_residuals, clean_track
+from pitotbench.reconciliation.residuals import AircraftModel, Scene, clean_track
 from pitotbench.reconciliation.signatures import (
     COUNTED,
     FITTED,
@@ -38,7 +38,7 @@ from pitotbench.reconciliation.signatures import (
     searched_shapes,
 )
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import Track, answer, motion_of
+from pitotbench.reconciliation.track import Track, motion_of
 from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, Seconds
@@ -112,8 +112,8 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
         track, further = without_error_curve(bare, original.measured, original.setting)
         curves = (*original.curves, *further)
         clean = clean_track(track, mean_wind_of(track, original.measured))
-    scene = replace(old, clean=clean, force_model=_moved_along(track, old.force_model))
-    scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
+    model = old.force_model
+    scene = old.moved(clean, None if model is None else model.along(motion_of(track, model.replay.rows)))
     values = scene.residuals_of(track).values - original.subtracted
     free = free_parameters_of(scene, original.setting, original.shapes)
     corrected = replace(
@@ -161,16 +161,6 @@ def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
         n: np.mod(signals[n] - clean[n] + np.pi, turns) - np.pi if CHANNELS[n].wraps else signals[n] - clean[n]
         for n in changed
     }
-
-
-def _moved_along(track: Track, model: ForceModel | None) -> ForceModel | None:
-    """The force model with its answer along another track; its slopes are those of the log."""
-    if model is None:
-        return None
-    react, old = model.aircraft.react, model.replay
-    motion = motion_of(track, old.rows)
-    values = answer(lambda states: react(states, Overlay(), True), motion)
-    return replace(model, replay=replace(old, motion=motion, values=values))
 
 
 def _from_scene(scene: Scene, old: Signature) -> Signature:

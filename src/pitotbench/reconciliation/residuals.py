@@ -1,7 +1,7 @@
 """Residual channels: every measured quantity minus its prediction, along a clean track with the model's forces."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -394,8 +394,8 @@ def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
 
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
-# The changes by unit forces: a motion, the overlay on the aircraft, and the paths of properties to record.
-UnitForcesWith = Callable[[Motion, Overlay, frozenset[str]], UnitForces]
+# The changes by unit forces: a motion, and the paths of properties to record.
+UnitForcesWith = Callable[[Motion, frozenset[str]], UnitForces]
 
 
 @dataclass(frozen=True, slots=True)
@@ -430,6 +430,18 @@ class ForceModel:
     units: UnitForces
     kept: dict[Overlay, Array] = field(default_factory=dict)
     unchanged: dict[bool, Array] = field(default_factory=dict)
+
+    def along(self, motion: Motion, aircraft: AircraftModel | None = None) -> "ForceModel":
+        """Return the model with its answer along a motion measured anew, or with that of another aircraft.
+
+        Its slopes stay, and what was measured in coarse steps stays for the same aircraft.
+        """
+        flown = aircraft or self.aircraft
+        values = answer(lambda states: flown.react(states, Overlay(), True), motion)
+        replay = replace(self.replay, motion=motion, values=values)
+        if aircraft is None:
+            return replace(self, replay=replay)
+        return ForceModel(replay, aircraft, self.coarse, self.units)
 
     def missing(self, overlay: Overlay, engines_run: bool) -> Array:
         """Return the reaction without an overlay less that with it, on the force meter, (m, 12)."""
@@ -468,6 +480,11 @@ class Scene:
         """The model's answer along the measured track; None without a model."""
         return None if self.force_model is None else self.force_model.replay
 
+    def moved(self, clean: Track, model: ForceModel | None) -> "Scene":
+        """Return the scene of another clean track or with another model: its residuals are computed anew."""
+        base = channel_residuals(clean, self.grid, self.frame, None if model is None else model.replay)
+        return replace(self, clean=clean, base=base, force_model=model)
+
     def residuals_of(self, track: Track) -> ChannelResiduals:
         """Return the residual channels of a track, with the grid, frame and model of this scene."""
         return channel_residuals(track, self.grid, self.frame, self.replay, (self.clean, self.base))
@@ -503,5 +520,5 @@ def set_scene(
     if replay is None or aircraft is None:
         return Scene(clean, grid, frame, base, None)
     coarse = motion_of(clean, replay_rows(clean, COARSE))
-    units = aircraft.unit_forces(coarse, Overlay(), properties_of_forces(aircraft.baseline))
+    units = aircraft.unit_forces(coarse, properties_of_forces(aircraft.baseline))
     return Scene(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units))

@@ -36,7 +36,8 @@ from pitotbench.reconciliation.renewal import (
 )
 from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.records.verdict import Candidate, Closure, Located
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.verdict import Candidate, Closure, JoinedFlight, Located, OwnSize
 from pitotbench.units import Array
 
 # Name the effects on each flight: fit every hypothesis, form the posterior over causes, and read its answer.
@@ -242,6 +243,12 @@ class OwnSizes:
         """Return each size by its key."""
         return dict(zip(self.keys, self.values.tolist(), strict=True))
 
+    def of(self, effect: str) -> "OwnSizes":
+        """Return the sizes of one effect."""
+        places = [i for i, key in enumerate(self.keys) if key[0] == effect]
+        keys = tuple(self.keys[i] for i in places)
+        return OwnSizes(keys, self.values[places], self.covariance[np.ix_(places, places)])
+
 
 def name_effects(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Together:
     """Name the effects that one flight shows, or several, each with its null distribution.
@@ -377,3 +384,46 @@ def contradiction(own: OwnSizes, others: OwnSizes) -> float:
     square = float(difference @ np.linalg.solve(covariance, difference))
     chance = float(chdtrc(len(both), square))
     return float(-ndtri(0.5 * max(chance, FARTHEST)))
+
+
+def sizes_beside(together: Together, number: int, effects: Names) -> tuple[OwnSize, ...]:
+    """The largest size of each effect that a flight shows, with the distance of all from those of the others."""
+    sizes = dict(together.sizes)
+    if not sizes:  # no shared name: the form error is that of the flight that shows most
+        logs = list(together.logs)
+        shown = [own_sizes([log], effects, {}) for log in logs]
+        for own in shown:
+            for key, value in zip(own.keys, own.values.tolist(), strict=True):
+                sizes[key] = max(sizes.get(key, 0.0), value, key=abs)
+    others = [log for i, log in enumerate(together.logs) if i != number]
+    mine, theirs = own_sizes([together.logs[number]], effects, sizes), own_sizes(others, effects, sizes)
+    found = []
+    for effect in effects:
+        own, other = mine.of(effect), theirs.of(effect)
+        if not own.keys:
+            continue
+        spread = np.sqrt(np.diag(own.covariance))
+        place = int(np.argmax(np.abs([sizes.get(key, 0.0) for key in own.keys]) / spread))
+        size = Estimate(own.keys[place][1], float(own.values[place]), 2.0 * float(spread[place]))
+        found.append(OwnSize(effect, size, contradiction(own, other) if other.keys else None))
+    return tuple(found)
+
+
+def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
+    """Return a sentence for each effect that a flight contradicts, with the flight that does so most.
+
+    Two flights are equally far apart: the one that shows less of the effect is the one that contradicts it.
+    """
+    lines = []
+    for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
+        found = [
+            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
+            for flight in flights
+            for own in flight.own_sizes
+            if own.effect == effect
+        ]
+        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
+        if apart > THRESHOLDS.contradicted_from:
+            size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
+            lines.append(f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights")
+    return lines

@@ -24,22 +24,20 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import DAY, Layout, lay_out
 from pitotbench.reconciliation.naming import (
     Naming,
-    OwnSizes,
     Together,
-    contradiction,
+    contradictions,
     left_out_closures,
     name_effects,
-    own_sizes,
+    sizes_beside,
 )
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconciliation.null_learning import periodic_channels, turbulence_candidates, wandering_channels
 from pitotbench.reconciliation.patches import flights_to_fly
-from pitotbench.reconciliation.posterior import OUTSIDE, Names, answer_of
+from pitotbench.reconciliation.posterior import OUTSIDE, answer_of
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import (
     SURE,
@@ -49,7 +47,6 @@ from pitotbench.records.verdict import (
     JoinedFlight,
     Kind,
     Located,
-    OwnSize,
     Verdict,
 )
 from pitotbench.units import Array
@@ -499,26 +496,6 @@ def judge(names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullD
     return JointVerdict(checks, together, flights)
 
 
-def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
-    """Return a sentence for each effect that a flight contradicts, with the flight that does so most.
-
-    Two flights are equally far apart: the one that shows less of the effect is the one that contradicts it.
-    """
-    lines = []
-    for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
-        found = [
-            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
-            for flight in flights
-            for own in flight.own_sizes
-            if own.effect == effect
-        ]
-        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
-        if apart > THRESHOLDS.contradicted_from:
-            size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
-            lines.append(f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights")
-    return lines
-
-
 def _figures(
     name: str, together: Together, number: int, closure: Closure, left_out: Closure | None, null_flights: int
 ) -> JoinedFlight:
@@ -539,40 +516,9 @@ def _figures(
         log_bayes_factor=alone.log_bayes_factor,
         closure=closure,
         left_out=left_out,
-        own_sizes=_own_sizes(together, number, effects) if len(together.logs) > 1 else (),
+        own_sizes=sizes_beside(together, number, effects) if len(together.logs) > 1 else (),
         null_flights=null_flights,
         probabilities=calibrated(answer.probabilities, 1.0 - closure.share),
-    )
-
-
-def _own_sizes(together: Together, number: int, effects: Names) -> tuple[OwnSize, ...]:
-    """The largest size of each effect that a flight shows, with the distance of all from those of the others."""
-    sizes = dict(together.sizes)
-    if not sizes:  # no shared name: the form error is that of the flight that shows most
-        logs = list(together.logs)
-        shown = [own_sizes([log], effects, {}) for log in logs]
-        for own in shown:
-            for key, value in zip(own.keys, own.values.tolist(), strict=True):
-                sizes[key] = max(sizes.get(key, 0.0), value, key=abs)
-    others = [log for i, log in enumerate(together.logs) if i != number]
-    mine, theirs = own_sizes([together.logs[number]], effects, sizes), own_sizes(others, effects, sizes)
-    found = []
-    for effect in effects:
-        own, other = _of(mine, effect), _of(theirs, effect)
-        if not own.keys:
-            continue
-        spread = np.sqrt(np.diag(own.covariance))
-        place = int(np.argmax(np.abs([sizes.get(key, 0.0) for key in own.keys]) / spread))
-        size = Estimate(own.keys[place][1], float(own.values[place]), 2.0 * float(spread[place]))
-        found.append(OwnSize(effect, size, contradiction(own, other) if other.keys else None))
-    return tuple(found)
-
-
-def _of(sizes: OwnSizes, effect: str) -> OwnSizes:
-    """The sizes of one effect among several."""
-    places = [i for i, key in enumerate(sizes.keys) if key[0] == effect]
-    return OwnSizes(
-        tuple(sizes.keys[i] for i in places), sizes.values[places], sizes.covariance[np.ix_(places, places)]
     )
 
 

@@ -1,5 +1,6 @@
 """The models of a pressure error (Martos, Kiszely and Foster 2011, Fig 4), a spline, and curves of them."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -146,14 +147,14 @@ class PressureErrorRangeError(ValueError):
     """The pressure error has no solution at an impact pressure. The message says where and why."""
 
 
-class _Curve:
+class _Curve(ABC):
     """What the curves share: true and indicated impact pressure of one another."""
 
     __slots__ = ()
 
+    @abstractmethod
     def normalized(self, indicated_impact_pressure: Pascal) -> Array:
         """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
-        raise NotImplementedError
 
     def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
         """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""

@@ -32,6 +32,7 @@ from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_si
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
 from pitotbench.cli.plan import request_of
 from pitotbench.sensing.sampling import has_velocity_down
+from pitotbench.show.plan import plan_columns, remark
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import FOOT, KNOT
 from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
@@ -111,6 +112,18 @@ def test_information_adds_up(plan):
     assert each.within(0.5 * each.minutes) == each.mean
     assert each.times_for(0.5 * each.mean) == 4
     assert each.times_for(2.0 * each.mean) == 1
+
+
+def test_the_table_tells_what_is_as_good_and_no_bound_in_fewer_minutes_than_a_card_takes(plan):
+    circle, step = plan.forecasts
+    (bound,) = (column for column in plan_columns(replace(plan, minutes=6.0)) if column.heading == "±2σ in 6 min")
+    assert bound.text(replace(circle, minutes=5.9)) == f"{circle.mean / KNOT:.3f}"
+    assert bound.text(replace(circle, minutes=6.1)) == "–"
+    twin = replace(circle, maneuver="cloverleaf", two_sigma=circle.two_sigma + 0.9 * circle.spread)
+    worse = replace(circle, maneuver="cloverleaf", two_sigma=circle.two_sigma + 1.1 * circle.spread)
+    longer = replace(twin, minutes=1.2 * circle.minutes)
+    assert [remark(plan, each) for each in (circle, step)] == ["best", "best, no steep turn"]
+    assert [remark(plan, each) for each in (twin, worse, longer)] == ["as good as the best", "", ""]
 
 
 def test_box_and_minutes_exclude_and_what_cannot_be_flown_is_said():

@@ -50,6 +50,7 @@ def _rounded(value: Any) -> str:
 # The table of a plan: one row a maneuver, in order of merit; and the plan as plain data.
 
 _COMPARED = 6.0  # min: maneuvers are compared over equal times where the user names none
+_AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread that takes no longer is as good
 
 
 def plan_columns(plan: Plan) -> list[Column[Forecast]]:
@@ -99,7 +100,7 @@ def remark(plan: Plan, each: Forecast) -> str:
     if each is plan.gentle:
         return "best, no steep turn"
     best = plan.best
-    as_good = best is not None and each.mean < best.mean + best.spread and each.minutes < 1.1 * best.minutes
+    as_good = best is not None and each.mean < best.mean + best.spread and each.minutes < _AS_LONG * best.minutes
     return "as good as the best" if as_good else ""
 
 

@@ -179,9 +179,14 @@ class Watch:
         first, before = (self._begun, 0) if len(self._times) == self.flown else self._times[0]
         return (self.flown - before) / max(self.clock() - first, 1e-9)
 
-    def state(self) -> dict[str, Any]:
+    @property
+    def left(self) -> int | None:
+        """The time left [s]; None before the first flight."""
+        flights = self.total - self.found - self.flown
+        return round(flights / self.rate) if self.rate > 0 else None
+
+    def state(self) -> dict[str, object]:
         """Return the counts, the rate and the time left [s], for a program that watches."""
-        left = self.total - self.found - self.flown
         return {
             "planned": self.total,
             "found": self.found,
@@ -189,13 +194,13 @@ class Watch:
             "failed": sum(self.reasons.values()),
             "reasons": dict(self.reasons),
             "flights_per_s": round(self.rate, 3),
-            "left_s": round(left / self.rate) if self.rate > 0 else None,
+            "left_s": self.left,
             "elapsed_s": round(self.clock() - self._begun, 1),
         }
 
     def line(self) -> str:
         """Return the state in words."""
-        done, left = self.found + self.flown, self.state()["left_s"]
+        done, left = self.found + self.flown, self.left
         parts = [f"{done:,} of {self.total:,} flights"]
         parts += [f"{self.rate:.2f} a second"] if self.flown else []
         parts += [f"{left / 60.0:,.0f} min left"] if left else []

@@ -260,15 +260,19 @@ def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
     elif rest:
         table.setdefault(here, {})
     else:
-        # The same quantity in another unit goes, which the base may have been written in.
-        stem = "" if name in ("truth_seed", "sensor_seed") else name.rpartition("_")[0]
-        for key in [key for key in table if stem and key != name and key.rpartition("_")[0] == stem]:
-            if isinstance(table[key], int | float | list) and not isinstance(table[key], bool):
-                del table[key]
+        _drop_other_units(table, name)
     if rest:
         _put(table[here], rest, value, whole)
     else:
         table[here] = value
+
+
+def _drop_other_units(table: dict[str, Any], name: str) -> None:
+    """Remove the same quantity in another unit, which the base may have been written in."""
+    stem = "" if name in ("truth_seed", "sensor_seed") else name.rpartition("_")[0]
+    for key in [key for key in table if stem and key != name and key.rpartition("_")[0] == stem]:
+        if isinstance(table[key], int | float | list) and not isinstance(table[key], bool):
+            del table[key]
 
 
 _TABLES = ("case", "grid", "list", "draw", "calibrate", "das", "seeds")

@@ -238,17 +238,17 @@ def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
 
 def require_page(path: Path | None, inputs: Iterable[Path] = ()) -> None:
     """Raise BadInputError unless a page can be written where a flag asks for one."""
-    from pitotbench.logbook.formats import PAGES, require_file
-
     if path is not None:
+        from pitotbench.logbook.formats import PAGES, require_file
+
         require_file(path, PAGES, inputs)
 
 
 def write_page(path: Path | None, page: Callable[[], str]) -> None:
     """Write a page where a flag asks for one; only then it is made."""
-    from pitotbench.logbook.columns import write_text
-
     if path is not None:
+        from pitotbench.logbook.columns import write_text
+
         write_text(path, page())
 
 

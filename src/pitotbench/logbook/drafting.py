@@ -393,7 +393,8 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
             chosen[guess.quantity] = guess
             used.add(guess.theirs)
     order = [guess.theirs for options in offered for guess in options[:1]]
-    return sorted(chosen.values(), key=lambda guess: [*order, guess.theirs].index(guess.theirs))
+    places = {name: place for place, name in enumerate(order)}
+    return sorted(chosen.values(), key=lambda guess: places.get(guess.theirs, len(order)))
 
 
 def _without_superseded(chosen: list[Guess]) -> list[Guess]:

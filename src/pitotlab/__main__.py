@@ -26,6 +26,7 @@ COMMANDS = {
     "outside": "pitotlab.outside.judge:command",
     "blind signatures": "pitotlab.blind.signatures:command",
     "blind generate": "pitotlab.blind.drawn:command",
+    "blind again": "pitotlab.blind.flown_again:again_command",
     "blind develop": "pitotlab.blind.drawn:develop",
     "blind analyze": "pitotlab.blind.analyze:command",
     "blind observer": "pitotlab.blind.observer:command",

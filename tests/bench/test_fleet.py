@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from multiprocessing import current_process
 
 import pytest
 
@@ -52,6 +53,10 @@ def threads(number):
     return os.environ.get("OPENBLAS_NUM_THREADS")
 
 
+def process(number):
+    return os.getpid()
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_come_in_the_order_of_the_tasks_and_a_failed_one_is_a_failure_in_words(jobs):
     steps = []
@@ -77,6 +82,12 @@ def test_a_spawned_process_computes_with_one_thread(monkeypatch):
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     assert run_tasks(threads, [1, 2], jobs=2) == ["1", "1"]
     assert "OPENBLAS_NUM_THREADS" not in os.environ
+
+
+def test_a_process_that_may_start_no_other_does_the_work_itself(monkeypatch):
+    """A worker of a multiprocessing.Pool is such a process: a reconciliation in one waited for ever."""
+    monkeypatch.setitem(current_process()._config, "daemon", True)
+    assert run_tasks(process, [1, 2], jobs=2) == [os.getpid(), os.getpid()]
 
 
 def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():

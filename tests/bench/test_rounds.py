@@ -12,6 +12,7 @@ from pitotbench.bench.rounds import (
     iterate,
     patch_of,
     reconcile_logs,
+    settled,
     with_calibrated_probabilities,
 )
 from pitotbench.bench.workflow import told_warnings, wind_of_log
@@ -19,6 +20,7 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import Caution
+from pitotbench.records.verdict import Candidate
 from pitotbench.units import DEGREE, KNOT
 
 
@@ -99,6 +101,48 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, 
     else:
         assert after == changed
         assert not first.verdict.changes
+
+
+def test_effects_of_several_passes_are_fitted_together(found, looks):
+    """The first pass told too much of the latency, and the second an effect that is not there."""
+    (latency,) = found.verdict.effects
+    size = latency.sizes[0]
+    much = replace(latency, sizes=(replace(size, value=1.4 * size.value),))
+    warm = Candidate("recovery_deficit", (Estimate("deficit", 0.001, 0.0005),), 4.0)
+    first = replace(found, checks=replace(found.checks, found=replace(found.checks.found, effects=(much,))))
+    last = looks.later[-1]
+    told = replace(last.found, kind="one_of", effects=(warm, much), alternatives=(("gps_latency",), ()))
+    passes = replace(looks, first=first, later=(replace(last, found=told, added=(0, 1)),), added=(warm, much))
+    after = settled("none", passes)
+    (effect,) = after.effects
+    assert (effect.name, effect.score) == ("gps_latency", latency.score)
+    assert effect.sizes[0].value == pytest.approx(size.value, abs=0.5 * size.two_sigma)
+    assert [each.added for each in after.rounds] == [("gps_latency",), ()]
+    assert after.first.verdict.kind == "named"
+    assert settled("none", looks) is looks  # one pass told all there is
+
+
+def test_where_the_first_pass_took_the_wrong_effect_it_tells_that_of_the_second(found, looks):
+    (latency,) = found.verdict.effects
+    warm = Candidate("recovery_deficit", (Estimate("deficit", 0.001, 0.0005),), 4.0)
+    first = replace(found, checks=replace(found.checks, found=replace(found.checks.found, effects=(warm,))))
+    last = looks.later[-1]
+    told = replace(last.found, kind="named", effects=(latency,), alternatives=((),))
+    passes = replace(looks, first=first, later=(replace(last, found=told, added=(0,)),), added=(latency,))
+    after = settled("none", passes)
+    assert [each.added for each in after.rounds] == [("gps_latency",), ()]
+    assert [each.name for each in after.effects] == ["gps_latency"]
+
+
+def test_a_correction_counts_from_the_size_that_stood_in_the_model(looks):
+    """A size beyond its plausible range stands in the model at the end of it."""
+    effect, far = looks.first.verdict.effects[0], Estimate("drag_area_m2", -0.25, 0.02)
+    pod = replace(effect, name="belly_pod", sizes=(far,))
+    checks = looks.first.checks
+    begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(pod,))))
+    correction = replace(pod, sizes=(replace(far, value=-0.05),))
+    (joined,) = replace(looks, first=begun, added=(correction,)).effects
+    assert joined.sizes[0].value == pytest.approx(-0.25)  # -0.2 of the range, and -0.05
 
 
 def test_the_wind_of_a_log_is_that_of_the_case(late):

@@ -192,8 +192,8 @@ def test_an_answer_has_one_outcome(wanted, given):
     assert term.partial == ("from_a_time" in str(given))
 
 
-def test_a_control_is_named_by_its_clearest_size():
-    given = answer("named", effect("control_effectiveness", elevator_change=0.01, rudder_change=-0.35))
+def test_a_control_is_named_by_the_sizes_beyond_their_bounds():
+    given = answer("named", effect("control_moments", elevator_change=0.01, rudder_change=-0.35))
     (rudder,) = score_case(truth(("Cn_dr", -0.3)), given).terms
     (elevator,) = score_case(truth(("Cm_de", -0.3)), given).terms
     assert (rudder.outcome, rudder.inside) == ("named alone", True)

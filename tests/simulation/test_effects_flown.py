@@ -26,6 +26,7 @@ POUND_FORCE = POUND * STANDARD_GRAVITY
 ANSWERS = {
     "belly_pod": ("power_left", 1),
     "control_effectiveness": ("elevator", 1),
+    "control_moments": ("elevator", 1),
     "induced_drag": ("power_left", 1),
     "mass": ("angle_of_attack", 1),
     "center_of_gravity": ("elevator", 1),
@@ -167,6 +168,8 @@ def test_a_weaker_elevator_moves_further_for_the_same_moment():
     added = weak.get("effects/pitch-1") / weak.get("aero/moment/pitch-elevator")  # 0 is its lift
     assert added == pytest.approx(-0.2)
     assert weak.get("elevator") / plain.get("elevator") == pytest.approx(1.25, rel=0.05)
+    moments = overlay("control_moments", elevator_change=-0.2, aileron_change=0.1, rudder_change=0.1).functions
+    assert [each.axis for each in moments] == ["PITCH", "ROLL", "YAW"]  # the forces of the surfaces stay
 
 
 def test_propulsion_loses_the_share_that_is_named():

@@ -309,7 +309,8 @@ def open_fleet(
     """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a scheduler's address.
 
     Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one job is a
-    process of its own as well, so that a flight that crashes does not end this one. One task is performed here.
+    process of its own as well, so that a flight that crashes does not end this one. One task is performed here; so
+    is all work where this process may start no other.
     `security` is a file with the certificates of a `tls://` scheduler.
     Raises BadInputError where dask is not installed, the scheduler does not answer or a worker does not fit.
     """
@@ -321,7 +322,8 @@ def open_fleet(
     processes = jobs or usable_cores()
     if tasks is not None:
         processes = min(processes, max(tasks, 1)) if jobs is None or isolated else processes
-    if processes <= 1 and not (isolated and tasks != 1):
+    # A worker of a multiprocessing.Pool may not start processes of its own.
+    if current_process().daemon or (processes <= 1 and not (isolated and tasks != 1)):
         yield Fleet(limits=limits)
         return
     pool = WorkerPool(processes, limits.seconds)

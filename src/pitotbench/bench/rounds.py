@@ -1,6 +1,6 @@
 """Reach a verdict on one or several logs, and judge them again until nothing significant remains."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pitotbench.bench.null_flights import (
@@ -12,15 +12,15 @@ from pitotbench.bench.null_flights import (
     null_distribution_of,
     tells_the_day,
 )
-from pitotbench.effects import OWN_TERMS
+from pitotbench.effects import OWN_TERMS, effect_of
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
-from pitotbench.reconciliation.naming import Naming
+from pitotbench.reconciliation.naming import Naming, fit_together
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconciliation.renewal import with_effects
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.signatures import FITTED, GUSTS, returns
+from pitotbench.reconciliation.signatures import FITTED, GUSTS, lasts, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import (
     Checks,
@@ -33,6 +33,7 @@ from pitotbench.reconciliation.verdict import (
     verdict_of,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case
 from pitotbench.records.gap import Round
 from pitotbench.records.log import FlightLog
@@ -171,7 +172,7 @@ class Looks:
     """A reconciliation with the passes that followed it, and the fitted shapes of all effects.
 
     `later` is what the checks of each later pass found, `added` the effects that these passes add, and `last` the
-    fit behind the verdict of the last one.
+    fit behind the verdict of the last one. `together` is the closure by all effects where they were fitted at once.
     """
 
     first: Reconciliation
@@ -179,6 +180,7 @@ class Looks:
     added: tuple[Candidate, ...]
     shapes: Shapes
     last: Naming
+    together: Closure | None = None
 
     @property
     def rounds(self) -> tuple[Round, ...]:
@@ -199,6 +201,8 @@ class Looks:
         """
         begin, end = self.rounds[0].verdict.closure, self.rounds[-1].verdict.closure
         left = (end.after if self.rounds[-1].added else end.before) - end.noise
+        if self.together is not None:
+            left = self.together.after - self.together.noise
         return Closure(begin.before, min(begin.noise + left, begin.before), begin.noise)
 
     @property
@@ -262,6 +266,58 @@ def iterate(aircraft: str, first: Reconciliation, progress: Progress | None = No
     return looks
 
 
+def settled(aircraft: str, looks: Looks) -> Looks:
+    """Return the passes with all their effects fitted together, and without those not needed beside the others.
+
+    Each effect is told by the pass that named it first. Where those of the first pass are not needed, it tells what
+    the next one named.
+    """
+    if not looks.added:
+        return looks
+    model, entries = aircraft_model(aircraft), dict(patch_of(looks, (), "", "").entries)
+    layouts = [with_effects(each.layout, model, entries) for each in looks.first.logs]
+    fitted = fit_together(layouts, [each.null for each in looks.first.logs], entries)
+    told: set[str] = set()
+    passes = [_told_once(each, fitted.sizes, told) for each in (looks.first.checks, *looks.later)]
+    first = next((i for i, each in enumerate(passes) if each.found.effects), 0)
+    if first:
+        found, moved = passes[0].found, passes[first].found
+        found = replace(found, kind=moved.kind, effects=moved.effects, alternatives=moved.alternatives)
+        passes[0], passes[first] = replace(passes[0], found=found), replace(passes[first], added=())
+    added = (e for each in passes[1:] for i, e in enumerate(each.found.effects) if i in (each.added or ()))
+    return replace(
+        looks,
+        first=replace(looks.first, checks=passes[0]),
+        later=tuple(passes[1:]),
+        added=tuple(added),
+        together=fitted.closure,
+    )
+
+
+def _told_once(checks: Checks, sizes: Mapping[str, tuple[Estimate, ...]], told: set[str]) -> Checks:
+    """The checks of a pass with the effects that none before has `told`, which grows, at their sizes together."""
+    verdict, effects = checks.found, list[tuple[Candidate, tuple[str, ...]]]()
+    pairs = list(zip(verdict.effects, verdict.alternatives, strict=True))
+    for effect, others in pairs if checks.added is None else [pairs[i] for i in checks.added]:
+        fitted = effect.name in FITTED and lasts(effect.name)
+        if effect.name not in told and (effect.name in sizes or not fitted):
+            told.add(effect.name)
+            # A rival that stands in the model itself is none.
+            rivals = tuple(name for name in others if name not in sizes)
+            effects.append((replace(effect, sizes=sizes.get(effect.name, effect.sizes)), rivals))
+    one_of = any(others for _, others in effects)
+    kind = verdict.kind
+    if kind in SURE and any(others for _, others in pairs):
+        kind = "one_of" if one_of else "named"
+    found = replace(
+        verdict,
+        kind=kind,
+        effects=tuple(e for e, _ in effects),
+        alternatives=tuple(others for _, others in effects),
+    )
+    return replace(checks, found=found, added=None if checks.added is None else tuple(range(len(effects))))
+
+
 def closure_checked(looks: Looks) -> Looks:
     """Return the passes with the objection of their closure, where they close too little of the gap.
 
@@ -308,6 +364,14 @@ def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:
             continue
         sizes = {s.name: s for s in first.sizes}  # what the correction does not name stays
         for s in effect.sizes:
-            sizes[s.name] = replace(s, value=sizes[s.name].value + s.value) if s.name in sizes else s
+            sizes[s.name] = (
+                replace(s, value=_in_model(effect.name, sizes[s.name]) + s.value) if s.name in sizes else s
+            )
         joined[effect.name] = replace(first, sizes=tuple(sizes.values()))
     return tuple(joined.values())
+
+
+def _in_model(effect: str, size: Estimate) -> float:
+    """A size as it stands in the model: within its plausible range."""
+    own = effect_of(effect).parameter(size.name)
+    return min(max(size.value, own.low), own.high)

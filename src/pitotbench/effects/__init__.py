@@ -36,6 +36,7 @@ EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in 
 OWN_TERMS = frozenset(
     {
         "control_effectiveness",
+        "control_moments",
         "induced_drag",
         *(effect.name for effect in FAMILIES["airframe"] if effect.part == "lift, stability and damping"),
     }

@@ -1,6 +1,7 @@
 """Effects of the airframe: drag, loading, trim and controls."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from pitotbench.effects.effect import RANGE_OF_AIRSPEED, SIDESLIP, TURNING, AircraftEffect, Build, Parameter, Sizes
 from pitotbench.effects.overlay import (
@@ -50,20 +51,27 @@ BELLY_POD = AircraftEffect(
 
 SURFACES = {"elevator_change": "elevator", "aileron_change": "aileron", "rudder_change": "rudder"}
 AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
+OWN_AXES = {"elevator": ("PITCH",), "aileron": ("ROLL",), "rudder": ("YAW",)}
 
 
-def _controls(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    # A share of each function of the surface is added to its axis; the aircraft's functions stay unchanged.
-    added: list[AxisFunction] = []
-    for key, surface in SURFACES.items():
-        moving = [function for axis in AXES for function in baseline.terms(axis, surface)] if sizes[key] else []
-        if sizes[key] and not moving:
-            raise BadInputError(
-                f"effect {effect.name!r}: no aerodynamic function of {baseline.aircraft!r} reads its "
-                f"{surface}; set {key} to 0"
-            )
-        added += [AxisFunction(each.axis, product(size(effect.name, key), each.name)) for each in moving]
-    return Overlay(sizes=effect.held(sizes), functions=tuple(added))
+def _controls(axes_of: Mapping[str, Sequence[str]]) -> Build:
+    """The build of an effect that scales the functions of each surface in some axes."""
+
+    def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+        # A share of each function of the surface is added to its axis; the aircraft's functions stay unchanged.
+        added: list[AxisFunction] = []
+        for key, surface in SURFACES.items():
+            axes = axes_of[surface] if sizes[key] else ()
+            moving = [function for axis in axes for function in baseline.terms(axis, surface)]
+            if sizes[key] and not moving:
+                raise BadInputError(
+                    f"effect {effect.name!r}: no aerodynamic function of {baseline.aircraft!r} reads its "
+                    f"{surface}; set {key} to 0"
+                )
+            added += [AxisFunction(each.axis, product(size(effect.name, key), each.name)) for each in moving]
+        return Overlay(sizes=effect.held(sizes), functions=tuple(added))
+
+    return build
 
 
 CONTROL_EFFECTIVENESS = AircraftEffect(
@@ -77,7 +85,16 @@ CONTROL_EFFECTIVENESS = AircraftEffect(
     source="DATCOM-class estimates of control derivatives err by 10 to 30 % (Hoak 1978, USAF DATCOM)",
     what="The surfaces must move more or less than in the model for the same motion.",
     shows_in=SIDESLIP,
-    build=_controls,
+    build=_controls(dict.fromkeys(SURFACES.values(), AXES)),
+)
+
+# A derivative of its own may be off: the moment of a surface about its own axis, and not its force.
+CONTROL_MOMENTS = replace(
+    CONTROL_EFFECTIVENESS,
+    name="control_moments",
+    variant_of="control_effectiveness",
+    what="The surfaces give more or less moment about their own axes; their forces are those of the model.",
+    build=_controls(OWN_AXES),
 )
 
 

@@ -14,7 +14,14 @@ from pitotbench.reconciliation.equations import (
     whitened_equations,
     with_form_error,
 )
-from pitotbench.reconciliation.evidence import Evidence, LogEvidence, estimates, merit, significance
+from pitotbench.reconciliation.evidence import (
+    Evidence,
+    LogEvidence,
+    estimates,
+    merit,
+    significance,
+    significant,
+)
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import NullDistribution
@@ -34,7 +41,7 @@ from pitotbench.reconciliation.renewal import (
     with_parts_of_flight,
     without_sensor_effects,
 )
-from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
+from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, lasts, returns, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Closure, JoinedFlight, Located, OwnSize
@@ -295,12 +302,12 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnS
     show is drawn to zero by a wide prior, as its bound is.
     """
     keys = list(dict.fromkeys(key for naming in namings for key in _keys(naming)))
-    inner = np.zeros((len(keys) + 1, len(keys) + 1))
+    logs = []
     for number, naming in enumerate(namings):
         if number != left_out:
-            rows = [*(keys.index(key) for key in _keys(naming)), len(keys)]
             columns = [*naming.fit.columns, -1]
-            inner[np.ix_(rows, rows)] += naming.equations.inner[np.ix_(columns, columns)]
+            logs.append((_keys(naming), naming.equations.inner[np.ix_(columns, columns)]))
+    inner = _summed(keys, logs)
     shown = [i for i in range(len(keys)) if inner[i, i] > 0.0]
     squares, found = inner[np.ix_(shown, shown)], tuple(keys[i] for i in shown)
     covariance = np.linalg.inv(squares + np.diag([_widest(key) ** -2.0 for key in found]))
@@ -309,6 +316,19 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnS
     else:
         sizes = covariance @ inner[shown, -1]
     return OwnSizes(found, np.asarray(sizes), np.asarray(covariance))
+
+
+def _summed(keys: Sequence[Key], logs: Sequence[tuple[Sequence[Key], Array]]) -> Array:
+    """The inner products of some sizes and the residual, last, summed over logs, each with keys of its own.
+
+    What a log does not show adds nothing.
+    """
+    inner = np.zeros((len(keys) + 1, len(keys) + 1))
+    for own, products in logs:
+        columns = [i for i, key in enumerate(own) if key in keys]
+        rows = [*(keys.index(own[i]) for i in columns), len(keys)]
+        inner[np.ix_(rows, rows)] += products[np.ix_([*columns, -1], [*columns, -1])]
+    return inner
 
 
 def _keys(naming: Naming) -> tuple[Key, ...]:
@@ -363,6 +383,89 @@ def own_sizes(logs: Sequence[LogEvidence], effects: Names, sizes: Mapping[Key, f
     found = Evidence(evidence.inner).of(range(len(keys)), wide)
     method = np.array([THRESHOLDS.size_error * sizes.get(key, 0.0) for key in keys])
     return OwnSizes(tuple(keys), found.mean, found.covariance + np.diag(method**2))
+
+
+@dataclass(frozen=True, slots=True)
+class FittedTogether:
+    """The whole sizes of effects that several passes named, by effect, and the closure of all logs by them."""
+
+    sizes: Mapping[str, tuple[Estimate, ...]]
+    closure: Closure
+
+
+def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], entries: Entries) -> FittedTogether:
+    """Fit the whole sizes of the effects that are in the model anew, all at once.
+
+    `layouts` are those of the logs with the effects in the model, at the sizes of `entries`. A pass that names one
+    effect cannot know what a later one names: it gives the first a part of the gap that is the other's. An effect
+    that is not significant beside the others is left out, the weakest first. Left out are also effects for a part
+    of the flight, which stay as they are, and those that no log shows.
+    """
+    whole = [
+        Renewed(laid, whitened_equations(laid, noise), noise)
+        for laid, noise in (
+            (_with_whole_sizes(layout, entries), scaled_to(null.noise, layout))
+            for layout, null in zip(layouts, nulls, strict=True)
+        )
+    ]
+    keys = [[(s.effect, s.parameter) for s in each.layout.signatures] for each in whole]
+    shown = [
+        (each.evidence(null), own, each.equations.inner)
+        for each, null, own in zip(whole, nulls, keys, strict=True)
+        if own
+    ]
+    names = tuple(name for name in entries if any(key[0] == name for own in keys for key in own))
+    sizes: dict[Key, float] = {}
+    found = OwnSizes((), np.zeros(0), np.zeros((0, 0)))
+    while names:
+        sizes = _fitted([(own, inner) for _, own, inner in shown], names)
+        found = own_sizes([log for log, _, _ in shown], names, sizes)
+        scores = {name: _distance(found.of(name)) for name in names}
+        weakest = min(names, key=lambda name: scores[name])
+        if len(names) == 1 or scores[weakest] >= THRESHOLDS.kept_from:
+            break
+        names = tuple(name for name in names if name != weakest)
+    spread = dict(zip(found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True))
+    told = {
+        name: significant([Estimate(key[1], sizes[key], 2.0 * spread[key]) for key in found.of(name).keys])
+        for name in names
+    }
+    closures = []
+    for each, own in zip(whole, keys, strict=True):
+        columns = [i for i, key in enumerate(own) if key in sizes]
+        cells = [i for i, _ in each.layout.places]
+        closures.append(closure_of(each.equations, columns, [sizes[own[i]] for i in columns], cells))
+    before, after, noise = (sum(getattr(c, part) for c in closures) for part in ("before", "after", "noise"))
+    return FittedTogether(told, Closure(before, after, noise))
+
+
+def _with_whole_sizes(layout: Layout, entries: Entries) -> Layout:
+    """A layout with effects in its model, with their whole change in its residuals and no other signature."""
+    sizes = {(s.effect, s.parameter): entries.get(s.effect, {}).get(s.parameter, 0.0) for s in layout.signatures}
+    fitted = {name: own for name, own in entries.items() if name in FITTED}
+    shapes = {
+        n: {p.name: own[p.name] for p in FITTED[n].parameters if p.shape and p.name in own}
+        for n, own in fitted.items()
+    }
+    layout = at_sizes(layout, {key: size for key, size in sizes.items() if size}, shapes)
+    own = tuple(s for s in layout.signatures if s.effect in entries and lasts(s.effect))
+    back = [-sizes[s.effect, s.parameter] for s in own]
+    return replace(layout.without([s.column for s in own], back), signatures=own, in_model={})
+
+
+def _fitted(logs: Sequence[tuple[Sequence[Key], Array]], names: Names) -> dict[Key, float]:
+    """The sizes of some effects that fit all logs best, each log with its keys and inner products."""
+    keys = list(dict.fromkeys(key for own, _ in logs for key in own if key[0] in names))
+    inner = _summed(keys, logs)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner)[:-1], FARTHEST))
+    normal, right = inner[:-1, :-1] * np.outer(scale, scale), inner[:-1, -1] * scale
+    sizes = np.linalg.lstsq(normal, right, rcond=None)[0] * scale
+    return dict(zip(keys, sizes.tolist(), strict=True))
+
+
+def _distance(sizes: OwnSizes) -> float:
+    """The distance [σ] of some sizes from zero."""
+    return float(np.sqrt(max(0.0, float(sizes.values @ np.linalg.solve(sizes.covariance, sizes.values)))))
 
 
 def _widest(key: Key) -> float:

@@ -95,6 +95,7 @@ class Thresholds:
 
     # Further looks at a log, with the named effects in the model.
     looks_most: int = 3  # looks; each costs as much as the first one
+    kept_from: float = 3.0  # σ of an effect beside all others of these looks, below which it is not needed
 
 
 THRESHOLDS = Thresholds()

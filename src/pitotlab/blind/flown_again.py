@@ -1,5 +1,6 @@
-"""Further looks at judged cases: the card with the patch, a wrong effect forced in.
+"""Further looks at judged cases: a set flown again, the card with the patch, a wrong effect forced in.
 
+`blind again` flies an opened set from its truth, with truth and seal beside the logs, for a later build to judge.
 `blind reflown` and `blind forced` take cases of one flight whose effect was named rightly. A gap flown again is the
 root mean square over the segments of the card, of measured less simulated, in units of the chance between two
 flights; the chance itself is taken out. The effects forced in are drawn among those that improve the log at a
@@ -30,10 +31,10 @@ from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records.gap import Feature
 from pitotbench.records.log import FlightLog
 from pitotlab.blind.case import JudgedCase, model_of
-from pitotlab.blind.drawn import HiddenCase, HiddenEffect, bend_of, log_of
+from pitotlab.blind.drawn import HiddenCase, HiddenEffect, bend_of, log_of, write_cases
 from pitotlab.blind.flown import SETTINGS, Environment
 from pitotlab.blind.outsiders import HIDDEN_EFFECTS
-from pitotlab.blind.sealed import PLACE, judged_in
+from pitotlab.blind.sealed import KEPT, PLACE, files_of, judged_in, opened
 
 
 def case_of(told: Mapping[str, Any]) -> HiddenCase:
@@ -135,6 +136,21 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
                 "closure": round(closed.share, 3),
                 "named": case.answer.get("held_out"),
             }
+
+
+def again_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Fly a kept set again from its opened truth, and write its logs, its truth and its seal into a folder."""
+    parser.add_argument("name", help="of the set: eleventh")
+    parser.add_argument("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
+    parser.add_argument("--jobs", type=int, default=2)
+    options = parser.parse_args(words)
+    kept, seal = KEPT / f"{options.name}.tar.xz", options.folder / "seal"
+    truth = opened(kept)
+    seal.mkdir(parents=True, exist_ok=True)
+    for name in ("truth.json", "truth.sha256"):
+        (seal / name).write_bytes(files_of(kept)[name])
+    cases, held = [case_of(told) for told in truth["cases"]], [told["held_out"] for told in truth["cases"]]
+    write_cases(options.folder / "logs", truth["seed"], cases, held, options.jobs)
 
 
 def reflown_command(parser: ArgumentParser, words: Sequence[str]) -> None:

@@ -267,10 +267,11 @@ def _pushing(name: str, *functions: tuple[str, Expression]) -> AircraftEffect:
     return _as_effect(name, build)
 
 
-def _as_effect(name: str, build) -> AircraftEffect:  # type: ignore[no-untyped-def]
+def _as_effect(name: str, build: Callable[[Sizes, Baseline], Overlay]) -> AircraftEffect:
     known = EFFECTS["belly_pod"]
     assert isinstance(known, AircraftEffect)
-    return replace(known, name=name, parameters=(SIZE,), variant_of="", what="hidden", build=build)
+    built = replace(known, name=name, parameters=(SIZE,), variant_of="", what="hidden")
+    return replace(built, build=lambda _, sizes, baseline: build(sizes, baseline))
 
 
 def _surging(sizes: Sizes, baseline: Baseline) -> Overlay:

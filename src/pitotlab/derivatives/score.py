@@ -13,20 +13,20 @@ from pitotbench.show.columns import Column, json_rows, json_text, print_table
 from pitotlab.blind.score import wilson
 from pitotlab.experiment import OUT
 
-# The effects that name a derivative; of the controls, with the parameter that has to be the clearest.
+# The effects that name a derivative; of the controls, with the parameter that has to be beyond its 2σ.
 NAMES: Mapping[str, tuple[str, ...]] = {
     "CL_alpha": ("lift_slope",),
     "CL_0": ("zero_lift",),
     "Cm_alpha": ("pitch_stiffness",),
     "Cm_q": ("pitch_damping",),
-    "Cm_de": ("control_effectiveness",),
+    "Cm_de": ("control_moments", "control_effectiveness"),
     "CY_beta": ("side_force",),
     "Cl_beta": ("dihedral_effect",),
     "Cl_p": ("roll_damping",),
-    "Cl_da": ("control_effectiveness",),
+    "Cl_da": ("control_moments", "control_effectiveness"),
     "Cn_beta": ("weathercock_stability",),
     "Cn_r": ("yaw_damping",),
-    "Cn_dr": ("control_effectiveness",),
+    "Cn_dr": ("control_moments", "control_effectiveness"),
     "CD_0": ("belly_pod", "gear_not_up"),
     "CD_i": ("induced_drag",),
 }
@@ -62,10 +62,9 @@ class Group:
         """Whether the effect is the changed derivative."""
         if self.name not in NAMES[derivative]:
             return False
-        wanted = PARAMETERS.get(derivative)
-        sizes = self.effect["parameters"]
-        clearest = max(sizes, key=lambda size: abs(size["value"]) / max(size["two_sigma"], 1e-12), default=None)
-        return wanted is None or (clearest is not None and clearest["name"] == wanted)
+        wanted, sizes = PARAMETERS.get(derivative), self.effect["parameters"]
+        told = [size["name"] for size in sizes if abs(size["value"]) > size["two_sigma"]]
+        return wanted is None or wanted in told
 
     def holds(self, derivative: str) -> bool:
         """Whether the derivative is the effect or among the others."""

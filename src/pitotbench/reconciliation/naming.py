@@ -220,6 +220,7 @@ def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> 
 # of several in which there are no others.
 
 Key = tuple[str, str]  # an effect and one of its parameters
+_Part = tuple[tuple[Key, ...], Array]  # what a log shows: its keys, and the inner products of them and the residual
 FARTHEST = 1e-300  # smallest probability that is turned into a distance
 
 
@@ -302,12 +303,12 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnS
     show is drawn to zero by a wide prior, as its bound is.
     """
     keys = list(dict.fromkeys(key for naming in namings for key in _keys(naming)))
-    logs = []
+    parts = []
     for number, naming in enumerate(namings):
         if number != left_out:
             columns = [*naming.fit.columns, -1]
-            logs.append((_keys(naming), naming.equations.inner[np.ix_(columns, columns)]))
-    inner = _summed(keys, logs)
+            parts.append((_keys(naming), naming.equations.inner[np.ix_(columns, columns)]))
+    inner = _summed(keys, parts)
     shown = [i for i in range(len(keys)) if inner[i, i] > 0.0]
     squares, found = inner[np.ix_(shown, shown)], tuple(keys[i] for i in shown)
     covariance = np.linalg.inv(squares + np.diag([_widest(key) ** -2.0 for key in found]))
@@ -318,13 +319,13 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnS
     return OwnSizes(found, np.asarray(sizes), np.asarray(covariance))
 
 
-def _summed(keys: Sequence[Key], logs: Sequence[tuple[Sequence[Key], Array]]) -> Array:
+def _summed(keys: Sequence[Key], parts: Sequence[_Part]) -> Array:
     """The inner products of some sizes and the residual, last, summed over logs, each with keys of its own.
 
     What a log does not show adds nothing.
     """
     inner = np.zeros((len(keys) + 1, len(keys) + 1))
-    for own, products in logs:
+    for own, products in parts:
         columns = [i for i, key in enumerate(own) if key in keys]
         rows = [*(keys.index(own[i]) for i in columns), len(keys)]
         inner[np.ix_(rows, rows)] += products[np.ix_([*columns, -1], [*columns, -1])]
@@ -398,29 +399,22 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
 
     `layouts` are those of the logs with the effects in the model, at the sizes of `entries`. A pass that names one
     effect cannot know what a later one names: it gives the first a part of the gap that is the other's. An effect
-    that is not significant beside the others is left out, the weakest first. Left out are also effects for a part
-    of the flight, which stay as they are, and those that no log shows.
+    that is not significant beside the others, or that would need an impossible size, is left out, the weakest
+    first. Left out are also effects for a part of the flight, which stay as they are, and those that no log shows.
     """
-    whole = [
-        Renewed(laid, whitened_equations(laid, noise), noise)
-        for laid, noise in (
-            (_with_whole_sizes(layout, entries), scaled_to(null.noise, layout))
-            for layout, null in zip(layouts, nulls, strict=True)
-        )
-    ]
-    keys = [[(s.effect, s.parameter) for s in each.layout.signatures] for each in whole]
-    shown = [
-        (each.evidence(null), own, each.equations.inner)
-        for each, null, own in zip(whole, nulls, keys, strict=True)
-        if own
-    ]
-    names = tuple(name for name in entries if any(key[0] == name for own in keys for key in own))
-    sizes: dict[Key, float] = {}
-    found = OwnSizes((), np.zeros(0), np.zeros((0, 0)))
+    whole = []
+    for layout, null in zip(layouts, nulls, strict=True):
+        laid, noise = _with_whole_sizes(layout, entries), scaled_to(null.noise, layout)
+        whole.append(Renewed(laid, whitened_equations(laid, noise), noise))
+    keys = [tuple((s.effect, s.parameter) for s in each.layout.signatures) for each in whole]
+    parts = [(own, each.equations.inner) for own, each in zip(keys, whole, strict=True)]
+    logs = [each.evidence(null) for each, null in zip(whole, nulls, strict=True) if each.layout.signatures]
+    names = _one_form_of_each_cause(parts, [n for n in entries if any(n == key[0] for own in keys for key in own)])
+    sizes, found = dict[Key, float](), OwnSizes((), np.zeros(0), np.zeros((0, 0)))
     while names:
-        sizes = _fitted([(own, inner) for _, own, inner in shown], names)
-        found = own_sizes([log for log, _, _ in shown], names, sizes)
-        scores = {name: _distance(found.of(name)) for name in names}
+        sizes, _ = _fitted(parts, names)
+        found = own_sizes(logs, names, sizes)
+        scores = {n: _distance(found.of(n)) if _is_plausible(found.of(n), sizes) else 0.0 for n in names}
         weakest = min(names, key=lambda name: scores[name])
         if len(names) == 1 or scores[weakest] >= THRESHOLDS.kept_from:
             break
@@ -439,6 +433,17 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
     return FittedTogether(told, Closure(before, after, noise))
 
 
+def _one_form_of_each_cause(parts: Sequence[_Part], names: Sequence[str]) -> Names:
+    """Of each cause the form that explains most beside the others: two of them would share one size."""
+    kept = tuple(names)
+    for cause in dict.fromkeys(map(cause_of, names)):
+        others = tuple(name for name in kept if cause_of(name) != cause)
+        forms = [name for name in kept if cause_of(name) == cause]
+        best = max(forms, key=lambda name: _fitted(parts, (*others, name))[1]) if len(forms) > 1 else forms[0]
+        kept = tuple(name for name in kept if name in (*others, best))
+    return kept
+
+
 def _with_whole_sizes(layout: Layout, entries: Entries) -> Layout:
     """A layout with effects in its model, with their whole change in its residuals and no other signature."""
     sizes = {(s.effect, s.parameter): entries.get(s.effect, {}).get(s.parameter, 0.0) for s in layout.signatures}
@@ -453,14 +458,24 @@ def _with_whole_sizes(layout: Layout, entries: Entries) -> Layout:
     return replace(layout.without([s.column for s in own], back), signatures=own, in_model={})
 
 
-def _fitted(logs: Sequence[tuple[Sequence[Key], Array]], names: Names) -> dict[Key, float]:
-    """The sizes of some effects that fit all logs best, each log with its keys and inner products."""
-    keys = list(dict.fromkeys(key for own, _ in logs for key in own if key[0] in names))
-    inner = _summed(keys, logs)
+def _fitted(parts: Sequence[_Part], names: Names) -> tuple[dict[Key, float], float]:
+    """The sizes of some effects that fit all logs best, and the fall of the sum of squares by them."""
+    keys = list(dict.fromkeys(key for own, _ in parts for key in own if key[0] in names))
+    inner = _summed(keys, parts)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inner)[:-1], FARTHEST))
     normal, right = inner[:-1, :-1] * np.outer(scale, scale), inner[:-1, -1] * scale
-    sizes = np.linalg.lstsq(normal, right, rcond=None)[0] * scale
-    return dict(zip(keys, sizes.tolist(), strict=True))
+    scaled = np.linalg.lstsq(normal, right, rcond=None)[0]
+    return dict(zip(keys, (scaled * scale).tolist(), strict=True)), float(scaled @ right)
+
+
+def _is_plausible(found: OwnSizes, sizes: Mapping[Key, float]) -> bool:
+    """Whether no size is beyond its plausible range by more than its bound and half a typical size."""
+    for (effect, name), deviation in zip(found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True):
+        own, size = FITTED[effect].parameter(name), sizes[effect, name]
+        slack = 2.0 * deviation + 0.5 * abs(own.typical)
+        if not own.low - slack <= size <= own.high + slack:
+            return False
+    return True
 
 
 def _distance(sizes: OwnSizes) -> float:

@@ -281,8 +281,9 @@ def settled(aircraft: str, looks: Looks) -> Looks:
     passes = [_told_once(each, fitted.sizes, told) for each in (looks.first.checks, *looks.later)]
     first = next((i for i, each in enumerate(passes) if each.found.effects), 0)
     if first:
-        found, moved = passes[0].found, passes[first].found
-        found = replace(found, kind=moved.kind, effects=moved.effects, alternatives=moved.alternatives)
+        moved = passes[first].found
+        same = ("kind", "effects", "alternatives", "candidates", "probabilities")
+        found = replace(passes[0].found, **{name: getattr(moved, name) for name in same})
         passes[0], passes[first] = replace(passes[0], found=found), replace(passes[first], added=())
     added = (e for each in passes[1:] for i, e in enumerate(each.found.effects) if i in (each.added or ()))
     return replace(

@@ -13,7 +13,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.naming import name_effects
+from pitotbench.reconciliation.naming import OwnSizes, _is_plausible, fit_together, name_effects
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.pictures import clearest_channel, traces
@@ -23,16 +23,40 @@ from pitotbench.reconciliation.verdict import hold_out, judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.show.verdict import verdict_json
 
+FEW = ("belly_pod", "inclined_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")
+
 
 @pytest.fixture(scope="module")
-def pod():
-    """A flight with a pod that the model lacks, judged against a few hypotheses, no null flights."""
+def laid_out():
+    """A flight with a pod that the model lacks, laid out for a few hypotheses."""
     case = Case(maneuver="rapid_decel", truth_seed=21, effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.12}),))
-    few = Catalog(
-        "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
-    )
-    layout = lay_out(sense(fly(case), "20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
-    return judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
+    few = Catalog("effect", {name: EFFECTS[name] for name in FEW})
+    return lay_out(sense(fly(case), "20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
+
+
+@pytest.fixture(scope="module")
+def pod(laid_out):
+    """The same judged without null flights."""
+    return judge(["flight"], [laid_out], [theoretical_distribution(laid_out)]).verdict
+
+
+def test_effects_fitted_at_once_are_those_that_are_needed_each_in_one_form(laid_out):
+    entries = {name: {} for name in ("mass", "inclined_pod", "belly_pod")}  # in the model at no size
+    found = fit_together([laid_out], [theoretical_distribution(laid_out)], entries)
+    (name,) = found.sizes
+    assert name in ("belly_pod", "inclined_pod")
+    assert found.closure.share > 0.9
+    found = fit_together([laid_out], [theoretical_distribution(laid_out)], {"belly_pod": {"drag_area_m2": 0.0}})
+    (size,) = found.sizes["belly_pod"]
+    assert abs(size.value - 0.12) < size.two_sigma
+
+
+@pytest.mark.parametrize(("value", "wanted"), [(0.06, True), (0.30, True), (0.40, False), (-0.40, False)])
+def test_a_size_beyond_its_range_and_its_bound_is_impossible(value, wanted):
+    """The center of gravity of the class moves within 0.25 m."""
+    key = ("center_of_gravity", "aft_m")
+    found = OwnSizes((key,), np.array([value]), np.array([[0.02**2]]))
+    assert _is_plausible(found, {key: value}) is wanted
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:

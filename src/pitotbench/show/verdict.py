@@ -219,9 +219,6 @@ def print_account(account: Account, console: Console) -> None:
         added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
         line = f"pass {number}, with the effects of the passes before in the model: {kind_words(each.verdict)}"
         console.print(outside(line + added), soft_wrap=True)
-    if len(account.rounds) > 2:
-        together = "; ".join(map(effect_words, account.effects))
-        console.print(outside(f"the patch, with the corrections of all passes: {together}"), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:
             console.print()

@@ -13,7 +13,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.naming import OwnSizes, _is_plausible, fit_together, name_effects
+from pitotbench.reconciliation.naming import OwnSizes, _strength, fit_together, name_effects
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.pictures import clearest_channel, traces
@@ -51,12 +51,12 @@ def test_effects_fitted_at_once_are_those_that_are_needed_each_in_one_form(laid_
     assert abs(size.value - 0.12) < size.two_sigma
 
 
-@pytest.mark.parametrize(("value", "wanted"), [(0.06, True), (0.30, True), (0.40, False), (-0.40, False)])
-def test_a_size_beyond_its_range_and_its_bound_is_impossible(value, wanted):
-    """The center of gravity of the class moves within 0.25 m."""
+@pytest.mark.parametrize(("value", "needed"), [(0.03, False), (0.06, True), (0.30, True), (0.40, False)])
+def test_an_effect_within_its_bound_or_of_an_impossible_size_is_not_needed(value, needed):
+    """The center of gravity of the class moves within 0.25 m; this one is known to ±0.04 m."""
     key = ("center_of_gravity", "aft_m")
     found = OwnSizes((key,), np.array([value]), np.array([[0.02**2]]))
-    assert _is_plausible(found, {key: value}) is wanted
+    assert _strength(found, {key: value}) == pytest.approx(value / 0.02 if needed else 0.0)
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:

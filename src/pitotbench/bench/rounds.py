@@ -266,11 +266,11 @@ def iterate(aircraft: str, first: Reconciliation, progress: Progress | None = No
     return looks
 
 
-def settled(aircraft: str, looks: Looks) -> Looks:
+def settled(aircraft: str, looks: Looks, holdout: FlightLog | None = None) -> Looks:
     """Return the passes with all their effects fitted together, and without those not needed beside the others.
 
     Each effect is told by the pass that named it first. Where those of the first pass are not needed, it tells what
-    the next one named.
+    the next one named. A held-out log is closed by all of them.
     """
     if not looks.added:
         return looks
@@ -285,6 +285,12 @@ def settled(aircraft: str, looks: Looks) -> Looks:
         same = ("kind", "effects", "alternatives", "candidates", "probabilities")
         found = replace(passes[0].found, **{name: getattr(moved, name) for name in same})
         passes[0], passes[first] = replace(passes[0], found=found), replace(passes[first], added=())
+    if holdout is not None and looks.first.checks.hold_out is not None:
+        layout, equations, fit = fitted.fits[looks.first.shown]
+        chosen = tuple(fitted.sizes)
+        naming = replace(looks.first.naming, chosen=chosen, layout=layout, equations=equations, fit=fit)
+        held = hold_out(holdout, model, looks.first.null, naming, layout.setting)
+        passes[0] = replace(passes[0], hold_out=held)
     added = (e for each in passes[1:] for i, e in enumerate(each.found.effects) if i in (each.added or ()))
     return replace(
         looks,

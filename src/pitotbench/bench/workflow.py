@@ -212,7 +212,7 @@ def reconcile_fully(
     logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
     first = reconcile_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
-    looks = closure_checked(settled(aircraft, iterate(aircraft, first, progress)))
+    looks = closure_checked(settled(aircraft, iterate(aircraft, first, progress), other))
     source = ", ".join(each.name for each in logs)
     beyond = beyond_the_table(aircraft, looks, other, progress)
     looks = with_calibrated_probabilities(beyond.looks)

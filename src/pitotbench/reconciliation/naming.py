@@ -388,10 +388,14 @@ def own_sizes(logs: Sequence[LogEvidence], effects: Names, sizes: Mapping[Key, f
 
 @dataclass(frozen=True, slots=True)
 class FittedTogether:
-    """The whole sizes of effects that several passes named, by effect, and the closure of all logs by them."""
+    """The whole sizes of effects that several passes named, by effect, and the closure of all logs by them.
+
+    `fits` holds for each log its layout without these effects in the model, its equations, and the fit.
+    """
 
     sizes: Mapping[str, tuple[Estimate, ...]]
     closure: Closure
+    fits: tuple[tuple[Layout, NormalEquations, Fit], ...]
 
 
 def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], entries: Entries) -> FittedTogether:
@@ -414,7 +418,7 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
     while names:
         sizes, _ = _fitted(parts, names)
         found = own_sizes(logs, names, sizes)
-        scores = {n: _distance(found.of(n)) if _is_plausible(found.of(n), sizes) else 0.0 for n in names}
+        scores = {name: _strength(found.of(name), sizes) for name in names}
         weakest = min(names, key=lambda name: scores[name])
         if len(names) == 1 or scores[weakest] >= THRESHOLDS.kept_from:
             break
@@ -424,13 +428,17 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
         name: significant([Estimate(key[1], sizes[key], 2.0 * spread[key]) for key in found.of(name).keys])
         for name in names
     }
-    closures = []
+    closures, fits = [], []
     for each, own in zip(whole, keys, strict=True):
-        columns = [i for i, key in enumerate(own) if key in sizes]
+        columns = tuple(i for i, key in enumerate(own) if key in sizes)
+        values, places = np.array([sizes[own[i]] for i in columns]), [found.keys.index(own[i]) for i in columns]
         cells = [i for i, _ in each.layout.places]
-        closures.append(closure_of(each.equations, columns, [sizes[own[i]] for i in columns], cells))
+        closed = closure_of(each.equations, columns, values.tolist(), cells)
+        covariance = found.covariance[np.ix_(places, places)]
+        fits.append((each.layout, each.equations, Fit(columns, values, covariance, closed.before - closed.after)))
+        closures.append(closed)
     before, after, noise = (sum(getattr(c, part) for c in closures) for part in ("before", "after", "noise"))
-    return FittedTogether(told, Closure(before, after, noise))
+    return FittedTogether(told, Closure(before, after, noise), tuple(fits))
 
 
 def _one_form_of_each_cause(parts: Sequence[_Part], names: Sequence[str]) -> Names:
@@ -468,19 +476,22 @@ def _fitted(parts: Sequence[_Part], names: Names) -> tuple[dict[Key, float], flo
     return dict(zip(keys, (scaled * scale).tolist(), strict=True)), float(scaled @ right)
 
 
-def _is_plausible(found: OwnSizes, sizes: Mapping[Key, float]) -> bool:
-    """Whether no size is beyond its plausible range by more than its bound and half a typical size."""
+def _strength(found: OwnSizes, sizes: Mapping[Key, float]) -> float:
+    """The distance [σ] of the sizes of an effect from zero; 0 where it is not needed.
+
+    It is not where none of its sizes is beyond its bound, nor where one is impossible: beyond its plausible range
+    by more than its bound and half a typical size.
+    """
+    shown = False
     for (effect, name), deviation in zip(found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True):
         own, size = FITTED[effect].parameter(name), sizes[effect, name]
         slack = 2.0 * deviation + 0.5 * abs(own.typical)
         if not own.low - slack <= size <= own.high + slack:
-            return False
-    return True
-
-
-def _distance(sizes: OwnSizes) -> float:
-    """The distance [σ] of some sizes from zero."""
-    return float(np.sqrt(max(0.0, float(sizes.values @ np.linalg.solve(sizes.covariance, sizes.values)))))
+            return 0.0
+        shown = shown or abs(size) > 2.0 * deviation
+    if not shown:
+        return 0.0
+    return float(np.sqrt(max(0.0, float(found.values @ np.linalg.solve(found.covariance, found.values)))))
 
 
 def _widest(key: Key) -> float:

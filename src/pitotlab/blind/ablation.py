@@ -110,6 +110,9 @@ STEPS: Mapping[str, Step] = {
     "doubt by objections": Step({"doubt_objected": 0.0}, told=True),
     "all doubt": Step(NO_DOUBT, told=True),
     "powers, hold and doubt": Step({**NO_POWERS, **NO_DOUBT}, told=True),
+    "effects of all looks at once": Step(
+        functions={"pitotbench.bench.rounds.settled": lambda aircraft, looks: looks}, told=True
+    ),
     "closure rules": Step(functions=NO_CLOSURE_RULES, told=True),
     "withdrawal by a formula": Step(functions=NO_FORMULA, told=True),
     "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
@@ -219,7 +222,7 @@ def judged(name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRC
 
 def _answer(named: NamedLog, aircraft: str) -> dict[str, Any]:
     first = rounds.reconcile_logs([named], aircraft)
-    looks = rounds.closure_checked(rounds.iterate(aircraft, first))
+    looks = rounds.closure_checked(rounds.settled(aircraft, rounds.iterate(aircraft, first)))
     beyond = workflow.beyond_the_table(aircraft, looks, None)
     told = rounds.with_calibrated_probabilities(beyond.looks).rounds
     return answer_in(told[0].verdict, told, beyond.formula)

@@ -413,21 +413,12 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
     keys = [tuple((s.effect, s.parameter) for s in each.layout.signatures) for each in whole]
     parts = [(own, each.equations.inner) for own, each in zip(keys, whole, strict=True)]
     logs = [each.evidence(null) for each, null in zip(whole, nulls, strict=True) if each.layout.signatures]
-    names = _one_form_of_each_cause(parts, [n for n in entries if any(n == key[0] for own in keys for key in own)])
-    sizes, found = dict[Key, float](), OwnSizes((), np.zeros(0), np.zeros((0, 0)))
-    while names:
-        sizes, _ = _fitted(parts, names)
-        found = own_sizes(logs, names, sizes)
-        scores = {name: _strength(found.of(name), sizes) for name in names}
-        weakest = min(names, key=lambda name: scores[name])
-        if len(names) == 1 or scores[weakest] >= THRESHOLDS.kept_from:
-            break
-        names = tuple(name for name in names if name != weakest)
+    shown = [name for name in entries if any(name == key[0] for own in keys for key in own)]
+    sizes, found = _needed(parts, logs, _one_form_of_each_cause(parts, shown))
     spread = dict(zip(found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True))
-    told = {
-        name: significant([Estimate(key[1], sizes[key], 2.0 * spread[key]) for key in found.of(name).keys])
-        for name in names
-    }
+    told: dict[str, list[Estimate]] = {}
+    for key in found.keys:
+        told.setdefault(key[0], []).append(Estimate(key[1], sizes[key], 2.0 * spread[key]))
     closures, fits = [], []
     for each, own in zip(whole, keys, strict=True):
         columns = tuple(i for i, key in enumerate(own) if key in sizes)
@@ -438,7 +429,21 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
         fits.append((each.layout, each.equations, Fit(columns, values, covariance, closed.before - closed.after)))
         closures.append(closed)
     before, after, noise = (sum(getattr(c, part) for c in closures) for part in ("before", "after", "noise"))
-    return FittedTogether(told, Closure(before, after, noise), tuple(fits))
+    beyond = {name: significant(each) for name, each in told.items()}
+    return FittedTogether(beyond, Closure(before, after, noise), tuple(fits))
+
+
+def _needed(parts: Sequence[_Part], logs: Sequence[LogEvidence], names: Names) -> tuple[dict[Key, float], OwnSizes]:
+    """The sizes of those effects that are needed beside the others: as fitted, and with their covariance."""
+    while names:
+        sizes, _ = _fitted(parts, names)
+        found = own_sizes(logs, names, sizes)
+        scores = {name: _strength(found.of(name), sizes) for name in names}
+        weakest = min(names, key=lambda name: scores[name])
+        if len(names) == 1 or scores[weakest] >= THRESHOLDS.kept_from:
+            return sizes, found
+        names = tuple(name for name in names if name != weakest)
+    return {}, OwnSizes((), np.zeros(0), np.zeros((0, 0)))
 
 
 def _one_form_of_each_cause(parts: Sequence[_Part], names: Sequence[str]) -> Names:

@@ -172,7 +172,8 @@ class Looks:
     """A reconciliation with the passes that followed it, and the fitted shapes of all effects.
 
     `later` is what the checks of each later pass found, `added` the effects that these passes add, and `last` the
-    fit behind the verdict of the last one. `together` is the closure by all effects where they were fitted at once.
+    fit behind the verdict of the last one. Where all effects were fitted at once, `together` is their closure and
+    `all_named` the fit of the log that is shown.
     """
 
     first: Reconciliation
@@ -181,6 +182,20 @@ class Looks:
     shapes: Shapes
     last: Naming
     together: Closure | None = None
+    all_named: Naming | None = None
+
+    @property
+    def shown(self) -> Naming:
+        """The fit of the log that is shown: of all effects, where each of them can be fitted with the others."""
+        apart = {effect.name for effect in self.effects} - set(self.all_named.chosen if self.all_named else ())
+        return self.first.naming if self.all_named is None or apart & set(FITTED) - set(GUSTS) else self.all_named
+
+    @property
+    def told(self) -> tuple[Round, ...]:
+        """The rounds, the first with the closure by all effects where they were fitted at once."""
+        first, *later = self.rounds
+        closure = self.together or first.verdict.closure
+        return (replace(first, verdict=replace(first.verdict, closure=closure)), *later)
 
     @property
     def rounds(self) -> tuple[Round, ...]:
@@ -285,10 +300,10 @@ def settled(aircraft: str, looks: Looks, holdout: FlightLog | None = None) -> Lo
         same = ("kind", "effects", "alternatives", "candidates", "probabilities")
         found = replace(passes[0].found, **{name: getattr(moved, name) for name in same})
         passes[0], passes[first] = replace(passes[0], found=found), replace(passes[first], added=())
+    layout, equations, fit = fitted.fits[looks.first.shown]
+    chosen = tuple(fitted.sizes)
+    naming = replace(looks.first.naming, chosen=chosen, layout=layout, equations=equations, fit=fit)
     if holdout is not None and looks.first.checks.hold_out is not None:
-        layout, equations, fit = fitted.fits[looks.first.shown]
-        chosen = tuple(fitted.sizes)
-        naming = replace(looks.first.naming, chosen=chosen, layout=layout, equations=equations, fit=fit)
         held = hold_out(holdout, model, looks.first.null, naming, layout.setting)
         passes[0] = replace(passes[0], hold_out=held)
     added = (e for each in passes[1:] for i, e in enumerate(each.found.effects) if i in (each.added or ()))
@@ -298,6 +313,7 @@ def settled(aircraft: str, looks: Looks, holdout: FlightLog | None = None) -> Lo
         later=tuple(passes[1:]),
         added=tuple(added),
         together=fitted.closure,
+        all_named=naming,
     )
 
 

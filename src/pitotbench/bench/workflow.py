@@ -233,14 +233,15 @@ def reconcile_fully(
             again = as_flown(again, holdout.log)
             again = again if shown is None else replace(again, pressure_error=shown.pressure_error)
         flown_holdout = fly_again(holdout.log, again, effects)
-    over_time = traces(first.naming)
+    pictured, rounds = looks.shown, looks.told
+    over_time = traces(pictured)
     account = Account(
         log=source,
         aircraft=aircraft,
         holdout=holdout.name if holdout else "",
-        rounds=looks.rounds,
-        gap_map=gap_map(first.naming, first.null),
-        waterfall=waterfall(first.naming),
+        rounds=rounds,
+        gap_map=gap_map(pictured, first.null),
+        waterfall=waterfall(pictured),
         traces=over_time,
         patch=patch.text,
         effects=looks.effects,
@@ -249,9 +250,9 @@ def reconcile_fully(
         null_flights=first.null.flights,
         formula=beyond.formula,
         flights=first.flights,
-        telling=clearest_channel(first.naming, first.null, over_time),
-        calibration=calibration_change(first.naming),
-        warnings=told_warnings([*logs, *([holdout] if holdout else [])], looks.rounds[0].verdict),
+        telling=clearest_channel(pictured, first.null, over_time),
+        calibration=calibration_change(pictured),
+        warnings=told_warnings([*logs, *([holdout] if holdout else [])], rounds[0].verdict),
     )
     return FullReconciliation(first, account, patch)
 

@@ -166,7 +166,7 @@ def sentences(account: Account) -> list[str]:
             lines.append(f"What speaks against it: {'; '.join(verdict.doubts)}.")
         elif verdict.remains:
             lines.append("Something remains beside it that no effect of the table explains.")
-        lines.append(_closed(verdict, account.holdout))
+        lines.append(_closed(account))
         lines += _later_passes(account)
     if account.formula is not None:
         lines += formula_sentences(account.formula, account.holdout)
@@ -271,10 +271,12 @@ def _best(verdict: Verdict) -> str:
     )
 
 
-def _closed(verdict: Verdict, holdout: str) -> str:
-    line = f"Adding it closes {closure_percent(verdict.closure)} of the explainable gap of this log"
+def _closed(account: Account) -> str:
+    verdict = account.rounds[0].verdict
+    more = ", with what further passes found," if any(each.added for each in account.rounds[1:]) else ""
+    line = f"Adding it{more} closes {closure_percent(verdict.closure)} of the explainable gap of this log"
     if verdict.closure_holdout is not None:
-        line += f", and {closure_percent(verdict.closure_holdout)} of that of {holdout}, which was not used"
+        line += f", and {closure_percent(verdict.closure_holdout)} of that of {account.holdout}, which was not used"
     return line + "."
 
 

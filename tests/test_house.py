@@ -8,7 +8,7 @@ from pitotbench.bench.digests import _FLYING_BENCH, _NOT_FLYING
 from pitotlab.house import PRODUCT, ROOT, long_modules, size_of
 
 FILES = 175  # of the product
-LINES = 45_253  # of the product; the goal is 35,000
+LINES = 45_247  # of the product; the goal is 35,000
 
 
 def test_the_product_keeps_its_budget_of_files_and_lines() -> None:

@@ -119,11 +119,11 @@ def test_effects_of_several_passes_are_fitted_together(found, looks):
     assert effect.sizes[0].value == pytest.approx(size.value, abs=0.5 * size.two_sigma)
     assert [each.added for each in after.rounds] == [("gps_latency",), ()]
     assert after.first.verdict.kind == "named"
-    assert after.shown.chosen == ("gps_latency",)  # as the pictures show it
+    assert after.pictured.chosen == ("gps_latency",)  # as the pictures show it
     assert after.told[0].verdict.closure.share == pytest.approx(after.closure.share, abs=0.02)
     assert after.closure.share > THRESHOLDS.closure_lowest
     assert settled("none", looks) is looks  # one pass told all there is
-    assert looks.shown is found.naming
+    assert looks.pictured is found.naming
 
 
 def test_where_the_first_pass_took_the_wrong_effect_it_tells_that_of_the_second(found, looks):

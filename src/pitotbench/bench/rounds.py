@@ -185,10 +185,14 @@ class Looks:
     all_named: Naming | None = None
 
     @property
-    def shown(self) -> Naming:
-        """The fit of the log that is shown: of all effects, where each of them can be fitted with the others."""
-        apart = {effect.name for effect in self.effects} - set(self.all_named.chosen if self.all_named else ())
-        return self.first.naming if self.all_named is None or apart & set(FITTED) - set(GUSTS) else self.all_named
+    def pictured(self) -> Naming:
+        """The fit that the pictures show: of all effects, where each of them was fitted with the others."""
+        if self.all_named is None:
+            return self.first.naming
+        apart = {e.name for e in self.effects if e.name in FITTED and e.name not in GUSTS} - set(
+            self.all_named.chosen
+        )
+        return self.first.naming if apart else self.all_named
 
     @property
     def told(self) -> tuple[Round, ...]:
@@ -214,10 +218,8 @@ class Looks:
 
         Each pass estimates its noise again; compare the residuals with the last pass's noise.
         """
-        begin, end = self.rounds[0].verdict.closure, self.rounds[-1].verdict.closure
-        left = (end.after if self.rounds[-1].added else end.before) - end.noise
-        if self.together is not None:
-            left = self.together.after - self.together.noise
+        begin, end = self.rounds[0].verdict.closure, self.together or self.rounds[-1].verdict.closure
+        left = (end.after if self.together or self.rounds[-1].added else end.before) - end.noise
         return Closure(begin.before, min(begin.noise + left, begin.before), begin.noise)
 
     @property
@@ -301,12 +303,12 @@ def settled(aircraft: str, looks: Looks, holdout: FlightLog | None = None) -> Lo
         found = replace(passes[0].found, **{name: getattr(moved, name) for name in same})
         passes[0], passes[first] = replace(passes[0], found=found), replace(passes[first], added=())
     layout, equations, fit = fitted.fits[looks.first.shown]
-    chosen = tuple(fitted.sizes)
-    naming = replace(looks.first.naming, chosen=chosen, layout=layout, equations=equations, fit=fit)
+    own = looks.first.naming
+    naming = replace(own, chosen=tuple(fitted.sizes), layout=layout, equations=equations, fit=fit)
     if holdout is not None and looks.first.checks.hold_out is not None:
         held = hold_out(holdout, model, looks.first.null, naming, layout.setting)
         passes[0] = replace(passes[0], hold_out=held)
-    added = (e for each in passes[1:] for i, e in enumerate(each.found.effects) if i in (each.added or ()))
+    added = (effect for each in passes[1:] if each.added for effect in each.found.effects)
     return replace(
         looks,
         first=replace(looks.first, checks=passes[0]),
@@ -328,16 +330,11 @@ def _told_once(checks: Checks, sizes: Mapping[str, tuple[Estimate, ...]], told: 
             # A rival that stands in the model itself is none.
             rivals = tuple(name for name in others if name not in sizes)
             effects.append((replace(effect, sizes=sizes.get(effect.name, effect.sizes)), rivals))
-    one_of = any(others for _, others in effects)
+    alternatives = tuple(others for _, others in effects)
     kind = verdict.kind
-    if kind in SURE and any(others for _, others in pairs):
-        kind = "one_of" if one_of else "named"
-    found = replace(
-        verdict,
-        kind=kind,
-        effects=tuple(e for e, _ in effects),
-        alternatives=tuple(others for _, others in effects),
-    )
+    if kind in SURE and any(verdict.alternatives):
+        kind = "one_of" if any(alternatives) else "named"
+    found = replace(verdict, kind=kind, effects=tuple(e for e, _ in effects), alternatives=alternatives)
     return replace(checks, found=found, added=None if checks.added is None else tuple(range(len(effects))))
 
 
@@ -387,14 +384,9 @@ def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:
             continue
         sizes = {s.name: s for s in first.sizes}  # what the correction does not name stays
         for s in effect.sizes:
-            sizes[s.name] = (
-                replace(s, value=_in_model(effect.name, sizes[s.name]) + s.value) if s.name in sizes else s
-            )
+            if s.name in sizes:  # it corrects the size that stands in the model
+                held = effect_of(effect.name).parameter(s.name).within(sizes[s.name].value)
+                s = replace(s, value=held + s.value)
+            sizes[s.name] = s
         joined[effect.name] = replace(first, sizes=tuple(sizes.values()))
     return tuple(joined.values())
-
-
-def _in_model(effect: str, size: Estimate) -> float:
-    """A size as it stands in the model: within its plausible range."""
-    own = effect_of(effect).parameter(size.name)
-    return min(max(size.value, own.low), own.high)

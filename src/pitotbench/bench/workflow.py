@@ -233,7 +233,7 @@ def reconcile_fully(
             again = as_flown(again, holdout.log)
             again = again if shown is None else replace(again, pressure_error=shown.pressure_error)
         flown_holdout = fly_again(holdout.log, again, effects)
-    pictured, rounds = looks.shown, looks.told
+    pictured, rounds = looks.pictured, looks.told
     over_time = traces(pictured)
     account = Account(
         log=source,

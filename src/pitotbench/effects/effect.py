@@ -109,6 +109,10 @@ class Parameter:
     may_be_missing: bool = False
     defining: bool = False
 
+    def within(self, value: float) -> float:
+        """Return a value, or the end of the plausible range that it is beyond."""
+        return min(max(value, self.low), self.high)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:

@@ -135,8 +135,7 @@ def _large_effect(
     signatures = [layout.signatures[c] for c in columns[best]]
     sizes = dict(signatures[0].shapes)
     for signature, size in zip(signatures, fit.sizes, strict=True):
-        parameter = FITTED[best].parameter(signature.parameter)
-        sizes[signature.parameter] = float(np.clip(size, parameter.low, parameter.high))
+        sizes[signature.parameter] = FITTED[best].parameter(signature.parameter).within(float(size))
     return {best: sizes}
 
 

@@ -60,10 +60,9 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
 
 def _sizes(effect: Candidate) -> dict[str, float]:
     """Return the sizes that were fitted; one that the log does not show and that a case must state is 0."""
-    parameters = effect_of(effect.name).parameters
-    limits = {p.name: (p.low, p.high) for p in parameters}
-    held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
-    stated = {p.name: 0.0 for p in parameters if not (p.shape or p.may_be_missing)}
+    own = effect_of(effect.name)
+    held = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
+    stated = {p.name: 0.0 for p in own.parameters if not (p.shape or p.may_be_missing)}
     return stated | {name: _rounded(value) for name, value in held.items()}
 
 

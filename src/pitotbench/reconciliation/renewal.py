@@ -176,7 +176,7 @@ def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, flo
     effect = FITTED[old.effect]
     parameter = effect.parameter(old.parameter)
     least = SMALLEST * abs(parameter.typical)
-    size = float(np.clip(size, parameter.low, parameter.high))
+    size = parameter.within(size)
     size = float(np.copysign(max(abs(size), least), size))
     near = abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size))
     if near and shapes == old.shapes:
@@ -230,7 +230,7 @@ def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> lis
             best = trial if trial.merit > best.merit else best
         steps = {name: 0.5 * step for name, step in steps.items()}
         candidates = [
-            {**best.shapes, p.name: float(np.clip(best.shapes[p.name] + sign * steps[p.name], p.low, p.high))}
+            {**best.shapes, p.name: p.within(best.shapes[p.name] + sign * steps[p.name])}
             for p in shapes
             for sign in (-1.0, 1.0)
         ]

@@ -321,7 +321,7 @@ def _binned(of: Array, values: Array) -> tuple[Array, Array, Array]:
 def account_page(account: Account) -> str:
     """The HTML of an account."""
     verdict, sizes = account.rounds[0].verdict, []
-    for effect in account.effects or verdict.effects:
+    for effect in account.effects:
         lines = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
         lines += [size_words(*time) for time in effect.times]
         sizes.append((words(effect.name), effect_of(effect.name).what, lines))

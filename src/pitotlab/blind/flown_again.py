@@ -144,11 +144,11 @@ def again_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args(words)
-    kept, seal = KEPT / f"{options.name}.tar.xz", options.folder / "seal"
-    truth = opened(kept)
+    kept, seal = files_of(KEPT / f"{options.name}.tar.xz"), options.folder / "seal"
     seal.mkdir(parents=True, exist_ok=True)
     for name in ("truth.json", "truth.sha256"):
-        (seal / name).write_bytes(files_of(kept)[name])
+        (seal / name).write_bytes(kept[name])
+    truth = opened(seal)
     cases, held = [case_of(told) for told in truth["cases"]], [told["held_out"] for told in truth["cases"]]
     write_cases(options.folder / "logs", truth["seed"], cases, held, options.jobs)
 

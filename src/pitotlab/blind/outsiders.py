@@ -270,8 +270,8 @@ def _pushing(name: str, *functions: tuple[str, Expression]) -> AircraftEffect:
 def _as_effect(name: str, build: Callable[[Sizes, Baseline], Overlay]) -> AircraftEffect:
     known = EFFECTS["belly_pod"]
     assert isinstance(known, AircraftEffect)
-    built = replace(known, name=name, parameters=(SIZE,), variant_of="", what="hidden")
-    return replace(built, build=lambda _, sizes, baseline: build(sizes, baseline))
+    own = replace(known, name=name, parameters=(SIZE,), variant_of="", what="hidden")
+    return replace(own, build=lambda _, sizes, baseline: build(sizes, baseline))
 
 
 def _surging(sizes: Sizes, baseline: Baseline) -> Overlay:

@@ -1,4 +1,5 @@
-"""Find where a measured log and the simulation disagree, name the missing effect, and show the gap shrink.
+"""Find where a measured log and the simulation disagree, name the missing effect, and show the gap
+shrink.
 
 python scripts/reconcile.py MEASURED.csv --aircraft navajo [--holdout OTHER.csv] [--json] --out DIR
 """

@@ -3,7 +3,8 @@
     python scripts/reproduce_study.py                       # one seed, a look in a minute
     python scripts/reproduce_study.py --seeds 30 --docs out/lab   # with study.md and its pictures
 
-Writes report.html and the numbers as Parquet to out/study; with --docs study.md and its pictures too.
+Writes report.html and the numbers as Parquet to out/study; with --docs study.md and its pictures
+too.
 """
 
 import sys

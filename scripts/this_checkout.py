@@ -14,7 +14,9 @@ def run_command(name: str, description: str | None) -> int:
 
 
 def run_measurement(*first: str) -> int:
-    """Run the measurement that these words and those of the command line name; return its exit code."""
+    """Run the measurement that these words and those of the command line name; return its exit
+    code.
+    """
     from pitotlab.__main__ import main
 
     return main([*first, *sys.argv[1:]])

@@ -15,7 +15,9 @@ settings.load_profile("untimed")
 
 
 def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] | None:
-    """Name in pytest's closing line what was not compared, apart from what is skipped for other reasons."""
+    """Name in pytest's closing line what was not compared, apart from what is skipped for other
+    reasons.
+    """
     if report.skipped and "::test_light_turbulence[" in report.nodeid:
         return "not compared in simulated light air", "s", "NOT COMPARED"
     return None
@@ -23,7 +25,9 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
 
 @pytest.fixture(scope="session", autouse=True)
 def one_process() -> Iterator[None]:
-    """What takes a process or a thread for each processor takes one: each worker of the tests has a core."""
+    """What takes a process or a thread for each processor takes one: each worker of the tests has a
+    core.
+    """
     with pytest.MonkeyPatch.context() as patch, threadpool_limits(limits=1):
         patch.setattr("os.cpu_count", lambda: 1)
         patch.setattr("os.sched_getaffinity", lambda process: {0}, raising=False)

@@ -1,4 +1,6 @@
-"""Where the real logs are: read in place, never copied; a test without them is skipped with a reason."""
+"""Where the real logs are: read in place, never copied; a test without them is skipped with a
+reason.
+"""
 
 import os
 from pathlib import Path
@@ -7,10 +9,16 @@ import pytest
 
 
 def _found() -> Path:
-    """The folder in PITOTBENCH_DATA, else the nearest `shared/data` beside a folder that holds this file."""
+    """The folder in PITOTBENCH_DATA, else the nearest `shared/data` beside a folder that holds this
+    file.
+    """
     given = os.environ.get("PITOTBENCH_DATA")
     beside = (parent / "shared" / "data" for parent in Path(__file__).resolve().parents)
-    return Path(given) if given else next((place for place in beside if place.is_dir()), Path("shared", "data"))
+    return (
+        Path(given)
+        if given
+        else next((place for place in beside if place.is_dir()), Path("shared", "data"))
+    )
 
 
 ROOT = _found()

@@ -1,4 +1,6 @@
-"""Airspeed and atmosphere relations against published tables, an independent package, and themselves."""
+"""Airspeed and atmosphere relations against published tables, an independent package, and
+themselves.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from openap import aero
 from pitotbench import air
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
 
-# U.S. Standard Atmosphere 1976, Table I (geopotential height m, K, Pa); identical to ICAO Doc 7488 below 32 km.
+# U.S. Standard Atmosphere 1976, Table I (geopotential height m, K, Pa); identical to ICAO Doc 7488
+# below 32 km.
 STANDARD_ATMOSPHERE = [
     (0.0, 288.150, 101325.0),
     (1000.0, 281.650, 89874.6),
@@ -21,10 +24,12 @@ STANDARD_ATMOSPHERE = [
     (20000.0, 216.650, 5474.89),
     (32000.0, 228.650, 868.019),
 ]
-# The same, Table I by geometric height m, as it is printed above 20 km, and the radius of the Earth that it takes.
+# The same, Table I by geometric height m, as it is printed above 20 km, and the radius of the Earth
+# that it takes.
 STRATOSPHERE = [(25e3, 221.552, 2549.2), (30e3, 226.509, 1197.0)]
 EARTH_RADIUS = 6356766.0
-# The same standard in feet and inches of mercury, as pressure altitudes are printed in altimeter test tables.
+# The same standard in feet and inches of mercury, as pressure altitudes are printed in altimeter
+# test tables.
 ALTIMETER_TABLE = [(5000, 24.896), (10000, 20.577), (20000, 13.750), (30000, 8.885)]
 # NACA Report 1135 (Ames Research Staff, 1953), Table I: M, p/p_t, T/T_t.
 COMPRESSIBLE_FLOW = [
@@ -55,28 +60,38 @@ def test_standard_stratosphere_1976_and_the_altimeter_table():
         assert air.standard_temperature(height) == pytest.approx(temperature, abs=1e-3)
         assert air.standard_pressure(height) == pytest.approx(pressure, rel=6e-5)
     for feet, inches in ALTIMETER_TABLE:
-        assert air.standard_pressure(feet * FOOT) / INCH_OF_MERCURY == pytest.approx(inches, abs=6e-4)
+        assert air.standard_pressure(feet * FOOT) / INCH_OF_MERCURY == pytest.approx(
+            inches, abs=6e-4
+        )
 
 
 @pytest.mark.parametrize(("mach", "pressure_ratio", "temperature_ratio"), COMPRESSIBLE_FLOW)
 def test_naca_report_1135(mach, pressure_ratio, temperature_ratio):
     impact = air.impact_pressure_from_mach(mach, 50_000.0)
     assert 50_000.0 / (50_000.0 + impact) == pytest.approx(pressure_ratio, abs=5.1e-5)
-    assert 250.0 / air.total_temperature(250.0, mach) == pytest.approx(temperature_ratio, abs=5.1e-5)
+    assert 250.0 / air.total_temperature(250.0, mach) == pytest.approx(
+        temperature_ratio, abs=5.1e-5
+    )
 
 
 def test_source_figures_of_the_scale():
-    """One knot is 2.0 % of q_c at 100 KCAS (0.030 kt a pascal) and 1.3 % at 160 (Martos et al. 2011)."""
+    """One knot is 2.0 % of q_c at 100 KCAS (0.030 kt a pascal) and 1.3 % at 160 (Martos et al.
+    2011).
+    """
     for knots, percent in ((100.0, 2.0), (160.0, 1.3)):
         q = air.impact_pressure(knots * KNOT)
         slope = air.calibrated_airspeed_slope(q) / KNOT
         assert 100.0 / (slope * q) == pytest.approx(percent, abs=0.05)
-    assert air.calibrated_airspeed_slope(air.impact_pressure(100.0 * KNOT)) / KNOT == pytest.approx(0.030, abs=1e-3)
+    assert air.calibrated_airspeed_slope(air.impact_pressure(100.0 * KNOT)) / KNOT == pytest.approx(
+        0.030, abs=1e-3
+    )
 
 
 @given(speeds, st.floats(0.0, 11_000.0))
 def test_openap_agrees(speed, height):
-    """Calibrated to true airspeed on a standard day; the package's own constants differ in the fifth digit."""
+    """Calibrated to true airspeed on a standard day; the package's own constants differ in the
+    fifth digit.
+    """
     p, temperature = air.standard_pressure(height), air.standard_temperature(height)
     ours = air.true_airspeed(air.impact_pressure(speed), p, temperature)
     if ours < air.sound_speed(temperature):
@@ -105,7 +120,9 @@ def test_the_temperature_of_a_probe_inverts(temperature, mach, recovery):
 def test_slope_is_the_derivative(speed):
     q = float(air.impact_pressure(speed))
     step = 1e-4 * q
-    difference = (air.calibrated_airspeed(q + step) - air.calibrated_airspeed(q - step)) / (2.0 * step)
+    difference = (air.calibrated_airspeed(q + step) - air.calibrated_airspeed(q - step)) / (
+        2.0 * step
+    )
     assert air.calibrated_airspeed_slope(q) == pytest.approx(float(difference), rel=1e-6)
 
 

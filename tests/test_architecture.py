@@ -1,4 +1,6 @@
-"""The shape of the project: what may import what, how fast it loads, and its public names and commands."""
+"""The shape of the project: what may import what, how fast it loads, and its public names and
+commands.
+"""
 
 import argparse
 import ast
@@ -21,17 +23,22 @@ def loaded_after(code):
     """The modules that a fresh Python has loaded after some code, which may end in SystemExit."""
     ending = "import json, sys; print(json.dumps(sorted(sys.modules)), file=sys.stderr)"
     wrapped = f"try:\n    {code}\nexcept SystemExit:\n    pass\n{ending}"
-    done = subprocess.run([sys.executable, "-c", wrapped], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", wrapped], capture_output=True, text=True, check=True
+    )
     return set(json.loads(done.stderr.splitlines()[-1]))
 
 
 @pytest.mark.parametrize("package", ["calibration", "reconciliation"])
 def test_calibrator_and_reconciler_load_without_the_truth(package):
-    """Importing all of one must bring in neither the records of truth, nor the simulator, nor the sensors."""
+    """Importing all of one must bring in neither the records of truth, nor the simulator, nor the
+    sensors.
+    """
     path = f"pitotbench.{package}"
     loaded = loaded_after(
         f"import pkgutil, importlib; package = importlib.import_module({path!r}); "
-        f"[importlib.import_module(m.name) for m in pkgutil.walk_packages(package.__path__, {path + '.'!r})]"
+        "[importlib.import_module(m.name) for m in pkgutil.walk_packages(package.__path__, "
+        f"{path + '.'!r})]"
     )
     hidden = ("simulation", "sensing", "records.flight", "records.case")
     truth = tuple(f"pitotbench.{name}" for name in hidden)
@@ -49,7 +56,8 @@ QUICK = [[], *([each.name] for each in COMMANDS if each.name != "campaign")]
 
 
 @pytest.mark.parametrize(
-    "code", ["import pitotbench", command("--version"), *(command(*quick, "--help") for quick in QUICK)]
+    "code",
+    ["import pitotbench", command("--version"), *(command(*quick, "--help") for quick in QUICK)],
 )
 def test_import_help_and_version_load_no_slow_package(code):
     """Nor does a command load the module of another."""
@@ -89,7 +97,8 @@ def test_type_checkers_and_python_take_a_public_name_from_the_same_module():
     block = next(node for node in tree.body if isinstance(node, ast.If))
     stated = {node.names[0].name: node.module for node in block.body}
     assert stated == {name: f"pitotbench.{module}" for name, module in pitotbench._MODULES.items()}
-    # Where Python imports a package of the name of a function, it would put it in the function's place.
+    # Where Python imports a package of the name of a function, it would put it in the function's
+    # place.
     assert not {path.stem for path in SOURCE.iterdir()} & {*pitotbench.__all__}
     assert dir(pitotbench) == sorted(pitotbench.__all__)
     with pytest.raises(AttributeError, match="pitotbench"):

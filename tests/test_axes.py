@@ -20,7 +20,13 @@ def test_body_axes_turn_as_by_heading_then_pitch_then_roll():
 @pytest.mark.parametrize(
     ("vector", "roll", "pitch", "heading", "toward"),
     [
-        (FORWARD, 0.0, 0.0, 0.5 * np.pi, [0.0, 1.0, 0.0]),  # the nose of an airplane that flies east
+        (
+            FORWARD,
+            0.0,
+            0.0,
+            0.5 * np.pi,
+            [0.0, 1.0, 0.0],
+        ),  # the nose of an airplane that flies east
         (FORWARD, 0.0, 0.3, 0.0, [np.cos(0.3), 0.0, -np.sin(0.3)]),  # nose up
         (RIGHT, 0.4, 0.0, 0.0, [0.0, np.cos(0.4), np.sin(0.4)]),  # right wing down
         (DOWN, 0.0, 0.3, 0.0, [np.sin(0.3), 0.0, np.cos(0.3)]),

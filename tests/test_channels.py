@@ -13,7 +13,13 @@ from pitotbench.sensing.recorder import PLAIN
 from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.units import SUFFIXES
 
-MODEL_ONLY = {"mach", "temperature_offset", "roll_acceleration", "pitch_acceleration", "yaw_acceleration"}
+MODEL_ONLY = {
+    "mach",
+    "temperature_offset",
+    "roll_acceleration",
+    "pitch_acceleration",
+    "yaw_acceleration",
+}
 every_channel = pytest.mark.parametrize("channel", CHANNELS.values(), ids=lambda c: c.name)
 
 

@@ -36,7 +36,9 @@ def test_the_index_and_the_site_list_every_page_of_the_folder_once() -> None:
     pages = {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")} - {"README.md"}
     assert listed == pages
     index = (DOCS / "README.md").read_text(encoding="utf-8")
-    entries = re.findall(r"^([\w/-]+)$", runpy.run_path(str(DOCS / "conf.py"))["toctrees"](index), re.MULTILINE)
+    entries = re.findall(
+        r"^([\w/-]+)$", runpy.run_path(str(DOCS / "conf.py"))["toctrees"](index), re.MULTILINE
+    )
     assert sorted(entries) == sorted(page.removesuffix(".md") for page in pages)
 
 
@@ -46,14 +48,18 @@ def test_every_picture_is_shown() -> None:
 
 
 def test_the_page_for_contributors_names_every_package() -> None:
-    inside = (DOCS / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## Where things are")[2]
+    inside = (
+        (DOCS / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## Where things are")[2]
+    )
     packages = {part.name for part in PACKAGE.iterdir() if (part / "__init__.py").exists()}
     assert packages <= set(re.findall(r"`(\w+)`", inside))
 
 
 def test_the_glossary_explains_each_term_once() -> None:
     rows = [
-        line for line in (DOCS / "glossary.md").read_text(encoding="utf-8").splitlines() if line.startswith("|")
+        line
+        for line in (DOCS / "glossary.md").read_text(encoding="utf-8").splitlines()
+        if line.startswith("|")
     ]
     terms = [row.split("|")[1].strip() for row in rows if not row.startswith(("|---", "| term |"))]
     assert len(terms) > 40
@@ -72,7 +78,10 @@ def entries_of(text: str) -> dict[str, Any]:
 
 
 def test_the_page_on_cases_holds_every_entry_with_its_default() -> None:
-    parts = dict(part.split("\n", 1) for part in (DOCS / "case.md").read_text(encoding="utf-8").split("\n## ")[1:])
+    parts = dict(
+        part.split("\n", 1)
+        for part in (DOCS / "case.md").read_text(encoding="utf-8").split("\n## ")[1:]
+    )
     case = case_table(Case())
     sections = {name: case.pop(name) for name in ("wind", "pressure_error", "das")}
     del case["card"], case["accuracy"]
@@ -91,13 +100,16 @@ def test_the_tables_that_repeat_the_code_are_written_from_it(page: str) -> None:
 @pytest.mark.parametrize(
     ("page", "told"),
     [
-        ("docs/method.md", "temperature {temperature_k} K, recovery factor {recovery_factor}, static pressure "
+        ("docs/method.md", "temperature {temperature_k} K, recovery factor {recovery_factor}, "
+                           "static pressure "
          "{static_pressure_pa} Pa, GPS velocity {velocity_mps} m/s"),
         ("docs/log.md", "`temperature_k` {temperature_k} K, `recovery_factor` {recovery_factor}, "
          "`static_pressure_pa` {static_pressure_pa} Pa, `velocity_mps` {velocity_mps} m/s"),
-        ("docs/CHANGELOG.md", "{temperature_k} K, {recovery_factor} of recovery factor, {static_pressure_pa} Pa, "
+        ("docs/CHANGELOG.md", "{temperature_k} K, {recovery_factor} of recovery factor, "
+                              "{static_pressure_pa} Pa, "
          "{velocity_mps} m/s"),
-        ("docs/which-maneuver.md", "({temperature_k} K, {static_pressure_pa} Pa, {velocity_mps} m/s, 2σ)"),
+        ("docs/which-maneuver.md", "({temperature_k} K, {static_pressure_pa} Pa, {velocity_mps} "
+                                   "m/s, 2σ)"),
     ],
 )  # fmt: skip
 def test_a_page_tells_the_usual_accuracies(page: str, told: str) -> None:

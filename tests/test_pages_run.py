@@ -1,4 +1,6 @@
-"""Every command and every piece of Python of the pages for users runs, from top to bottom of the page."""
+"""Every command and every piece of Python of the pages for users runs, from top to bottom of the
+page.
+"""
 
 import re
 import shlex
@@ -12,7 +14,8 @@ DOCS = Path(__file__).parents[1] / "docs"
 PAGES = [
     page
     for page in [*(DOCS / "tutorials").glob("*.md"), *(DOCS / "howto").glob("*.md")]
-    if page.name not in ("read-the-page.md", "correct-a-model.md")  # they show no command that runs here
+    if page.name
+    not in ("read-the-page.md", "correct-a-model.md")  # they show no command that runs here
 ] + [DOCS / name for name in ("api.md", "case.md", "reconcile.md", "scale.md")]
 _BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _NAME = re.compile(r"# (\S+\.(?:toml|csv))\n")

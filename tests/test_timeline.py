@@ -23,14 +23,19 @@ def test_gaps_part_stretches_and_move_no_interval():
     assert len(pauses(time)) == 0
     assert interval(without(slice(100, 900), slice(950, 990))) == pytest.approx(0.02)
     time = without(slice(300, 500), slice(900, 1000))
-    np.testing.assert_array_equal(stretch_numbers(time, pauses(time)), np.repeat([0, 1], [300, 400]))
+    np.testing.assert_array_equal(
+        stretch_numbers(time, pauses(time)), np.repeat([0, 1], [300, 400])
+    )
 
 
 @pytest.mark.parametrize(
     ("time", "count"),
     [
         # At a high rate a pause is longer than two seconds, at a low one longer than five samples.
-        *((TIME + np.where(np.arange(1000) < 400, 0.0, seconds), int(seconds > 2.0)) for seconds in (1.9, 2.1)),
+        *(
+            (TIME + np.where(np.arange(1000) < 400, 0.0, seconds), int(seconds > 2.0))
+            for seconds in (1.9, 2.1)
+        ),
         *((np.delete(np.arange(100.0), slice(50, 50 + lost)), int(lost > 4)) for lost in (4, 5)),
         *((TIME[:rows], 0) for rows in (0, 1)),
     ],

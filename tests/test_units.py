@@ -1,4 +1,6 @@
-"""Unit factors against their legal definitions and published equivalents; every suffix there and back."""
+"""Unit factors against their legal definitions and published equivalents; every suffix there and
+back.
+"""
 
 import numpy as np
 import pytest
@@ -7,7 +9,8 @@ from hypothesis import strategies as st
 
 from pitotbench.units import SUFFIXES, from_si, to_si
 
-# NIST Special Publication 811 (2008), Appendix B, and the standard day of the U.S. Standard Atmosphere 1976.
+# NIST Special Publication 811 (2008), Appendix B, and the standard day of the U.S. Standard
+# Atmosphere 1976.
 PUBLISHED = [
     (1.0, "kt", 0.5144444),
     (1.0, "fps", 0.3048),
@@ -44,7 +47,9 @@ def test_published_equivalents(value, suffix, si):
 def test_every_unit_that_is_not_si_has_evidence():
     plain = {name for name, unit in SUFFIXES.items() if unit.factor == 1.0 and unit.offset == 0.0}
     assert set(SUFFIXES) - plain == {suffix for _, suffix, _ in PUBLISHED}
-    assert sorted(SUFFIXES[name].dimension for name in plain) == sorted({u.dimension for u in SUFFIXES.values()})
+    assert sorted(SUFFIXES[name].dimension for name in plain) == sorted(
+        {u.dimension for u in SUFFIXES.values()}
+    )
     with pytest.raises(KeyError):
         to_si(1.0, "furlong")
 

@@ -1,9 +1,12 @@
-"""Install the wheel in a fresh environment outside the checkout, and use it there as a user does. Prints the times.
+"""Install the wheel in a fresh environment outside the checkout, and use it there as a user does.
+Prints the times.
 
     python -m tests.wheel               # build, install, fly, calibrate, plan, reconcile
-    python -m tests.wheel --clone       # instead: a fresh clone of this checkout, and `make demo` in it
+    python -m tests.wheel --clone       # instead: a fresh clone of this checkout, and `make demo`
+    in it
 
-It needs the network or pip's cache. With --all also the plan that flies and `reconcile` with null flights: minutes.
+It needs the network or pip's cache. With --all also the plan that flies and `reconcile` with null
+flights: minutes.
 """
 
 import argparse
@@ -34,8 +37,12 @@ LIMIT = 1800.0  # s, for one step
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--clone", action="store_true", help="from a clone to the first report, by README")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--clone", action="store_true", help="from a clone to the first report, by README"
+    )
     parser.add_argument("--all", action="store_true", help="also what takes minutes")
     options = parser.parse_args()
     with TemporaryDirectory(prefix="pitotbench-wheel-") as place:
@@ -53,14 +60,24 @@ def _clone(place: Path, _: bool) -> None:
 
 
 def _wheel(place: Path, everything: bool) -> None:
-    _step([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(place), str(ROOT)], place)
+    _step(
+        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(place), str(ROOT)],
+        place,
+    )
     (wheel,) = place.glob("*.whl")
     foreign = [name for name in ZipFile(wheel).namelist() if not name.startswith("pitotbench")]
     if foreign:
         raise SystemExit(f"not of the product: {', '.join(foreign)}")
     _step([sys.executable, "-m", "venv", "fresh"], place)
     programs = place / "fresh" / ("Scripts" if os.name == "nt" else "bin")
-    pip = [str(programs / "python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    pip = [
+        str(programs / "python"),
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+    ]
     _step([*pip, "-c", str(ROOT / "requirements.lock"), str(wheel)], place)
     work = place / "work"
     work.mkdir()
@@ -78,8 +95,14 @@ def _wheel(place: Path, everything: bool) -> None:
 
 
 def _step(command: list[str], folder: Path) -> str:
-    """Run a command in a folder, without the checkout on its path; print its times, return what it printed."""
-    plain = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PITOTBENCH_CACHE")}
+    """Run a command in a folder, without the checkout on its path; print its times, return what it
+    printed.
+    """
+    plain = {
+        key: value
+        for key, value in os.environ.items()
+        if key not in ("PYTHONPATH", "PITOTBENCH_CACHE")
+    }
     own = Path(command[0]).stem == "pitotbench"
     before, cpu = perf_counter(), os.times()
     done = subprocess.run(
@@ -97,7 +120,9 @@ def _step(command: list[str], folder: Path) -> str:
     shown = " ".join(Path(part).name if os.sep in part else part for part in command)
     print(f"{perf_counter() - before:7.1f} s, processor {used:6.1f} s: {shown[:90]}", flush=True)
     if done.returncode != 0:
-        raise SystemExit(f"exit code {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
+        raise SystemExit(
+            f"exit code {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+        )
     return done.stdout
 
 

@@ -1,8 +1,8 @@
 """Standard atmosphere and airspeed relations, as pure functions on arrays.
 
-The air is a calorically perfect gas and the flow subsonic (Gracey, NASA RP-1046, 1980; ICAO Doc 7488; U.S.
-Standard Atmosphere 1976). Arguments and results are SI and broadcast: scalars and arrays of any shape are allowed.
-The impact pressure q_c is the total minus the static pressure.
+The air is a calorically perfect gas and the flow subsonic (Gracey, NASA RP-1046, 1980; ICAO Doc
+7488; U.S. Standard Atmosphere 1976). Arguments and results are SI and broadcast: scalars and arrays
+of any shape are allowed. The impact pressure q_c is the total minus the static pressure.
 """
 
 import numpy as np
@@ -36,8 +36,8 @@ def standard_temperature(pressure_altitude: Meters | float) -> Kelvin:
 def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
     """Return the standard-day pressure [Pa] at a pressure altitude [m] up to 32 km.
 
-    Three layers: the temperature falls with height, is constant from 11 to 20 km, and rises (U.S. Standard
-    Atmosphere 1976, equations 33a and 33b).
+    Three layers: the temperature falls with height, is constant from 11 to 20 km, and rises (U.S.
+    Standard Atmosphere 1976, equations 33a and 33b).
     """
     # Each factor is that of one layer: it is 1 below the layer and stops changing above it.
     h = np.asarray(pressure_altitude, dtype=np.float64)
@@ -45,11 +45,14 @@ def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
     in_cold = np.clip(h - TROPOPAUSE, 0.0, STRATOSPHERE_WARMS - TROPOPAUSE)
     risen = standard_temperature(h) / _COLDEST
     upper = np.where(h > STRATOSPHERE_WARMS, risen**-_UPPER_EXPONENT, 1.0)
-    return np.asarray(SEA_LEVEL_PRESSURE * fallen**_EXPONENT * np.exp(-in_cold / _SCALE_HEIGHT) * upper)
+    return np.asarray(
+        SEA_LEVEL_PRESSURE * fallen**_EXPONENT * np.exp(-in_cold / _SCALE_HEIGHT) * upper
+    )
 
 
 def pressure_altitude(static_pressure: Pascal | float) -> Meters:
-    """Return the pressure altitude [m] of a static pressure [Pa]; the inverse of `standard_pressure`.
+    """Return the pressure altitude [m] of a static pressure [Pa]; the inverse of
+    `standard_pressure`.
 
     NaN for a pressure of zero and less.
     """
@@ -58,14 +61,20 @@ def pressure_altitude(static_pressure: Pascal | float) -> Meters:
     edge, top = (float(standard_pressure(h)) for h in (TROPOPAUSE, STRATOSPHERE_WARMS))
     low = SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - (p / SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT))
     cold = TROPOPAUSE - _SCALE_HEIGHT * np.log(p / edge)
-    high = STRATOSPHERE_WARMS + _COLDEST / STRATOSPHERE_RATE * ((p / top) ** (-1.0 / _UPPER_EXPONENT) - 1.0)
+    high = STRATOSPHERE_WARMS + _COLDEST / STRATOSPHERE_RATE * (
+        (p / top) ** (-1.0 / _UPPER_EXPONENT) - 1.0
+    )
     return np.where(p >= edge, low, np.where(p >= top, cold, high))
 
 
 def mach_from_true_airspeed(
-    true_airspeed: MetersPerSecond | float, total_temperature: Kelvin | float, recovery_factor: float = 1.0
+    true_airspeed: MetersPerSecond | float,
+    total_temperature: Kelvin | float,
+    recovery_factor: float = 1.0,
 ) -> Array:
-    """Return the Mach number of a true airspeed [m/s] in air of which a probe reads the total temperature [K]."""
+    """Return the Mach number of a true airspeed [m/s] in air of which a probe reads the total
+    temperature [K].
+    """
     v = np.asarray(true_airspeed, dtype=np.float64)
     air = np.asarray(total_temperature) * HEAT_RATIO * GAS_CONSTANT - 0.2 * recovery_factor * v * v
     return v / np.sqrt(air)
@@ -77,14 +86,19 @@ def sound_speed(air_temperature: Kelvin | float) -> MetersPerSecond:
 
 
 def impact_pressure_from_mach(mach: Array | float, static_pressure: Pascal | float) -> Pascal:
-    """Return the impact pressure [Pa] at a Mach number and a static pressure p [Pa]: p[(1 + 0.2 M²)^3.5 − 1]."""
+    """Return the impact pressure [Pa] at a Mach number and a static pressure p [Pa]: p[(1 + 0.2
+    M²)^3.5 − 1].
+    """
     # expm1 and log1p keep all digits where q_c is a small part of p, as it is at 100 kt.
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(static_pressure * np.expm1(3.5 * np.log1p(0.2 * m * m)))
 
 
-def mach_from_impact_pressure(impact_pressure: Pascal | float, static_pressure: Pascal | float) -> Array:
-    """Return the Mach number of an impact pressure q_c ≥ 0 [Pa] at a static pressure [Pa], in subsonic flow.
+def mach_from_impact_pressure(
+    impact_pressure: Pascal | float, static_pressure: Pascal | float
+) -> Array:
+    """Return the Mach number of an impact pressure q_c ≥ 0 [Pa] at a static pressure [Pa], in
+    subsonic flow.
 
     The inverse of `impact_pressure_from_mach`; NaN for a negative impact pressure.
     """
@@ -98,17 +112,24 @@ def calibrated_airspeed(impact_pressure: Pascal | float) -> MetersPerSecond:
 
     Of an indicated impact pressure, the result is the indicated airspeed.
     """
-    return np.asarray(SEA_LEVEL_SOUND_SPEED * mach_from_impact_pressure(impact_pressure, SEA_LEVEL_PRESSURE))
-
-
-def impact_pressure(calibrated_airspeed: MetersPerSecond | float) -> Pascal:
-    """Return the impact pressure [Pa] of a calibrated airspeed [m/s]; the inverse of `calibrated_airspeed`."""
-    return impact_pressure_from_mach(
-        np.asarray(calibrated_airspeed, dtype=np.float64) / SEA_LEVEL_SOUND_SPEED, SEA_LEVEL_PRESSURE
+    return np.asarray(
+        SEA_LEVEL_SOUND_SPEED * mach_from_impact_pressure(impact_pressure, SEA_LEVEL_PRESSURE)
     )
 
 
-def calibrated_airspeed_slope(impact_pressure: Pascal | float, speed: MetersPerSecond | None = None) -> Array:
+def impact_pressure(calibrated_airspeed: MetersPerSecond | float) -> Pascal:
+    """Return the impact pressure [Pa] of a calibrated airspeed [m/s]; the inverse of
+    `calibrated_airspeed`.
+    """
+    return impact_pressure_from_mach(
+        np.asarray(calibrated_airspeed, dtype=np.float64) / SEA_LEVEL_SOUND_SPEED,
+        SEA_LEVEL_PRESSURE,
+    )
+
+
+def calibrated_airspeed_slope(
+    impact_pressure: Pascal | float, speed: MetersPerSecond | None = None
+) -> Array:
     """Return dV_c/dq_c [m/s per Pa], which turns a small pressure error into an airspeed error.
 
     `speed` is the calibrated airspeed at this impact pressure [m/s], where it is known already.
@@ -116,30 +137,48 @@ def calibrated_airspeed_slope(impact_pressure: Pascal | float, speed: MetersPerS
     q = np.asarray(impact_pressure, dtype=np.float64)
     speed = calibrated_airspeed(q) if speed is None else speed
     ratio = 1.0 + q / SEA_LEVEL_PRESSURE
-    return np.asarray(SEA_LEVEL_SOUND_SPEED**2 * 5.0 / 7.0 * ratio ** (-5.0 / 7.0) / (SEA_LEVEL_PRESSURE * speed))
+    return np.asarray(
+        SEA_LEVEL_SOUND_SPEED**2 * 5.0 / 7.0 * ratio ** (-5.0 / 7.0) / (SEA_LEVEL_PRESSURE * speed)
+    )
 
 
-def total_temperature(air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0) -> Kelvin:
-    """Return the temperature [K] that a probe reads at an air temperature T [K]: T_t = T(1 + 0.2 r M²)."""
+def total_temperature(
+    air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
+) -> Kelvin:
+    """Return the temperature [K] that a probe reads at an air temperature T [K]: T_t = T(1 + 0.2 r
+    M²).
+    """
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(air_temperature * (1.0 + 0.2 * recovery_factor * m * m))
 
 
-def air_temperature(total_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0) -> Kelvin:
-    """Return the air (static) temperature [K] of a probe's reading [K]; the inverse of `total_temperature`."""
+def air_temperature(
+    total_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
+) -> Kelvin:
+    """Return the air (static) temperature [K] of a probe's reading [K]; the inverse of
+    `total_temperature`.
+    """
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(total_temperature / (1.0 + 0.2 * recovery_factor * m * m))
 
 
 def true_airspeed(
-    impact_pressure: Pascal | float, static_pressure: Pascal | float, air_temperature: Kelvin | float
+    impact_pressure: Pascal | float,
+    static_pressure: Pascal | float,
+    air_temperature: Kelvin | float,
 ) -> MetersPerSecond:
-    """Return the true airspeed [m/s] of an impact pressure [Pa], static pressure [Pa] and air temperature [K]."""
-    return mach_from_impact_pressure(impact_pressure, static_pressure) * sound_speed(air_temperature)
+    """Return the true airspeed [m/s] of an impact pressure [Pa], static pressure [Pa] and air
+    temperature [K].
+    """
+    return mach_from_impact_pressure(impact_pressure, static_pressure) * sound_speed(
+        air_temperature
+    )
 
 
 def impact_pressure_from_true_airspeed(
-    true_airspeed: MetersPerSecond | float, static_pressure: Pascal | float, air_temperature: Kelvin | float
+    true_airspeed: MetersPerSecond | float,
+    static_pressure: Pascal | float,
+    air_temperature: Kelvin | float,
 ) -> Pascal:
     """Return the impact pressure [Pa] of a true airspeed [m/s]; the inverse of `true_airspeed`."""
     mach = np.asarray(true_airspeed, dtype=np.float64) / sound_speed(air_temperature)

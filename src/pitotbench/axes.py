@@ -10,8 +10,11 @@ from pitotbench.units import Array, Radians
 
 
 def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians) -> Array:
-    """Turn vectors, (3, n), from body axes to earth axes, (3, n). Angles are in radians, (n,); heading is true."""
-    # One rotation after the other, in reverse order of the Euler angles: roll, then pitch, then heading.
+    """Turn vectors, (3, n), from body axes to earth axes, (3, n). Angles are in radians, (n,);
+    heading is true.
+    """
+    # One rotation after the other, in reverse order of the Euler angles: roll, then pitch, then
+    # heading.
     forward, right, down = vector
     (sin_roll, sin_pitch, sin_heading), (cos_roll, cos_pitch, cos_heading) = (
         [wave(angle) for angle in (roll, pitch, heading)] for wave in (np.sin, np.cos)
@@ -29,6 +32,10 @@ def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians
 
 
 def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
-    """Return the direction of the velocity through the air in body axes, unit vectors (3, n), from flow angles."""
+    """Return the direction of the velocity through the air in body axes, unit vectors (3, n), from
+    flow angles.
+    """
     level = np.cos(sideslip)
-    return np.stack([np.cos(angle_of_attack) * level, np.sin(sideslip), np.sin(angle_of_attack) * level])
+    return np.stack(
+        [np.cos(angle_of_attack) * level, np.sin(sideslip), np.sin(angle_of_attack) * level]
+    )

@@ -14,7 +14,8 @@ class UnknownNameError(ValueError):
 class Catalog(Mapping[str, T], Generic[T]):
     """An ordered, read-only table of named things: maneuvers, models, data systems, effects.
 
-    Looking up a name that is not there raises `UnknownNameError` with the known names and the nearest one.
+    Looking up a name that is not there raises `UnknownNameError` with the known names and the
+    nearest one.
     """
 
     def __init__(self, kind: str, entries: Mapping[str, T]) -> None:
@@ -39,7 +40,8 @@ class Catalog(Mapping[str, T], Generic[T]):
 def explain(kind: str, name: str, known: Mapping[str, object] | list[str]) -> str:
     """Return a message that a name of a kind is unknown, with the nearest name and all known names."""
     names = list(known)
-    # The cutoff is difflib's share of matching letters: at 0.5 `circel` finds `circle`, and noise finds nothing.
+    # The cutoff is difflib's share of matching letters: at 0.5 `circel` finds `circle`, and noise
+    # finds nothing.
     near = get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}."

@@ -1,9 +1,9 @@
 """The table of channels: everything that a flight log can hold, one line a channel.
 
-A line states the type, the unit, the instrument, the plausible range, and the noise and resolution of the
-simulated sensor. The log record, the columns of log files, the checks on reading, the simulated sensors and the
-reconciliation all read this table. A new channel is one line here and, to be simulated, one line in
-`simulation/properties.py`.
+A line states the type, the unit, the instrument, the plausible range, and the noise and resolution
+of the simulated sensor. The log record, the columns of log files, the checks on reading, the
+simulated sensors and the reconciliation all read this table. A new channel is one line here and, to
+be simulated, one line in `simulation/properties.py`.
 """
 
 from dataclasses import dataclass, replace
@@ -37,16 +37,16 @@ _QUARTER, _TURN = 0.5 * pi, 2.0 * pi  # rad
 class Channel:
     """One channel of a log. In the table, `name` is the name of its field.
 
-    `unit` is the canonical unit suffix, "" for a plain number. `source` is the instrument: all channels of one
-    source get new values together.
+    `unit` is the canonical unit suffix, "" for a plain number. `source` is the instrument: all
+    channels of one source get new values together.
 
-    `low` and `high` [SI] are the plausible range: the median of |x| is at least `low`, the 95 % quantile of |x| at
-    most `high`. Outside it the unit is wrong or the sensor is dead. For an `essential` channel this is an error;
-    any other channel is then ignored, with a warning.
+    `low` and `high` [SI] are the plausible range: the median of |x| is at least `low`, the 95 %
+    quantile of |x| at most `high`. Outside it the unit is wrong or the sensor is dead. For an
+    `essential` channel this is an error; any other channel is then ignored, with a warning.
 
-    `noise` (1σ of the white noise) and `resolution` describe the simulated sensor: a number [SI], or the name of
-    the field of `DataSystem` that holds it. `noise` is None for channels that the recorder computes in another way.
-    `wraps` marks an angle that starts again at a full turn.
+    `noise` (1σ of the white noise) and `resolution` describe the simulated sensor: a number [SI],
+    or the name of the field of `DataSystem` that holds it. `noise` is None for channels that the
+    recorder computes in another way. `wraps` marks an angle that starts again at a full turn.
     """
 
     unit: str
@@ -68,12 +68,18 @@ class Channel:
     @property
     def suffixes(self) -> list[str]:
         """The unit suffixes that a column of this channel may end in."""
-        return [s for s, u in SUFFIXES.items() if self.unit and u.dimension == SUFFIXES[self.unit].dimension]
+        return [
+            s
+            for s, u in SUFFIXES.items()
+            if self.unit and u.dimension == SUFFIXES[self.unit].dimension
+        ]
 
 
-# Entries that several channels share. The upper limits allow for fast jets and for short peaks; the lower ones
-# exclude a sensor that is switched off, and the most common wrong units.
-_VELOCITY = Channel("mps", "gps", 0.0, 700.0, "velocity_noise", "velocity_resolution", essential=True)
+# Entries that several channels share. The upper limits allow for fast jets and for short peaks; the
+# lower ones exclude a sensor that is switched off, and the most common wrong units.
+_VELOCITY = Channel(
+    "mps", "gps", 0.0, 700.0, "velocity_noise", "velocity_resolution", essential=True
+)
 _RATE = Channel("radps", "inertial", 0.0, 10.0, "rate_noise", 1e-4)
 _SPECIFIC_FORCE = Channel("mps2", "inertial", 0.0, 100.0, "acceleration_noise", 1e-3)
 _VANE = Channel("rad", "vane", 0.0, _QUARTER, "vane_noise", 1e-4)
@@ -86,10 +92,11 @@ _FUEL_FLOW = Channel("kgps", "engine", 0.0, 3.0, 0.5 * POUND / 3600.0, 1e-6)  # 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """The channels of a log as typed fields; `records.log.FlightLog` adds the header and the checks.
+    """The channels of a log as typed fields; `records.log.FlightLog` adds the header and the
+    checks.
 
-    Each resolution that is a number is a twentieth of the noise or finer: too fine to matter, but coarse enough to
-    keep log files short.
+    Each resolution that is a number is a twentieth of the noise or finer: too fine to matter, but
+    coarse enough to keep log files short.
     """
 
     time: Annotated[Seconds, Channel("s", "clock", 0.0, _ANY, essential=True)]
@@ -98,23 +105,37 @@ class Recorded:
     static_pressure: Annotated[Pascal, Channel("pa", "air", 5e3, 120e3, essential=True)]
     velocity_north: Annotated[MetersPerSecond, _VELOCITY]
     velocity_east: Annotated[MetersPerSecond, _VELOCITY]
-    velocity_down: Annotated[MetersPerSecond | None, replace(_VELOCITY, high=300.0, essential=False)] = None
+    velocity_down: Annotated[
+        MetersPerSecond | None, replace(_VELOCITY, high=300.0, essential=False)
+    ] = None
     # True where the GPS sample is new.
     gps_fresh: Annotated[Booleans | None, Channel("", "gps", 0.0, 1.0, kind="flag")] = None
-    total_temperature: Annotated[Kelvin | None, Channel("k", "air", 180.0, 450.0, essential=True)] = None
-    air_temperature: Annotated[Kelvin | None, Channel("k", "air", 180.0, 335.0, essential=True)] = None
+    total_temperature: Annotated[
+        Kelvin | None, Channel("k", "air", 180.0, 450.0, essential=True)
+    ] = None
+    air_temperature: Annotated[Kelvin | None, Channel("k", "air", 180.0, 335.0, essential=True)] = (
+        None
+    )
     # Geometric.
-    altitude: Annotated[Meters | None, Channel("m", "gps", 0.0, 25e3, "altitude_noise", 0.01)] = None
-    roll: Annotated[Radians | None, Channel("rad", "inertial", 0.0, _TURN, "attitude_noise", 1e-4)] = None
-    pitch: Annotated[Radians | None, Channel("rad", "inertial", 0.0, _QUARTER, "attitude_noise", 1e-4)] = None
+    altitude: Annotated[Meters | None, Channel("m", "gps", 0.0, 25e3, "altitude_noise", 0.01)] = (
+        None
+    )
+    roll: Annotated[
+        Radians | None, Channel("rad", "inertial", 0.0, _TURN, "attitude_noise", 1e-4)
+    ] = None
+    pitch: Annotated[
+        Radians | None, Channel("rad", "inertial", 0.0, _QUARTER, "attitude_noise", 1e-4)
+    ] = None
     # True, from 0 to a turn; the range allows for noise at its end.
     heading: Annotated[
-        Radians | None, Channel("rad", "inertial", 0.0, 1.005 * _TURN, "attitude_noise", 1e-4, wraps=True)
+        Radians | None,
+        Channel("rad", "inertial", 0.0, 1.005 * _TURN, "attitude_noise", 1e-4, wraps=True),
     ] = None
     roll_rate: Annotated[Array | None, _RATE] = None
     pitch_rate: Annotated[Array | None, _RATE] = None
     yaw_rate: Annotated[Array | None, _RATE] = None
-    # In body axes: forward, right, down. An airplane in flight is hardly ever near weightless for long.
+    # In body axes: forward, right, down. An airplane in flight is hardly ever near weightless for
+    # long.
     specific_force_x: Annotated[Array | None, _SPECIFIC_FORCE] = None
     specific_force_y: Annotated[Array | None, _SPECIFIC_FORCE] = None
     specific_force_z: Annotated[Array | None, replace(_SPECIFIC_FORCE, low=3.0)] = None

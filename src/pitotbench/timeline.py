@@ -1,13 +1,15 @@
-"""Examine the time base of a log: where samples are missing, where the recording paused, which GPS fixes are new.
+"""Examine the time base of a log: where samples are missing, where the recording paused, which GPS
+fixes are new.
 
 A stretch is a part of a log between two breaks. There are two kinds of break:
 
-- A *gap* (`gaps`): at least one sample is missing. A calculation that needs a uniform step, such as a digital
-  filter, must start anew there.
-- A *pause* (`pauses`): the airplane moved unobserved for so long that nothing may be interpolated across it. A few
-  lost samples are not a pause: a straight line or a spline bridges them.
+  - A *gap* (`gaps`): at least one sample is missing. A calculation that needs a uniform step, such
+  as a digital filter, must start anew there.
+  - A *pause* (`pauses`): the airplane moved unobserved for so long that nothing may be interpolated
+  across it. A few lost samples are not a pause: a straight line or a spline bridges them.
 
-An *outage* (`in_outage`) is a part of a log in which rows go on, but one sensor repeats its last sample.
+An *outage* (`in_outage`) is a part of a log in which rows go on, but one sensor repeats its last
+sample.
 """
 
 from itertools import pairwise
@@ -19,59 +21,80 @@ from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
 
-MISSING = 1.5  # sample intervals, midway between a step with every sample and one with a sample missing
-PAUSE_SAMPLES = 5.0  # sample intervals: four lost samples in a row are still a fault of the recorder
-PAUSE_SECONDS = 2.0  # s: at a high rate five samples pass before the airplane has moved from a smooth curve
+MISSING = (
+    1.5  # sample intervals, midway between a step with every sample and one with a sample missing
+)
+PAUSE_SAMPLES = (
+    5.0  # sample intervals: four lost samples in a row are still a fault of the recorder
+)
+PAUSE_SECONDS = (
+    2.0  # s: at a high rate five samples pass before the airplane has moved from a smooth curve
+)
 OUTAGE_SAMPLES = 2.5  # usual holds of the sensor: one lost sample is no outage, two in a row are
-OUTAGE_SECONDS = 0.5  # s: a spline through noisy samples at a high rate leaves the flight path after more
+OUTAGE_SECONDS = (
+    0.5  # s: a spline through noisy samples at a high rate leaves the flight path after more
+)
 NEARLY_ALL = 0.95  # of the samples: for how long these are held is usual
 
 
 def interval(time: Seconds) -> float:
-    """Return the median time between samples [s], which gaps do not change. `time` holds at least two samples."""
+    """Return the median time between samples [s], which gaps do not change. `time` holds at least
+    two samples.
+    """
     return float(np.median(np.diff(time)))
 
 
 def gaps(time: Seconds) -> Indices:
-    """Return the first row after each gap, where the time step is longer than `MISSING` sample intervals."""
+    """Return the first row after each gap, where the time step is longer than `MISSING` sample
+    intervals.
+    """
     return _after(time, MISSING, 0.0)
 
 
 def pauses(time: Seconds) -> Indices:
     """Return the first row after each pause.
 
-    There the time step is longer than `PAUSE_SAMPLES` sample intervals and longer than `PAUSE_SECONDS`.
+    There the time step is longer than `PAUSE_SAMPLES` sample intervals and longer than
+    `PAUSE_SECONDS`.
     """
     return _after(time, PAUSE_SAMPLES, PAUSE_SECONDS)
 
 
 def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
-    """Return the rows in which a sensor holds a sample for too long, (n,); `fresh` (n,) marks its new samples.
+    """Return the rows in which a sensor holds a sample for too long, (n,); `fresh` (n,) marks its
+    new samples.
 
-    It is too long where it lasts longer than `OUTAGE_SECONDS`, and than `OUTAGE_SAMPLES` times what nearly all
-    samples of this sensor are held for. So a slow sensor, one that loses samples at random, and a coarse one that
-    often repeats a value have no outage. A pause of the recording is none. Rows with a new sample are in no outage.
-    A sensor without two new samples is in outage throughout.
+    It is too long where it lasts longer than `OUTAGE_SECONDS`, and than `OUTAGE_SAMPLES` times what
+    nearly all samples of this sensor are held for. So a slow sensor, one that loses samples at
+    random, and a coarse one that often repeats a value have no outage. A pause of the recording is
+    none. Rows with a new sample are in no outage. A sensor without two new samples is in outage
+    throughout.
     """
     if np.count_nonzero(fresh) < 2:
         return ~fresh
     held = np.zeros(len(time), dtype=np.bool_)
     parts = [(rows, _holds(time[rows], fresh[rows])) for rows in stretches(time, pauses(time))]
-    usual = float(np.quantile(np.concatenate([lasting[new] for _, (lasting, new) in parts]), NEARLY_ALL))
+    usual = float(
+        np.quantile(np.concatenate([lasting[new] for _, (lasting, new) in parts]), NEARLY_ALL)
+    )
     for rows, (lasting, _) in parts:
         held[rows] = ~fresh[rows] & (lasting > max(OUTAGE_SAMPLES * usual, OUTAGE_SECONDS))
     return held
 
 
 def _holds(time: Seconds, fresh: Booleans) -> tuple[Seconds, Indices]:
-    """How long the sample of each row of a stretch is held, (n,), and the row at which each hold begins."""
+    """How long the sample of each row of a stretch is held, (n,), and the row at which each hold
+    begins.
+    """
     begins = np.flatnonzero(fresh | (np.arange(len(time)) == 0))
     lengths = np.diff(np.append(time[begins], time[-1]))
     return np.repeat(lengths, np.diff(np.append(begins, len(time)))), begins
 
 
 def stretches(time: Seconds, breaks: Indices) -> list[slice]:
-    """Return the rows of each stretch. `breaks` are the rows that begin a new stretch, from `gaps` or `pauses`."""
+    """Return the rows of each stretch. `breaks` are the rows that begin a new stretch, from `gaps`
+    or `pauses`.
+    """
     ends = [0, *(int(row) for row in breaks), len(time)]
     return [slice(first, end) for first, end in pairwise(ends)]
 
@@ -82,10 +105,11 @@ def stretch_numbers(time: Seconds, breaks: Indices) -> Indices:
 
 
 def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
-    """Return whether the GPS fix is new in each row, (n,); channels of the GPS, (n,) each, at least one.
+    """Return whether the GPS fix is new in each row, (n,); channels of the GPS, (n,) each, at least
+    one.
 
-    `marked` is the log's column `gps_fresh`. Without it, a fix is new where a channel differs from that of the row
-    before: the recorder repeats the fixes of a slower receiver.
+    `marked` is the log's column `gps_fresh`. Without it, a fix is new where a channel differs from
+    that of the row before: the recorder repeats the fixes of a slower receiver.
     """
     if marked is not None:
         return marked

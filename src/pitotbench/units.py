@@ -1,8 +1,9 @@
-"""Unit factors and suffixes. Inside the bench everything is SI and radians; units are converted at the edges only.
+"""Unit factors and suffixes. Inside the bench everything is SI and radians; units are converted at
+the edges only.
 
-Annotations such as `Pascal` name the unit of an array in a signature. They are documentation, not a run-time check.
-A column or flag must end in a suffix of the table `SUFFIXES`.
-Factors: B. N. Taylor and A. Thompson, NIST Special Publication 811, 2008, appendix B.
+Annotations such as `Pascal` name the unit of an array in a signature. They are documentation, not a
+run-time check. A column or flag must end in a suffix of the table `SUFFIXES`. Factors: B. N. Taylor
+and A. Thompson, NIST Special Publication 811, 2008, appendix B.
 """
 
 from dataclasses import dataclass
@@ -24,8 +25,12 @@ NAUTICAL_MILE = 1852.0  # m, exact by definition
 FOOT = 0.3048  # m, exact
 MILE = 1609.344  # m, exact: the international mile of 5280 ft
 INCH_OF_MERCURY = 3386.389  # Pa, conventional at 0 °C
-MILLIMETER_OF_MERCURY = 133.322387415  # Pa, conventional: 13595.1 kg/m³ × 9.80665 m/s² × 1 mm, exact
-INCH_OF_WATER = 249.08891  # Pa, conventional: 1000 kg/m³ × 9.80665 m/s² × 25.4 mm, exact to the digits given
+MILLIMETER_OF_MERCURY = (
+    133.322387415  # Pa, conventional: 13595.1 kg/m³ × 9.80665 m/s² × 1 mm, exact
+)
+INCH_OF_WATER = (
+    249.08891  # Pa, conventional: 1000 kg/m³ × 9.80665 m/s² × 25.4 mm, exact to the digits given
+)
 PSI = 6894.757293168  # Pa
 PSF = PSI / 144.0  # Pa
 POUND = 0.45359237  # kg, exact
@@ -37,7 +42,9 @@ SLUG = POUND_FORCE / FOOT  # kg
 
 @dataclass(frozen=True, slots=True)
 class Suffix:
-    """A unit suffix: its symbol and its name in words. SI value = (written value + offset) * factor."""
+    """A unit suffix: its symbol and its name in words. SI value = (written value + offset) *
+    factor.
+    """
 
     dimension: str
     factor: float
@@ -99,7 +106,8 @@ def to_si(value: Array | float, suffix: str) -> Array:
 
 
 def from_si(value: Array | float, suffix: str) -> Array:
-    """Convert an SI value, a number or an array of any shape, to the unit of `suffix`: the inverse of `to_si`.
+    """Convert an SI value, a number or an array of any shape, to the unit of `suffix`: the inverse
+    of `to_si`.
 
     Raises KeyError as `to_si` does.
     """

@@ -51,16 +51,23 @@ COMMANDS = {
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command that the first words name; return its exit code."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the commands of the product, before NumPy is loaded
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # as the commands of the product, before NumPy is loaded
     given = list(sys.argv[1:] if words is None else words)
     name = next((" ".join(given[:n]) for n in (2, 1) if " ".join(given[:n]) in COMMANDS), None)
     if name is None:
-        print("usage: python -m pitotlab NAME [--help]\n\n" + "\n".join(f"  {each}" for each in COMMANDS))
+        print(
+            "usage: python -m pitotlab NAME [--help]\n\n"
+            + "\n".join(f"  {each}" for each in COMMANDS)
+        )
         return DONE if not given or given[0] in ("-h", "--help") else BAD_INPUT
     module, _, function = COMMANDS[name].partition(":")
     command = getattr(import_module(module), function)
     parser = ArgumentParser(
-        prog=f"python -m pitotlab {name}", description=command.__doc__, formatter_class=RawDescriptionHelpFormatter
+        prog=f"python -m pitotlab {name}",
+        description=command.__doc__,
+        formatter_class=RawDescriptionHelpFormatter,
     )
     rest = given[len(name.split()) :]
     return guarded(Namespace(run=lambda _: command(parser, rest) or DONE))

@@ -1,4 +1,6 @@
-"""Fly airplanes that the bench did not write: how well they fly, and how often the bound holds the truth."""
+"""Fly airplanes that the bench did not write: how well they fly, and how often the bound holds the
+truth.
+"""
 
 import os
 import shutil
@@ -28,7 +30,12 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
 from pitotbench.show.columns import Column
-from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
+from pitotbench.simulation.aircraft import (
+    find_aircraft,
+    known_aircraft,
+    library_aircraft,
+    read_record,
+)
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import scaled_case
 from pitotlab import experiment as lab
@@ -41,9 +48,11 @@ LONGEST = 300.0  # s, for a first flight
 
 @dataclass(frozen=True, slots=True)
 class FirstFlight:
-    """The times [s] of the command that flies a case of an aircraft which the bench sees for the first time.
+    """The times [s] of the command that flies a case of an aircraft which the bench sees for the
+    first time.
 
-    `wall` is that of the clock, `cpu` that of the processor. `failure` is what the command said where it failed.
+    `wall` is that of the clock, `cpu` that of the processor. `failure` is what the command said
+    where it failed.
     """
 
     aircraft: str
@@ -55,10 +64,11 @@ class FirstFlight:
 def fly_foreign(
     seeds: range, aircraft: tuple[str, ...] = FOREIGN, budget: lab.Budget = lab.NO_LIMIT
 ) -> pd.DataFrame:
-    """Fly airplanes through the paper's five maneuvers in light turbulence, one flight a seed; return the rows.
+    """Fly airplanes through the paper's five maneuvers in light turbulence, one flight a seed;
+    return the rows.
 
-    Wind and pressure error are drawn from the seed as for the coverage campaign, the error scaled to the card of
-    the airplane. A flight that fails is a row with the reason.
+    Wind and pressure error are drawn from the seed as for the coverage campaign, the error scaled
+    to the card of the airplane. A flight that fails is a row with the reason.
     """
     experiment = lab.Experiment(_flown, PAPER_MANEUVERS, ("light",), aircraft, "aircraft")
     return lab.run_experiment(experiment, seeds, budget)
@@ -77,13 +87,17 @@ def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
     except (BadInputError, NoAnswerError) as error:
         return row | {"failed": " ".join(str(error).split())}
     judged = np.char.startswith(flight.segment, MANEUVERS[trial.maneuver].kind)
-    times = {"minutes": flight.duration / 60.0, "on_condition": float(flight.on_condition[judged].mean())}
+    times = {
+        "minutes": flight.duration / 60.0,
+        "on_condition": float(flight.on_condition[judged].mean()),
+    }
     wind = bench.wind_toward(case.wind)[:2]
     return row | {"failed": "", **times, **lab.compared(found, case.pressure_error, wind)}
 
 
 def summarize_foreign(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one line an airplane and maneuver, and one for all maneuvers: shares [%], minutes, errors [kt].
+    """Return one line an airplane and maneuver, and one for all maneuvers: shares [%], minutes,
+    errors [kt].
 
     The standard error of the coverage takes flights as independent.
     """
@@ -108,11 +122,15 @@ def speeds_of(aircraft: str) -> str:
     if found is None:
         return "the bench's own"
     limit = "Mach 0.7" if found.mach_limited else "level"
-    return f"{found.engines} × {found.engine_kind}, {found.stall_kt:.0f} to {found.fastest_kt:.0f} KCAS ({limit})"
+    return (
+        f"{found.engines} × {found.engine_kind}, {found.stall_kt:.0f} to "
+        f"{found.fastest_kt:.0f} KCAS ({limit})"
+    )
 
 
 def time_first_flight(aircraft: str) -> FirstFlight:
-    """Time `pitotbench fly` with the path of an airplane's file, copied to an empty place and with an empty cache.
+    """Time `pitotbench fly` with the path of an airplane's file, copied to an empty place and with
+    an empty cache.
 
     The maneuver is a Rapid Deceleration in light turbulence.
     """
@@ -122,7 +140,15 @@ def time_first_flight(aircraft: str) -> FirstFlight:
         case = Path(place) / "case.toml"
         text = 'aircraft = "{}"\nmaneuver = "rapid_decel"\nturbulence = "light"\n'
         case.write_text(text.format(file.as_posix()), encoding="utf-8")
-        command = [sys.executable, "-m", "pitotbench", "fly", str(case), "-o", str(Path(place) / "flight.csv")]
+        command = [
+            sys.executable,
+            "-m",
+            "pitotbench",
+            "fly",
+            str(case),
+            "-o",
+            str(Path(place) / "flight.csv"),
+        ]
         before, cpu = perf_counter(), _children_cpu()
         done = subprocess.run(
             command,
@@ -133,7 +159,9 @@ def time_first_flight(aircraft: str) -> FirstFlight:
             timeout=LONGEST,
             check=False,
         )
-        failure = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
+        failure = (
+            "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
+        )
         return FirstFlight(aircraft, perf_counter() - before, _children_cpu() - cpu, failure)
 
 
@@ -149,7 +177,10 @@ _FLOWN: tuple[Column[Any], ...] = (
     Column("without an answer", lambda row: str(row.failed)),
     Column("on condition, mean [%]", lambda row: f"{row.on_condition_percent:.1f}"),
     Column("the worst flight [%]", lambda row: f"{row.least_on_condition_percent:.0f}"),
-    Column("curve inside [%]", lambda row: f"{row.coverage_percent:.1f} ± {row.coverage_se_percent:.1f}"),
+    Column(
+        "curve inside [%]",
+        lambda row: f"{row.coverage_percent:.1f} ± {row.coverage_se_percent:.1f}",
+    ),
     Column("mean 2σ [kt]", lambda row: f"{row.two_sigma_kt:.2f}"),
     Column("rms error [kt]", lambda row: f"{row.rms_error_kt:.2f}"),
 )
@@ -162,7 +193,9 @@ _FIRST: tuple[Column[FirstFlight], ...] = (
 
 
 def verify_aircraft(seeds: range, names: tuple[str, ...], budget: lab.Budget, out: Path) -> str:
-    """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and each failure."""
+    """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and
+    each failure.
+    """
     rows = fly_foreign(seeds, names, budget)
     table = summarize_foreign(rows)
     lab.write_table(table, out / "aircraft-flights.csv", 4)
@@ -176,11 +209,19 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Writes aircraft-flights.csv and prints its table. About 80 CPU seconds a seed.
     """
-    parser.add_argument("--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=40_001, help="first seed (default: %(default)s, development)")
-    parser.add_argument("--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--first", type=int, default=40_001, help="first seed (default: %(default)s, development)"
+    )
+    parser.add_argument(
+        "--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)"
+    )
     parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
-    parser.add_argument("--times", action="store_true", help="only time the first flight of each airplane")
+    parser.add_argument(
+        "--times", action="store_true", help="only time the first flight of each airplane"
+    )
     lab.add_budget(parser)
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))
@@ -196,7 +237,9 @@ FEW = ("belly_pod", "mass", "pitot_lag", "gps_latency", "lift_slope")
 
 
 def taken_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly a deceleration with airplanes, and tell which of them reconcile puts on the force meter, or why not."""
+    """Fly a deceleration with airplanes, and tell which of them reconcile puts on the force meter,
+    or why not.
+    """
     parser.add_argument("--aircraft", default=TAKEN, help="comma list (default: %(default)s)")
     for name in parser.parse_args(words).aircraft.split(","):
         try:
@@ -212,8 +255,14 @@ def _taken_by_reconcile(name: str, log: FlightLog) -> str:
     effects = Catalog("effect", {each: EFFECTS[each] for each in FEW})
     layout = lay_out(log, model, AnalysisSetting(day_known=True), effects)
     if layout.scene.force_model is None:
-        lacking = [each for each in model.controls if each not in log.channels()] if model is not None else []
+        lacking = (
+            [each for each in model.controls if each not in log.channels()]
+            if model is not None
+            else []
+        )
         return f"sensors alone; the airplane's log has no {', '.join(lacking)}"
-    thrust = "thrust by its throttles" if model is not None and model.thrust_known else "thrust free"
+    thrust = (
+        "thrust by its throttles" if model is not None and model.thrust_known else "thrust free"
+    )
     verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
     return f"on the force meter, {thrust}; verdict without null flights: {verdict.kind}"

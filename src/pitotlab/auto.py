@@ -1,4 +1,6 @@
-"""Measure the coverage of `--model auto` for curves outside all models of the table. One flight has many truths."""
+"""Measure the coverage of `--model auto` for curves outside all models of the table. One flight has
+many truths.
+"""
 
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
@@ -17,14 +19,22 @@ from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT, Array
-from pitotlab.experiment import Budget, Experiment, Row, Trial, random_case, random_parameters, run_experiment
+from pitotlab.experiment import (
+    Budget,
+    Experiment,
+    Row,
+    Trial,
+    random_case,
+    random_parameters,
+    run_experiment,
+)
 
 
 def figures(result: Calibration, flight: Flight) -> dict[str, float]:
     """Return the figures of one calibration against the truth of its flight.
 
-    They are the shares of the curve (100 to 160 KIAS) and of the wind's components inside 2σ [%], and the mean 2σ
-    and the rms error of the curve and of the wind [kt].
+    They are the shares of the curve (100 to 160 KIAS) and of the wind's components inside 2σ [%],
+    and the mean 2σ and the rms error of the curve and of the wind [kt].
     """
     curve = compare_curve(result.curve, flight.case.pressure_error)
     wind = compare_wind(result.known_wind, bench.wind_toward(flight.case.wind)[:2])
@@ -38,8 +48,12 @@ def figures(result: Calibration, flight: Flight) -> dict[str, float]:
     }
 
 
-def figures_of_log(log: FlightLog, options: bench.CalibrationOptions, flight: Flight) -> dict[str, float]:
-    """Return the figures of a log calibrated with these options; none where it does not determine the answer."""
+def figures_of_log(
+    log: FlightLog, options: bench.CalibrationOptions, flight: Flight
+) -> dict[str, float]:
+    """Return the figures of a log calibrated with these options; none where it does not determine
+    the answer.
+    """
     try:
         return figures(bench.calibrate(log, options), flight)
     except NoAnswerError:
@@ -49,8 +63,8 @@ def figures_of_log(log: FlightLog, options: bench.CalibrationOptions, flight: Fl
 def over_seeds(rows: pd.DataFrame, by: Sequence[str], of: Sequence[str] = ("",)) -> pd.DataFrame:
     """Return one line for each group: shares inside [%], mean 2σ and rms error [kt].
 
-    `of` chooses the curve ("") and the wind ("wind ") for the last two. `answers` is the number of calibrations
-    that gave an answer.
+    `of` chooses the curve ("") and the wind ("wind ") for the last two. `answers` is the number of
+    calibrations that gave an answer.
     """
     groups = rows.groupby(list(by), sort=False)
     table = pd.DataFrame({"answers": groups["coverage_percent"].count()})
@@ -85,7 +99,9 @@ def _bump(speed: Array, rng: np.random.Generator) -> Array:
 
 
 def _cubic(speed: Array, rng: np.random.Generator) -> Array:
-    k = np.array([-0.02, -0.02, 0.0, 0.0]) + np.array([0.03, 0.015, 0.008, 0.006]) * rng.standard_normal(4)
+    k = np.array([-0.02, -0.02, 0.0, 0.0]) + np.array(
+        [0.03, 0.015, 0.008, 0.006]
+    ) * rng.standard_normal(4)
     return np.asarray(np.polynomial.polynomial.polyval((speed - 130.0) / 30.0, k), dtype=np.float64)
 
 
@@ -96,7 +112,9 @@ def _power(speed: Array, rng: np.random.Generator) -> Array:
 
 def _exponential(speed: Array, rng: np.random.Generator) -> Array:
     size, length = 0.05 * rng.uniform(0.3, 1.7), rng.uniform(15.0, 40.0)
-    return np.asarray(-0.04 + 0.03 * rng.standard_normal() + size * np.exp((100.0 - speed) / length))
+    return np.asarray(
+        -0.04 + 0.03 * rng.standard_normal() + size * np.exp((100.0 - speed) / length)
+    )
 
 
 TRUTHS: dict[str, Shape] = {
@@ -112,12 +130,16 @@ def truth_of(name: str, seed: int) -> PressureErrorSpec:
     """Return a true curve with parameters drawn from a seed, as a table over indicated airspeed."""
     values = TRUTHS[name](_AIRSPEED_KT, np.random.default_rng([seed, list(TRUTHS).index(name)]))
     return PressureErrorSpec(
-        model="table", airspeed=tuple(float(v) for v in _AIRSPEED_KT * KNOT), values=tuple(float(v) for v in values)
+        model="table",
+        airspeed=tuple(float(v) for v in _AIRSPEED_KT * KNOT),
+        values=tuple(float(v) for v in values),
     )
 
 
 def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
-    """Fly once, sense with every true curve, calibrate with `auto` and with Inverse+; return one row for each."""
+    """Fly once, sense with every true curve, calibrate with `auto` and with Inverse+; return one
+    row for each.
+    """
     flight = bench.fly(random_case(trial))
     rows: list[Row] = []
     for name in truths:
@@ -136,14 +158,22 @@ def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[Row]:
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Measure `--model auto` on curves outside the table of models, beside a fit with Inverse+.
 
-    Prints a page (Markdown) with one line a maneuver, truth and model. About 4 CPU seconds a seed and maneuver at
-    50/50 Hz. The seeds from 200001 on are never used in development.
+    Prints a page (Markdown) with one line a maneuver, truth and model. About 4 CPU seconds a seed
+    and maneuver at 50/50 Hz. The seeds from 200001 on are never used in development.
     """
-    parser.add_argument("--maneuver", default="step_decrease,circle", help="comma list (default: %(default)s)")
+    parser.add_argument(
+        "--maneuver", default="step_decrease,circle", help="comma list (default: %(default)s)"
+    )
     parser.add_argument("--das", default="50/50", help="data system (default: %(default)s)")
-    parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
-    parser.add_argument("--seeds", type=int, default=10, help="flights of each maneuver (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=FIRST_DEVELOPMENT_SEED, help="first seed (default: 1)")
+    parser.add_argument(
+        "--turbulence", default="light", help="none, light or moderate (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=10, help="flights of each maneuver (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--first", type=int, default=FIRST_DEVELOPMENT_SEED, help="first seed (default: 1)"
+    )
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args(words)
     from pitotlab.pages import auto_page  # loads the drawing library
@@ -153,4 +183,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     experiment = Experiment(score, maneuvers, (options.turbulence,), tuple(TRUTHS), "truth")
     rows = run_experiment(experiment, seeds, Budget(options.jobs))
     asked = {name: getattr(options, name) for name in ("maneuver", "turbulence", "das")}
-    print(auto_page(over_seeds(rows, ("maneuver", "truth", "model")), list(TRUTHS), seeds, asked), end="")
+    print(
+        auto_page(over_seeds(rows, ("maneuver", "truth", "model")), list(TRUTHS), seeds, asked),
+        end="",
+    )

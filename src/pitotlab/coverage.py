@@ -1,4 +1,6 @@
-"""Measure how often the bounds contain the truth, over flights with random truth and noise of unknown level."""
+"""Measure how often the bounds contain the truth, over flights with random truth and noise of
+unknown level.
+"""
 
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +25,9 @@ from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 from pitotlab import experiment as lab
 
-STATED = Accuracies(temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1)
+STATED = Accuracies(
+    temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1
+)
 SLOW_CHANGE, SLOW_TIME = 1.0, 600.0  # a random walk: rms change [m/s] after a time [s]
 
 InWind = Callable[[Flight, int], tuple[Flight, Array]]
@@ -34,9 +38,9 @@ WithErrors = Callable[[FlightLog, int], FlightLog]
 class Scoring:
     """One way to fly, sense and calibrate, for which the coverage is measured.
 
-    `in_wind` takes a flight and a seed and returns the flight in a changed wind with its mean wind toward north and
-    east [m/s]. `with_errors` takes a log and a seed and returns the log with sensor errors. `options` are those of
-    the calibration.
+    `in_wind` takes a flight and a seed and returns the flight in a changed wind with its mean wind
+    toward north and east [m/s]. `with_errors` takes a log and a seed and returns the log with
+    sensor errors. `options` are those of the calibration.
     """
 
     name: str
@@ -93,16 +97,28 @@ def systematic(log: FlightLog, seed: int) -> FlightLog:
 
 
 _ALL = (
-    Scoring("constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, against_paper=True),
-    Scoring("systematic errors", tuple(SYSTEMS), CalibrationOptions(accuracies=STATED), steady, systematic),
+    Scoring(
+        "constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, against_paper=True
+    ),
+    Scoring(
+        "systematic errors",
+        tuple(SYSTEMS),
+        CalibrationOptions(accuracies=STATED),
+        steady,
+        systematic,
+    ),
     Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, as_sensed),
 )
 SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})
 TURBULENCE = ("none", "light", "moderate")
 
 
-def score_trial(trial: lab.Trial, scorings: tuple[str, ...], store: lab.FlightStore | None = None) -> list[lab.Row]:
-    """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a row for each."""
+def score_trial(
+    trial: lab.Trial, scorings: tuple[str, ...], store: lab.FlightStore | None = None
+) -> list[lab.Row]:
+    """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a
+    row for each.
+    """
     case = lab.random_case(trial)
     flight = bench.fly(case) if store is None else store.fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
@@ -115,7 +131,11 @@ def _rows(trial: lab.Trial, flight: Flight, scoring: Scoring) -> Iterator[lab.Ro
         base = trial.cell | {"scoring": scoring.name, "das": system}
         try:
             ours = bench.calibrate(log, scoring.options)
-            paper = bench.calibrate(log, CalibrationOptions(method="paper")) if scoring.against_paper else ours
+            paper = (
+                bench.calibrate(log, CalibrationOptions(method="paper"))
+                if scoring.against_paper
+                else ours
+            )
         except NoAnswerError as error:
             yield base | {"failed": str(error)}
             continue
@@ -159,14 +179,17 @@ def verify(
     scorings: Sequence[str] = tuple(SCORINGS),
     flights: Path | None = None,
 ) -> pd.DataFrame:
-    """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`.
+    """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md
+    into `out`.
 
-    `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes flies nothing and
-    writes the files from the kept rows.
+    `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes
+    flies nothing and writes the files from the kept rows.
     """
     score = partial(score_trial, store=None if flights is None else lab.FlightStore(flights))
     experiment = lab.Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")
-    rows = lab.run_experiment(experiment, range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds), budget)
+    rows = lab.run_experiment(
+        experiment, range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds), budget
+    )
     _write(rows, out)
     return rows
 
@@ -175,7 +198,9 @@ def _write(rows: pd.DataFrame, out: Path) -> None:
     from pitotlab.pages import coverage_page, coverage_picture
 
     order = {name: place for place, name in enumerate(SCORINGS)}
-    cells = summarize(rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable"))
+    cells = summarize(
+        rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable")
+    )
     lab.write_table(cells, out / "coverage.csv", 6)
     coverage_picture(cells, out / "coverage.png")
     failures = int((rows["failed"] != "").sum())
@@ -187,13 +212,21 @@ def _write(rows: pd.DataFrame, out: Path) -> None:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly the coverage campaign: every maneuver, data system and turbulence, seeds never used in development.
+    """Fly the coverage campaign: every maneuver, data system and turbulence, seeds never used in
+    development.
 
-    Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CPU seconds a seed.
+    Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CPU seconds a
+    seed.
     """
-    parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
-    parser.add_argument("--flights", type=Path, help="folder that keeps flights for the next run (40 MB a seed)")
-    parser.add_argument("--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=int, default=400, help="flights a cell (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--flights", type=Path, help="folder that keeps flights for the next run (40 MB a seed)"
+    )
+    parser.add_argument(
+        "--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)"
+    )
     parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)

@@ -1,8 +1,10 @@
-"""The experiment engine: measure cells × seeds × looks into one table of rows, which is saved as it grows.
+"""The experiment engine: measure cells × seeds × looks into one table of rows, which is saved as it
+grows.
 
-A cell is a maneuver in one turbulence. Every cell is flown once with every seed. A look is one way to sense and
-calibrate a flight, and each flight has several looks. Saved rows are not measured again, so that an interrupted
-experiment can be continued. The truth of a trial is drawn from its seed: a wind and a pressure error.
+A cell is a maneuver in one turbulence. Every cell is flown once with every seed. A look is one way
+to sense and calibrate a flight, and each flight has several looks. Saved rows are not measured
+again, so that an interrupted experiment can be continued. The truth of a trial is drawn from its
+seed: a wind and a pressure error.
 """
 
 from argparse import ArgumentParser, Namespace
@@ -57,8 +59,9 @@ Task = tuple[Trial, tuple[str, ...]]  # a trial and the looks to measure
 class Experiment:
     """The cells and the looks of an experiment.
 
-    `measure(trial, looks)` flies a trial once and returns its rows, one or more for each look. A row has the
-    columns `maneuver`, `turbulence` and `seed` of the trial, and the look in the column named `look_column`.
+    `measure(trial, looks)` flies a trial once and returns its rows, one or more for each look. A
+    row has the columns `maneuver`, `turbulence` and `seed` of the trial, and the look in the column
+    named `look_column`.
     """
 
     measure: Callable[[Trial, tuple[str, ...]], Sequence[Row]]
@@ -68,16 +71,23 @@ class Experiment:
     look_column: str
 
     def trials(self, seeds: Sequence[int]) -> list[Trial]:
-        """Return all trials, seed by seed, so that an interrupted experiment has every cell equally often."""
-        return [Trial(name, air, seed) for seed in seeds for name in self.maneuvers for air in self.turbulences]
+        """Return all trials, seed by seed, so that an interrupted experiment has every cell equally
+        often.
+        """
+        return [
+            Trial(name, air, seed)
+            for seed in seeds
+            for name in self.maneuvers
+            for air in self.turbulences
+        ]
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
     """The resources of an experiment.
 
-    They are the number of processes (None: one for each core), the minutes (None: no limit), and a Parquet file of
-    the rows measured before by the same code (None: no rows are saved).
+    They are the number of processes (None: one for each core), the minutes (None: no limit), and a
+    Parquet file of the rows measured before by the same code (None: no rows are saved).
     """
 
     jobs: int | None = None
@@ -85,7 +95,9 @@ class Budget:
     rows: Path | None = None
 
     def rounds(self, seeds: Sequence[int]) -> Iterator[Sequence[int]]:
-        """Return the seeds in rounds. There is one round where no rows are saved and the time has no limit."""
+        """Return the seeds in rounds. There is one round where no rows are saved and the time has
+        no limit.
+        """
         limited = self.minutes is not None or self.rows is not None
         count = _SEEDS_A_ROUND if limited else max(len(seeds), 1)
         return (seeds[begin : begin + count] for begin in range(0, len(seeds), count))
@@ -94,11 +106,15 @@ class Budget:
 NO_LIMIT = Budget()
 
 
-def run_experiment(experiment: Experiment, seeds: Sequence[int], budget: Budget = NO_LIMIT) -> pd.DataFrame:
-    """Measure every look of every cell with every seed; return the rows of the experiment, the saved ones included.
+def run_experiment(
+    experiment: Experiment, seeds: Sequence[int], budget: Budget = NO_LIMIT
+) -> pd.DataFrame:
+    """Measure every look of every cell with every seed; return the rows of the experiment, the
+    saved ones included.
 
-    The experiment ends after the round in which the time is over, and returns complete seeds only. With 0 minutes
-    it returns saved rows alone. Raises the first error of a trial; the rows of earlier rounds are saved.
+    The experiment ends after the round in which the time is over, and returns complete seeds only.
+    With 0 minutes it returns saved rows alone. Raises the first error of a trial; the rows of
+    earlier rounds are saved.
     """
     table, begun = _kept(budget.rows), monotonic()
     total = len(experiment.trials(seeds))
@@ -109,7 +125,9 @@ def run_experiment(experiment: Experiment, seeds: Sequence[int], budget: Budget 
             for _ in range(len(trials) - len(tasks)):
                 step()
             measured = require_all(fleet.perform(partial(_measured, experiment), tasks, step))
-            table = _with_rows(table, [row for of_trial in measured for row in of_trial], budget.rows)
+            table = _with_rows(
+                table, [row for of_trial in measured for row in of_trial], budget.rows
+            )
             if budget.minutes is not None and monotonic() - begun > 60.0 * budget.minutes:
                 break
     return _asked(experiment, seeds, table)
@@ -152,13 +170,17 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     """Return the rows of an experiment among all rows of a file."""
     if not len(table):
         return table
-    cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(experiment.turbulences)
+    cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(
+        experiment.turbulences
+    )
     looks = table[experiment.look_column].isin(experiment.looks)
     return table[cells & looks & table["seed"].isin(list(seeds))]
 
 
 def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:
-    """Return the shares of curve and wind inside 2σ, whether the band holds the whole curve, 2σ and error [kt]."""
+    """Return the shares of curve and wind inside 2σ, whether the band holds the whole curve, 2σ and
+    error [kt].
+    """
     curve = compare_curve(found.curve, truth)
     band = replace(curve, two_sigma=found.curve.simultaneous_two_sigma[scored(found.curve)])
     return {
@@ -179,7 +201,10 @@ def write_table(table: pd.DataFrame, path: Path, digits: int) -> None:
 
 def made_with() -> str:
     """Return the versions and the date, for a page of measured numbers."""
-    return f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}"
+    return (
+        f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, "
+        f"{datetime.now(UTC):%Y-%m-%d}"
+    )
 
 
 FIRST_SCORED_SEED = 100_001  # development uses only seeds below this one
@@ -198,13 +223,17 @@ def random_parameters(rng: np.random.Generator) -> Array:
 def random_case(trial: Trial) -> Case:
     """Return the case of a trial, with its wind and its pressure error drawn from the seed.
 
-    In calm air 20 flights in different winds are reused: only the sensor noise and the pressure error are new.
+    In calm air 20 flights in different winds are reused: only the sensor noise and the pressure
+    error are new.
     """
     calm = trial.turbulence == "none"
-    flown = FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS if calm else trial.seed
+    flown = (
+        FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS if calm else trial.seed
+    )
     rng = np.random.default_rng([trial.seed, 77])
-    # The wind of the flight comes from the seed that is flown, below. This draw is not used: it takes the first two
-    # numbers of the stream, so that the parameters are those with which the committed campaign was flown.
+    # The wind of the flight comes from the seed that is flown, below. This draw is not used: it
+    # takes the first two numbers of the stream, so that the parameters are those with which the
+    # committed campaign was flown.
     _random_wind(rng)
     parameters = tuple(float(k) for k in random_parameters(rng))
     return Case(
@@ -226,8 +255,12 @@ def _random_wind(rng: np.random.Generator) -> Wind:
 def add_budget(parser: ArgumentParser) -> None:
     """Add the flags of a budget to a command."""
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument("--minutes", type=float, help="stop after so many minutes, with whole seeds only")
-    parser.add_argument("--rows", type=Path, help="Parquet file of rows measured before (delete it with a change)")
+    parser.add_argument(
+        "--minutes", type=float, help="stop after so many minutes, with whole seeds only"
+    )
+    parser.add_argument(
+        "--rows", type=Path, help="Parquet file of rows measured before (delete it with a change)"
+    )
 
 
 def budget_of(options: Namespace) -> Budget:
@@ -235,9 +268,9 @@ def budget_of(options: Namespace) -> Budget:
     return Budget(options.jobs, options.minutes, options.rows)
 
 
-# Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has changed.
-# The key of a flight is its case, without the pressure error and the sensors, and the simulator's version. Only
-# the channels that air data and GPS velocity need are kept.
+# Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has
+# changed. The key of a flight is its case, without the pressure error and the sensors, and the
+# simulator's version. Only the channels that air data and GPS velocity need are kept.
 
 _CHANNELS = ("time", *CALIBRATION_CHANNELS)
 
@@ -261,7 +294,11 @@ class FlightStore:
         self.folder.mkdir(parents=True, exist_ok=True)
         arrays: dict[str, Any] = {name: flight[name] for name in _CHANNELS}
         labels, label = np.unique(flight.segment, return_inverse=True)
-        arrays |= {"labels": labels, "label": label.astype(np.uint8), "on_condition": flight.on_condition}
+        arrays |= {
+            "labels": labels,
+            "label": label.astype(np.uint8),
+            "on_condition": flight.on_condition,
+        }
         with atomic(path) as scratch, scratch.open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
 
@@ -273,5 +310,7 @@ def _read(path: Path, case: Case) -> Flight:
 
 
 def _digest(case: Case) -> str:
-    flown = tomli_w.dumps(case_table(case, omit=("pressure_error", "das", "sensor_seed", "accuracy")))
+    flown = tomli_w.dumps(
+        case_table(case, omit=("pressure_error", "das", "sensor_seed", "accuracy"))
+    )
     return sha256(f"{version('jsbsim')}\n{flown}".encode()).hexdigest()[:16]

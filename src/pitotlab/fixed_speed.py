@@ -1,4 +1,6 @@
-"""Measure how often the bounds of fixed-speed points from simulated logs contain the truth, for several ways."""
+"""Measure how often the bounds of fixed-speed points from simulated logs contain the truth, for
+several ways.
+"""
 
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
@@ -51,15 +53,20 @@ WAYS = {
 }
 
 
-def score_fixed_speed(turbulence: str, das: str, seeds: Sequence[int], budget: Budget = NO_LIMIT) -> Iterator[str]:
+def score_fixed_speed(
+    turbulence: str, das: str, seeds: Sequence[int], budget: Budget = NO_LIMIT
+) -> Iterator[str]:
     """Return a line of figures for each way and method.
 
-    They are the share of points inside 2σ, the mean and the rms error, the mean 2σ, the share of winds (both
-    components) inside 2σ, the share of points inside twice the spread, the rms difference from the curve of the
-    whole log, and the share of these differences inside the point's 2σ.
+    They are the share of points inside 2σ, the mean and the rms error, the mean 2σ, the share of
+    winds (both components) inside 2σ, the share of points inside twice the spread, the rms
+    difference from the curve of the whole log, and the share of these differences inside the
+    point's 2σ.
     """
     maneuvers = tuple(dict.fromkeys(way.maneuver for way in WAYS.values()))
-    experiment = Experiment(partial(points_of, das=das), maneuvers, (turbulence,), tuple(WAYS), "way")
+    experiment = Experiment(
+        partial(points_of, das=das), maneuvers, (turbulence,), tuple(WAYS), "way"
+    )
     rows = run_experiment(experiment, seeds, budget)
     for name in WAYS:
         for method, group in rows[rows["way"] == name].groupby("method", sort=False):
@@ -67,14 +74,18 @@ def score_fixed_speed(turbulence: str, das: str, seeds: Sequence[int], budget: B
 
 
 def points_of(trial: Trial, ways: tuple[str, ...], das: str) -> list[Row]:
-    """Fly once and calibrate the whole log; return a row for each fixed-speed point of each way of the maneuver."""
+    """Fly once and calibrate the whole log; return a row for each fixed-speed point of each way of
+    the maneuver.
+    """
     case = _case(trial)
     log = sense(fly(case), das)
     curve = calibrate(log).curve
     rows: list[Row] = []
     for name in (name for name in ways if WAYS[name].maneuver == trial.maneuver):
         cell = trial.cell | {"way": name}
-        rows += [cell | _errors(case, curve, point) for point in fixed_speed_points(WAYS[name].part(log))]
+        rows += [
+            cell | _errors(case, curve, point) for point in fixed_speed_points(WAYS[name].part(log))
+        ]
     return rows
 
 
@@ -97,12 +108,14 @@ def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) 
 def _errors(case: Case, curve: ErrorCurve, point: FixedSpeedPoint) -> Row:
     """Return the errors of a point [kt] as columns of its row.
 
-    They are the error, 2σ and spread of the airspeed, the larger error and 2σ of the wind, and the correction minus
-    that of the curve.
+    They are the error, 2σ and spread of the airspeed, the larger error and 2σ of the wind, and the
+    correction minus that of the curve.
     """
     found = compare_points([point], case.pressure_error)
     wind = np.abs(np.array([point.wind_north, point.wind_east]) - wind_toward(case.wind)[:2]).max()
-    at_speed = float(CubicSpline(curve.indicated_airspeed, curve.correction)(point.indicated_airspeed))
+    at_speed = float(
+        CubicSpline(curve.indicated_airspeed, curve.correction)(point.indicated_airspeed)
+    )
     return {
         "method": point.method,
         "error_kt": float(np.mean(found.error)) / KNOT,
@@ -119,12 +132,15 @@ def _figures(rows: pd.DataFrame) -> str:
     column = {name: rows[name].to_numpy() for name in rows if str(name).endswith("_kt")}
     two_sigma, spread = column["two_sigma_kt"], column["spread_kt"]
     points = Comparison(column["error_kt"], two_sigma)
-    doubled = "-" if np.isnan(spread).all() else f"{replace(points, two_sigma=2.0 * spread).inside:.0%}"
+    doubled = (
+        "-" if np.isnan(spread).all() else f"{replace(points, two_sigma=2.0 * spread).inside:.0%}"
+    )
     wind = Comparison(column["wind_error_kt"], column["wind_two_sigma_kt"])
     off = Comparison(column["less_curve_kt"], two_sigma)
     return (
         f"{len(rows):3d} points | inside {points.inside:4.0%} | "
-        f"mean {np.mean(points.error):+.3f} rms {points.rms_error:.3f} 2σ {points.mean_two_sigma:.3f} kt | "
+        f"mean {np.mean(points.error):+.3f} rms {points.rms_error:.3f} 2σ "
+        f"{points.mean_two_sigma:.3f} kt | "
         f"wind inside {wind.inside:4.0%} | inside two spreads {doubled} | "
         f"less curve rms {off.rms_error:.3f} kt, inside {off.inside:4.0%}"
     )
@@ -135,9 +151,13 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Seeds 1 to N are development seeds; winds are drawn up to 25 kt.
     """
-    parser.add_argument("--seeds", type=int, default=10, help="flights a cell (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=int, default=10, help="flights a cell (default: %(default)s)"
+    )
     parser.add_argument("--das", default="50/50", help="data system (default: %(default)s)")
-    parser.add_argument("--turbulence", default="none,light", help="comma list (default: %(default)s)")
+    parser.add_argument(
+        "--turbulence", default="none,light", help="comma list (default: %(default)s)"
+    )
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args(words)
     for turbulence in options.turbulence.split(","):

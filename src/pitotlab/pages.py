@@ -75,16 +75,28 @@ def coverage_picture(cells: pd.DataFrame, path: Path) -> None:
             label="curve, ±2σ",
         )
         share.plot(
-            cells.white_coverage_percent, place, "x", color=ORANGE, ms=4, label="curve, 2σ for white residuals"
+            cells.white_coverage_percent,
+            place,
+            "x",
+            color=ORANGE,
+            ms=4,
+            label="curve, 2σ for white residuals",
         )
         share.plot(cells.wind_coverage_percent, place, ".", color=GREY, ms=5, label="wind, ±2σ")
         share.set_yticks(place, labels, fontsize=7)
         share.set(title="Share inside the bound", xlabel="share [%]", xlim=(0.0, 101.0))
         share.legend(loc="center", fontsize=7.5)
-        size.plot(2.0 * cells.rms_error_kt, place, "o", ms=4, color=ORANGE, label="2 × true rms error")
+        size.plot(
+            2.0 * cells.rms_error_kt, place, "o", ms=4, color=ORANGE, label="2 × true rms error"
+        )
         size.plot(cells.two_sigma_kt, place, "o", ms=4, color=BLUE, label="mean ±2σ")
         size.plot(
-            2.0 * cells.paper_rms_error_kt, place, "x", ms=4, color=GREY, label="2 × rms error, paper's method"
+            2.0 * cells.paper_rms_error_kt,
+            place,
+            "x",
+            ms=4,
+            color=GREY,
+            label="2 × rms error, paper's method",
         )
         size.set_yticks(place, [])
         size.set(title="Bound and true error", xlabel="airspeed [kt]", xscale="log")
@@ -103,13 +115,17 @@ def coverage_page(cells: pd.DataFrame, provenance: str) -> str:
         better=int((first.rms_error_kt < first.paper_rms_error_kt).sum()),
         worse=100.0 * float((first.rms_error_kt / first.paper_rms_error_kt - 1.0).max()),
         cells=len(first),
-        tables="\n\n".join(f"## {str(name).capitalize()}\n\n{_table(group)}" for name, group in groups),
+        tables="\n\n".join(
+            f"## {str(name).capitalize()}\n\n{_table(group)}" for name, group in groups
+        ),
     )
 
 
 def rate_ratio(cells: pd.DataFrame) -> float:
     """Mean bound at 20/1 Hz over that at 50/50 Hz, of the cells in turbulence."""
-    rough = cells[cells.turbulence != "none"].set_index(["das", "maneuver", "turbulence"]).two_sigma_kt
+    rough = (
+        cells[cells.turbulence != "none"].set_index(["das", "maneuver", "turbulence"]).two_sigma_kt
+    )
     return float((rough.loc["20/1"] / rough.loc["50/50"]).mean())
 
 
@@ -117,9 +133,11 @@ def _coverage_verdict(cells: pd.DataFrame) -> str:
     share, band = cells.coverage_percent, cells.band_coverage_percent
     within = int((np.abs(share - _NOMINAL) <= 2.0).sum())
     return (
-        f"{cells.flights.min()} flights a cell, {share.min():.1f} to {share.max():.1f} % of the curve over "
+        f"{cells.flights.min()} flights a cell, {share.min():.1f} to {share.max():.1f} % of the "
+        "curve over "
         f"{len(cells)} cells, mean {share.mean():.1f}; "
-        f"{within} within 95 ± 2 %; whole curves inside their band {band.min():.1f} to {band.max():.1f} %"
+        f"{within} within 95 ± 2 %; whole curves inside their band {band.min():.1f} to "
+        f"{band.max():.1f} %"
     )
 
 
@@ -199,26 +217,47 @@ def add_reference(table: pd.DataFrame) -> pd.DataFrame:
     work = table.flown_kt * table.minutes**0.5
     keys = list(zip(table.turbulence, table.das, strict=True))
     steps = table.maneuver == "step_decrease"
-    reference = {key: float(value) for key, value, is_step in zip(keys, work, steps, strict=True) if is_step}
-    return table.assign(per_step_decrease=[w / reference[k] for w, k in zip(work, keys, strict=True)])
+    reference = {
+        key: float(value) for key, value, is_step in zip(keys, work, steps, strict=True) if is_step
+    }
+    return table.assign(
+        per_step_decrease=[w / reference[k] for w, k in zip(work, keys, strict=True)]
+    )
 
 
 def check_picture(table: pd.DataFrame, path: Path) -> None:
     """Predicted against flown 2σ [kt] and their ratio, as PNG."""
     with canvas(1, 2, 11.0, 4.4) as (figure, (size, ratio)):
-        for color, (das, rows) in zip(_SYSTEM_COLORS, table.groupby("das", sort=False), strict=False):
+        for color, (das, rows) in zip(
+            _SYSTEM_COLORS, table.groupby("das", sort=False), strict=False
+        ):
             bars = 2.0 * rows.flown_se_kt
             size.errorbar(
-                rows.predicted_kt, rows.flown_kt, yerr=bars, fmt="o", ms=4, color=color, label=f"{das} Hz"
+                rows.predicted_kt,
+                rows.flown_kt,
+                yerr=bars,
+                fmt="o",
+                ms=4,
+                color=color,
+                label=f"{das} Hz",
             )
             names = rows.maneuver.str.replace("_", " ") + ", " + rows.turbulence
             ratio.errorbar(
-                rows.ratio, names, xerr=rows.ratio * bars / rows.flown_kt, fmt="o", ms=4, color=color, alpha=0.8
+                rows.ratio,
+                names,
+                xerr=rows.ratio * bars / rows.flown_kt,
+                fmt="o",
+                ms=4,
+                color=color,
+                alpha=0.8,
             )
         ends = [0.8 * table.predicted_kt.min(), 1.2 * table.predicted_kt.max()]
         size.plot(ends, ends, color=GREY, lw=0.8)
         size.set(
-            xscale="log", yscale="log", xlabel="predicted ±2σ [kt]", ylabel="flown ±2σ, with 2 standard errors [kt]"
+            xscale="log",
+            yscale="log",
+            xlabel="predicted ±2σ [kt]",
+            ylabel="flown ±2σ, with 2 standard errors [kt]",
         )
         for axis in (size.xaxis, size.yaxis):
             axis.set_ticks(_TICKS, [f"{tick:g}" for tick in _TICKS])
@@ -232,18 +271,26 @@ def check_picture(table: pd.DataFrame, path: Path) -> None:
 
 
 def check_page(table: pd.DataFrame, provenance: str, heights: pd.DataFrame | None = None) -> str:
-    """The Markdown page of a table with `add_reference`, and of one of `check_forecasts_with_height`."""
+    """The Markdown page of a table with `add_reference`, and of one of
+    `check_forecasts_with_height`.
+    """
     lines = markdown_table(_PLAN_COLUMNS, frame_rows(table))
     section = "" if heights is None else _height_section(heights)
-    return _PLAN_PAGE.format(provenance=provenance, verdict=_plan_verdict(table), table=lines, heights=section)
+    return _PLAN_PAGE.format(
+        provenance=provenance, verdict=_plan_verdict(table), table=lines, heights=section
+    )
 
 
 def _height_section(heights: pd.DataFrame) -> str:
     """The section about an error of the static source, which GPS height shows too."""
     verdict = f"Predicted / flown ±2σ: {_range(heights)}; {_inside(heights)}."
     flights = int(heights.flights.min())
-    rows = frame_rows(heights.astype(object).where(heights.notna(), None))  # the triangle has no share of itself
-    return _HEIGHTS.format(flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, rows))
+    rows = frame_rows(
+        heights.astype(object).where(heights.notna(), None)
+    )  # the triangle has no share of itself
+    return _HEIGHTS.format(
+        flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, rows)
+    )
 
 
 def _range(table: pd.DataFrame) -> str:
@@ -252,14 +299,18 @@ def _range(table: pd.DataFrame) -> str:
 
 def _inside(table: pd.DataFrame) -> str:
     low, high = _WITHIN
-    return f"{int(table.ratio.between(low, high).sum())} of {len(table)} cells within {low} to {high}"
+    return (
+        f"{int(table.ratio.between(low, high).sum())} of {len(table)} cells within {low} to {high}"
+    )
 
 
 def _plan_verdict(table: pd.DataFrame) -> str:
     best = table.sort_values("per_step_decrease").iloc[0]
     return (
-        f"Predicted / flown ±2σ: {_range(table)}, mean {table.ratio.mean():.2f}; {_inside(table)}.\n"
-        f"The smallest bound for equal minutes: {best.maneuver} at {best.das} Hz, turbulence {best.turbulence}, "
+        f"Predicted / flown ±2σ: {_range(table)}, mean {table.ratio.mean():.2f}; "
+        f"{_inside(table)}.\n"
+        f"The smallest bound for equal minutes: {best.maneuver} at {best.das} Hz, turbulence "
+        f"{best.turbulence}, "
         f"with {best.per_step_decrease:.2f} times the ±2σ of Step Decrease."
     )
 
@@ -301,10 +352,16 @@ def peers_page(table: pd.DataFrame, seeds: Sequence[int]) -> str:
     return _PEERS.format(table=_markdown(table), sharpness=sharpness, **_flown(seeds))
 
 
-def auto_page(table: pd.DataFrame, truths: Sequence[str], seeds: Sequence[int], asked: Mapping[str, str]) -> str:
-    """Models weighed on truths outside their table, as Markdown; `asked` holds maneuver, turbulence and das."""
+def auto_page(
+    table: pd.DataFrame, truths: Sequence[str], seeds: Sequence[int], asked: Mapping[str, str]
+) -> str:
+    """Models weighed on truths outside their table, as Markdown; `asked` holds maneuver, turbulence
+    and das.
+    """
     names = ", ".join(truths)
-    return _AUTO.format(table=_markdown(table), truths=len(truths), names=names, **asked, **_flown(seeds))
+    return _AUTO.format(
+        table=_markdown(table), truths=len(truths), names=names, **asked, **_flown(seeds)
+    )
 
 
 def _flown(seeds: Sequence[int]) -> dict[str, object]:
@@ -328,8 +385,18 @@ def draw_growth(costs: Sequence[Cost], path: Path) -> None:
                 continue
             axes = flights if job == "campaign" else samples
             label = f"{job}, exponent {exponent(own):.2f}"
-            axes.loglog([c.size for c in own], [c.seconds for c in own], "o-", color=color, ms=4, label=label)
-        for axes, what in ((samples, "samples of the log [rows]"), (flights, "flights of the campaign [flights]")):
+            axes.loglog(
+                [c.size for c in own],
+                [c.seconds for c in own],
+                "o-",
+                color=color,
+                ms=4,
+                label=label,
+            )
+        for axes, what in (
+            (samples, "samples of the log [rows]"),
+            (flights, "flights of the campaign [flights]"),
+        ):
             axes.set(xlabel=what, ylabel="CPU time [s]")
             if axes.lines:
                 axes.legend()

@@ -1,7 +1,9 @@
-"""Published bounds for the same fit, each from its equations, compared with the truth in the same way as ours.
+"""Published bounds for the same fit, each from its equations, compared with the truth in the same
+way as ours.
 
-All but the filter start from output error with white residuals (Jacobian J, residual v, both as airspeed). They
-differ in how they treat the autocorrelation of the residual. Nothing else in the project uses them.
+All but the filter start from output error with white residuals (Jacobian J, residual v, both as
+airspeed). They differ in how they treat the autocorrelation of the residual. Nothing else in the
+project uses them.
 """
 
 from argparse import ArgumentParser
@@ -32,13 +34,18 @@ from pitotlab.experiment import FIRST_SCORED_SEED, FlightStore, Row, Trial, rand
 from pitotlab.fixed_speed import compare_points
 
 BARTLETT_SECONDS = 20.0
-_FILTER_START, _FILTER_WALK = (10.0, 10.0, 0.1), (0.02, 0.02, 1e-4)  # 1σ: wind [m/s], scale [-]; walk a second
+_FILTER_START, _FILTER_WALK = (
+    (10.0, 10.0, 0.1),
+    (0.02, 0.02, 1e-4),
+)  # 1σ: wind [m/s], scale [-]; walk a second
 _FILTER_NOISE = 1.0  # m/s
 
 
 @dataclass(frozen=True, slots=True)
 class PeerCase:
-    """A fit of one log as if residuals were white: Jacobian (n, p), residual (n,) [m/s], sample interval [s]."""
+    """A fit of one log as if residuals were white: Jacobian (n, p), residual (n,) [m/s], sample
+    interval [s].
+    """
 
     jacobian: Array
     residual: Array
@@ -46,12 +53,16 @@ class PeerCase:
 
 
 def white(case: PeerCase) -> Array:
-    """Return the Cramér-Rao bound for white residuals: σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6), (p, p)."""
+    """Return the Cramér-Rao bound for white residuals: σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6),
+    (p, p).
+    """
     return np.asarray(np.var(case.residual) * np.linalg.inv(case.jacobian.T @ case.jacobian))
 
 
 def colored(case: PeerCase) -> Array:
-    """Return the bound for colored residuals of Morelli and Klein (1997): unbiased autocorrelation, all lags."""
+    """Return the bound for colored residuals of Morelli and Klein (1997): unbiased autocorrelation,
+    all lags.
+    """
     n = len(case.residual)
     lags = np.arange(-(n - 1), n)
     correlation = fftconvolve(case.residual, case.residual[::-1]) / (n - np.abs(lags))
@@ -59,8 +70,8 @@ def colored(case: PeerCase) -> Array:
 
 
 def bartlett(case: PeerCase) -> Array:
-    """Return the heteroscedasticity- and autocorrelation-consistent bound of Newey and West (1987), with Bartlett
-    weights over 20 s."""
+    """Return the heteroscedasticity- and autocorrelation-consistent bound of Newey and West (1987),
+    with Bartlett weights over 20 s."""
     n, width = len(case.residual), BARTLETT_SECONDS / case.interval
     lags = np.arange(-(n - 1), n)
     weight = np.clip(1.0 - np.abs(lags) / width, 0.0, None)
@@ -73,7 +84,9 @@ def bartlett(case: PeerCase) -> Array:
 def _sandwich(case: PeerCase, correlation: Array) -> Array:
     """Return (J'J)⁻¹ [Σ_i Σ_j J_i R(i − j) J_j'] (J'J)⁻¹, with R at all lags, (2n − 1,)."""
     n = len(case.residual)
-    smooth = np.stack([fftconvolve(column, correlation)[n - 1 : 2 * n - 1] for column in case.jacobian.T], axis=1)
+    smooth = np.stack(
+        [fftconvolve(column, correlation)[n - 1 : 2 * n - 1] for column in case.jacobian.T], axis=1
+    )
     inverse = np.linalg.inv(case.jacobian.T @ case.jacobian)
     return np.asarray(inverse @ (case.jacobian.T @ smooth) @ inverse)
 
@@ -94,7 +107,9 @@ def _gradient(curve: CurveMap, theta: Array) -> Array:
 
 
 def peer_rows(flight: Flight, das: str) -> list[Row]:
-    """Return the coverage and the bound of each peer and of our fit on one flight: one row each, speeds in m/s."""
+    """Return the coverage and the bound of each peer and of our fit on one flight: one row each,
+    speeds in m/s.
+    """
     log = bench.sense(flight, das)
     ours = bench.calibrate(log)
     speeds, inside = ours.curve.indicated_airspeed, scored(ours.curve)
@@ -117,10 +132,11 @@ def peer_rows(flight: Flight, das: str) -> list[Row]:
 
 
 def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
-    """Return the rows of legs and turns at one speed each, with a bound from the scatter of redundant solutions.
+    """Return the rows of legs and turns at one speed each, with a bound from the scatter of
+    redundant solutions.
 
-    For four legs this is the bound of Gray (1998). There is no row where the maneuver does not hold a speed on
-    enough headings.
+    For four legs this is the bound of Gray (1998). There is no row where the maneuver does not hold
+    a speed on enough headings.
     """
     try:
         points = [point for point in bench.fixed_speed_points(log) if point.spread is not None]
@@ -129,7 +145,13 @@ def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
     if not points:
         return []
     error = compare_points(points, flight.case.pressure_error).error
-    return [_row("per-point spread, fixed speed", error, np.array([point.spread for point in points]) ** 2)]
+    return [
+        _row(
+            "per-point spread, fixed speed",
+            error,
+            np.array([point.spread for point in points]) ** 2,
+        )
+    ]
 
 
 def _white_case(model: PredictionModel, obs: Observations) -> tuple[Array, PeerCase]:
@@ -152,11 +174,14 @@ def _row(name: str, error: Array, variance: Array) -> dict[str, object]:
 def scale_filter(log: FlightLog, obs: Observations, speeds: Array) -> tuple[Array, Array]:
     """Run a 1 Hz extended Kalman filter of the wind and one airspeed scale, as small autopilots do.
 
-    The state is the wind W toward north and east [m/s] and the scale s in |V_ground − W| = s · V_true(q_ci).
-    Returns the correction [m/s] at indicated airspeeds [m/s], and its variance [m²/s²].
+    The state is the wind W toward north and east [m/s] and the scale s in |V_ground − W| = s ·
+    V_true(q_ci). Returns the correction [m/s] at indicated airspeeds [m/s], and its variance
+    [m²/s²].
     """
     step = max(1, round(1.0 / float(np.median(np.diff(obs.time)))))
-    measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, _air_temperature(obs))[::step]
+    measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, _air_temperature(obs))[
+        ::step
+    ]
     north, east = obs.held_north[::step], obs.held_east[::step]
     state, spread = np.array([0.0, 0.0, 1.0]), np.diag(np.square(_FILTER_START))
     for v_north, v_east, speed in zip(north, east, measured, strict=True):
@@ -177,7 +202,9 @@ def _air_temperature(obs: Observations) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class _Fitted:
-    """A covering fit of one log with the data for its score: gradient (c, p), curve (c,) and truth (c,) [m/s]."""
+    """A covering fit of one log with the data for its score: gradient (c, p), curve (c,) and truth
+    (c,) [m/s].
+    """
 
     fit: CoveringFit
     gradient: Array
@@ -194,12 +221,17 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
     fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
     curve = CurveMap(model, speeds)
     return _Fitted(
-        fit, _gradient(curve, fit.theta), curve, bench.true_correction(flight.case.pressure_error, speeds)
+        fit,
+        _gradient(curve, fit.theta),
+        curve,
+        bench.true_correction(flight.case.pressure_error, speeds),
     )
 
 
 def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
-    """Return the rows of our estimator with known noise: the mean noise estimated from the cell's flights."""
+    """Return the rows of our estimator with known noise: the mean noise estimated from the cell's
+    flights.
+    """
     modes = [max(each.fit.nodes, key=lambda node: node.weight).noise for each in fitted]
     noise = np.mean(modes, axis=0)
     rows = []
@@ -207,7 +239,13 @@ def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
         step, covariance = solve(each.fit.problem, each.fit.noise_of(noise))
         variance = np.einsum("cp,pq,cq->c", each.gradient, covariance, each.gradient)
         k = (each.fit.theta + step)[: each.curve.model.error_count]
-        rows.append(_row("pitotbench, if the noise were known", each.curve.correction(k) - each.truth, variance))
+        rows.append(
+            _row(
+                "pitotbench, if the noise were known",
+                each.curve.correction(k) - each.truth,
+                variance,
+            )
+        )
     return rows
 
 
@@ -218,10 +256,11 @@ def comparison(
     store: FlightStore | None = None,
     jobs: int | None = None,
 ) -> pd.DataFrame:
-    """Compare all bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights.
+    """Compare all bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means
+    over flights.
 
-    A task is a maneuver with all its flights. The estimator with known noise needs the fits of all of them, and a
-    fit is not sent between processes.
+    A task is a maneuver with all its flights. The estimator with known noise needs the fits of all
+    of them, and a fit is not sent between processes.
     """
     work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems, store=store)
     rows = [row for found in require_all(run_tasks(work, PAPER_MANEUVERS, jobs)) for row in found]
@@ -256,13 +295,18 @@ def _maneuver_rows(
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Hold the bounds that others publish against the truth beside ours, on the same flights; print a page.
+    """Hold the bounds that others publish against the truth beside ours, on the same flights; print
+    a page.
 
     All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in development.
     """
-    parser.add_argument("--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)"
+    )
     parser.add_argument("--flights", type=Path, help="folder where flights are kept")
-    parser.add_argument("--jobs", type=int, help="processes (default: one a core, at most one a maneuver)")
+    parser.add_argument(
+        "--jobs", type=int, help="processes (default: one a core, at most one a maneuver)"
+    )
     options = parser.parse_args(words)
     from pitotlab.pages import peers_page  # loads the drawing library
 

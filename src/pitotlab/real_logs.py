@@ -1,9 +1,9 @@
 """Calibrate real logs and hold the answers against what is known of them independently.
 
-The logs are read in place, from the folder that PITOTBENCH_DATA names. Each is calibrated as the command does it,
-then without the height, and each half by itself: answers of one airplane must agree. Beside that, the C172S is held
-against its handbook, the gliders' winds against the radiosonde of the day, and two decelerations of a jet on one
-heading against a weather balloon.
+The logs are read in place, from the folder that PITOTBENCH_DATA names. Each is calibrated as the
+command does it, then without the height, and each half by itself: answers of one airplane must
+agree. Beside that, the C172S is held against its handbook, the gliders' winds against the
+radiosonde of the day, and two decelerations of a jet on one heading against a weather balloon.
 """
 
 import gzip
@@ -33,29 +33,47 @@ from pitotbench.records.terms import Maneuver
 from pitotbench.show.terms import print_terms
 from pitotbench.units import FOOT, KNOT, Array
 
-LOGS = ("garmin/c172s-g1000-2011.csv.gz", "garmin/pa28-gifd-2024.csv.gz", "citation/2019-03-12.parquet")
+LOGS = (
+    "garmin/c172s-g1000-2011.csv.gz",
+    "garmin/pa28-gifd-2024.csv.gz",
+    "citation/2019-03-12.parquet",
+)
 GLIDERS = ("flight50-front", "flight50-rear", "flight52-front", "flight52-rear")
 JETS = ("CLASS55", "CLASS65")
 # Cessna 172S, Pilot's Operating Handbook, airspeed calibration with flaps up: KIAS, KCAS.
-HANDBOOK = np.array([[50, 56], [60, 62], [70, 70], [80, 78], [90, 87], [100, 97], [110, 107]], dtype=float)
+HANDBOOK = np.array(
+    [[50, 56], [60, 62], [70, 70], [80, 78], [90, 87], [100, 97], [110, 107]], dtype=float
+)
 ONE_AIRPLANE = 3.0  # kt, by which one airplane may differ from its handbook
 LAUNCH = 200.0  # m above sea level, from which the sondes' heights count
 ALOFT = 1500.0  # m, from which the gliders' pressure and temperature are held against the sonde's
 PAIRED = 120.0  # s between the middles of two recorders' windows of one wind
-KNOWN, AWAY = 8.0, 25.0  # kt: 2σ of a wind that counts; a sonde of another hour and place in lee waves
-# Δp/q_c of the jets by the balloon's pressure at GPS height, and 0.5 hPa as the balloon's own doubt.
+KNOWN, AWAY = (
+    8.0,
+    25.0,
+)  # kt: 2σ of a wind that counts; a sonde of another hour and place in lee waves
+# Δp/q_c of the jets by the balloon's pressure at GPS height, and 0.5 hPa as the balloon's own
+# doubt.
 BALLOON_KT = np.array([260.0, 300.0, 340.0, 380.0, 420.0])
-BALLOON = {"CLASS55": [0.032, 0.035, 0.035, 0.035, 0.035], "CLASS65": [0.036, 0.037, 0.036, 0.036, 0.037]}
+BALLOON = {
+    "CLASS55": [0.032, 0.035, 0.035, 0.035, 0.035],
+    "CLASS65": [0.036, 0.037, 0.036, 0.036, 0.037],
+}
 BALLOON_PA = 50.0
 ONE_HEADING = np.radians(8.0)  # spread of the track within a deceleration
-TWIN_OTTER = ("totter_lon_020213f1_018", "totter_lon_020213f1_017")  # of SIDPAC (NASA), in the folder sidpac
+TWIN_OTTER = (
+    "totter_lon_020213f1_018",
+    "totter_lon_020213f1_017",
+)  # of SIDPAC (NASA), in the folder sidpac
 CITATION_CLEAN = (46.0, 71.0)  # min, with flaps and gear up
 FIT = 1.5  # joined 2σ within which two answers of one log agree
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Print what real logs give, and how it stands beside what is known of them."""
-    parser.add_argument("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
+    parser.add_argument(
+        "--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data"))
+    )
     parser.add_argument("--terms", action="store_true", help="the terms of models alone")
     options = parser.parse_args(words)
     data = options.data
@@ -67,7 +85,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     for name in JETS if not options.terms else ():
         _against_balloon(data / "jmoss" / f"{name}.csv", name)
     for fitted, held in (TWIN_OTTER, TWIN_OTTER[::-1]):
-        _terms("DHC6", *([read_identification(data / "sidpac" / f"{each}.mat")] for each in (fitted, held)))
+        _terms(
+            "DHC6",
+            *([read_identification(data / "sidpac" / f"{each}.mat")] for each in (fitted, held)),
+        )
     log = read_log(data / "citation/2019-03-12.parquet")
     since = log.time - log.time[0]
     clean = log.select((since > CITATION_CLEAN[0] * 60.0) & (since < CITATION_CLEAN[1] * 60.0))
@@ -79,7 +100,9 @@ def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuve
     from rich.console import Console
 
     print(f"{aircraft}: fitted to {fitted[0].name}, {len(fitted)} in all; held out {len(held_out)}")
-    print_terms(correct_terms(aircraft, fitted, held_out).account, Console(highlight=False, soft_wrap=True))
+    print_terms(
+        correct_terms(aircraft, fitted, held_out).account, Console(highlight=False, soft_wrap=True)
+    )
 
 
 def _answer(log: FlightLog, **choices: Any) -> Calibration | str:
@@ -102,13 +125,18 @@ def _consistent(path: Path) -> None:
         "first half": _answer(log.select(np.arange(half))),
         "second half": _answer(log.select(np.arange(half, len(log)))),
     }
-    print(f"{path.name}: {len(log):,} rows, {time.process_time() - began:.1f} CPU s for four answers")
+    print(
+        f"{path.name}: {len(log):,} rows, {time.process_time() - began:.1f} CPU s for four answers"
+    )
     for name, found in answers.items():
         print(f"  {name}: {found if isinstance(found, str) else _told(found)}")
     given = {name: found.curve for name, found in answers.items() if not isinstance(found, str)}
     apart = {f"{a} and {b}": _apart(given[a], given[b]) for a, b in combinations(given, 2)}
     worst = max(apart, key=lambda pair: apart[pair])
-    print(f"  largest difference: {apart[worst]:.2f} of the joined 2σ ({worst}); at most {FIT:g} is agreement")
+    print(
+        f"  largest difference: {apart[worst]:.2f} of the joined 2σ ({worst}); at most {FIT:g} is "
+        "agreement"
+    )
     if path.name.startswith("c172s"):
         _against_handbook(answers["whole"])
 
@@ -122,7 +150,10 @@ def _told(found: Calibration) -> str:
         for i in places
     )
     said = ", ".join(each.kind for each in found.disagreements) or "none"
-    return f"{points} KIAS [kt]; {len(found.parts)} parts, {len(found.winds)} winds, disagreements: {said}"
+    return (
+        f"{points} KIAS [kt]; {len(found.parts)} parts, {len(found.winds)} winds, "
+        f"disagreements: {said}"
+    )
 
 
 def _apart(first: ErrorCurve, second: ErrorCurve) -> float:
@@ -149,14 +180,17 @@ def _against_handbook(found: Calibration | str) -> None:
             bound = float(np.interp(indicated, speed, found.curve.two_sigma_kt))
             inside = abs(value - (calibrated - indicated)) <= np.hypot(bound, ONE_AIRPLANE)
             print(
-                f"  {indicated:.0f} KIAS: {value:+.2f} ± {bound:.2f} kt, handbook {calibrated - indicated:+.0f}: "
+                f"  {indicated:.0f} KIAS: {value:+.2f} ± {bound:.2f} kt, handbook "
+                f"{calibrated - indicated:+.0f}: "
                 f"{'inside' if inside else 'OUTSIDE'}"
             )
 
 
 @dataclass(frozen=True, slots=True)
 class Sonde:
-    """A sounding: height above sea level [m], wind toward north and east [m/s], pressure [Pa], temperature [K]."""
+    """A sounding: height above sea level [m], wind toward north and east [m/s], pressure [Pa],
+    temperature [K].
+    """
 
     height: Array
     north: Array
@@ -185,7 +219,10 @@ def _against_sonde(folder: Path, name: str) -> Glider:
     for window in known:
         true = [float(sonde.at(axis, window.altitude)) for axis in ("north", "east")]
         parts = (window.north, window.east)
-        good = all(abs(e.value - t) <= np.hypot(e.two_sigma, AWAY * KNOT) for e, t in zip(parts, true, strict=True))
+        good = all(
+            abs(e.value - t) <= np.hypot(e.two_sigma, AWAY * KNOT)
+            for e, t in zip(parts, true, strict=True)
+        )
         inside += good
         told = ", ".join(
             f"{e.name} {e.value / KNOT:+.0f} ± {e.two_sigma / KNOT:.0f} (sonde {t / KNOT:+.0f})"
@@ -193,7 +230,8 @@ def _against_sonde(folder: Path, name: str) -> Glider:
         )
         print(f"  {window.altitude:6,.0f} m: {told} kt{'' if good else ' OUTSIDE'}")
     print(
-        f"{name}: {seconds:.1f} CPU s, {len(known)} of {len(found.winds)} winds known, {inside} inside the sonde's"
+        f"{name}: {seconds:.1f} CPU s, {len(known)} of {len(found.winds)} winds known, {inside} "
+        "inside the sonde's"
     )
     assert log.altitude is not None
     assert log.air_temperature is not None
@@ -209,11 +247,16 @@ def _against_sonde(folder: Path, name: str) -> Glider:
 
 def _spread(values: Array) -> str:
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
-    return f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms {np.sqrt(np.mean(values**2)):.2f}"
+    return (
+        f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms "
+        f"{np.sqrt(np.mean(values**2)):.2f}"
+    )
 
 
 def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
-    """The two recorders of one flight against each other: what they measured, and what is made of it."""
+    """The two recorders of one flight against each other: what they measured, and what is made of
+    it.
+    """
     began = [datetime.fromisoformat(str(log.header["start"])) for log, _ in (front, rear)]
     shift = (began[1] - began[0]).total_seconds()
     (one, found), (other, also) = front, rear
@@ -241,11 +284,15 @@ def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
     ]
     for axis in ("north", "east"):
         apart = np.array([getattr(a, axis).value - getattr(b, axis).value for a, b in pairs]) / KNOT
-        joined = [np.hypot(getattr(a, axis).two_sigma, getattr(b, axis).two_sigma) / KNOT for a, b in pairs]
+        joined = [
+            np.hypot(getattr(a, axis).two_sigma, getattr(b, axis).two_sigma) / KNOT
+            for a, b in pairs
+        ]
         inside = int(np.sum(np.abs(apart) <= joined))
         rms = float(np.sqrt(np.mean(apart**2)))
         print(
-            f"  wind toward {axis}, {len(pairs)} windows: bias {np.mean(apart):+.2f} kt, rms {rms:.2f} kt, "
+            f"  wind toward {axis}, {len(pairs)} windows: bias {np.mean(apart):+.2f} kt, rms "
+            f"{rms:.2f} kt, "
             f"{inside} inside the joined 2σ"
         )
     print(f"  curves: at most {_apart(found.curve, also.curve):.2f} of the joined 2σ apart")
@@ -298,4 +345,7 @@ def _against_balloon(path: Path, name: str) -> None:
             + ("" if inside[-1] else " OUTSIDE")
         )
     wind = "unknown" if found.wind is None else "known"
-    print(f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {sum(inside)} of {len(inside)} inside")
+    print(
+        f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {sum(inside)} of "
+        f"{len(inside)} inside"
+    )

@@ -1,7 +1,8 @@
 """Fly an aircraft to its published figures: speeds, climb, ceiling, stall, power.
 
-The figures are in `reference.toml` in the aircraft's folder, each with its weight, height, tolerance and source. A
-test flies them all; `reference_table` prints them. The rows keep the published units: knots, feet and horsepower.
+The figures are in `reference.toml` in the aircraft's folder, each with its weight, height,
+tolerance and source. A test flies them all; `reference_table` prints them. The rows keep the
+published units: knots, feet and horsepower.
 """
 
 import tomllib
@@ -78,11 +79,16 @@ def fly_reference(aircraft: str = "navajo") -> list[ReferenceRow]:
 
 
 def reference_table(aircraft: str = "navajo") -> str:
-    """Return the rows as a Markdown table: figure, published value, model, difference, tolerance, within it.
+    """Return the rows as a Markdown table: figure, published value, model, difference, tolerance,
+    within it.
 
-    Difference and tolerance are in one unit, so that they can be compared: percent of the figure, or its unit.
+    Difference and tolerance are in one unit, so that they can be compared: percent of the figure,
+    or its unit.
     """
-    lines = ["| figure | published | model | difference | tolerance | within |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| figure | published | model | difference | tolerance | within |",
+        "|---|---|---|---|---|---|",
+    ]
     return "\n".join(lines + [_table_line(row) for row in fly_reference(aircraft)])
 
 
@@ -127,9 +133,11 @@ def engine_speed(aircraft: str, figure: Figure) -> float:
 
 
 def climb(aircraft: str, figure: Figure) -> float:
-    """Return the rate of climb [ft/min] at full power and constant calibrated airspeed, around a height.
+    """Return the rate of climb [ft/min] at full power and constant calibrated airspeed, around a
+    height.
 
-    The climb begins one minute below the height, so that the transient of the speed hold is over by then.
+    The climb begins one minute below the height, so that the transient of the speed hold is over by
+    then.
     """
     return climb_rate(aircraft, figure, figure.altitude_ft)
 
@@ -147,14 +155,18 @@ def climb_rate(aircraft: str, figure: Figure, altitude_ft: float) -> float:
 
 
 def ceiling(aircraft: str, figure: Figure) -> float:
-    """Return the height [ft] of a 100 ft/min climb at full power, on the line through two measured rates."""
+    """Return the height [ft] of a 100 ft/min climb at full power, on the line through two measured
+    rates.
+    """
     low, high = figure.altitude_ft, figure.altitude_ft + 2500.0
     rate_low, rate_high = (climb_rate(aircraft, figure, height) for height in (low, high))
     return low + (rate_low - 100.0) / (rate_low - rate_high) * (high - low)
 
 
 def stall(aircraft: str, figure: Figure) -> float:
-    """Return the least calibrated airspeed [kt] at idle; the elevator slows the aircraft 1 kt/s (14 CFR 23.201)."""
+    """Return the least calibrated airspeed [kt] at idle; the elevator slows the aircraft 1 kt/s (14
+    CFR 23.201).
+    """
     plant = airborne(aircraft, figure, 85.0)
     plant.set("fcs/flap-cmd-norm", figure.flap)
     plant.run(15.0)
@@ -177,7 +189,9 @@ def level_power(aircraft: str, figure: Figure) -> float:
 
 
 def idle_deceleration(aircraft: str, figure: Figure) -> float:
-    """Return the mean deceleration [kt/s of calibrated airspeed] from 160 to 100 KCAS, level, throttles closed."""
+    """Return the mean deceleration [kt/s of calibrated airspeed] from 160 to 100 KCAS, level,
+    throttles closed.
+    """
     plant = airborne(aircraft, figure, 160.0)
     hold_pressure(plant, IDLE_PRESSURE)
     begun, speed = plant.get("time"), plant.get("calibrated_airspeed")
@@ -187,11 +201,14 @@ def idle_deceleration(aircraft: str, figure: Figure) -> float:
     return (speed - plant.get("calibrated_airspeed")) / KNOT / (plant.get("time") - begun)
 
 
-def airborne(aircraft: str, figure: Figure, speed_kt: float, altitude_ft: float | None = None) -> Plant:
-    """Return the aircraft in level flight at the weight of a figure, at a height [ft] and a speed [KCAS].
+def airborne(
+    aircraft: str, figure: Figure, speed_kt: float, altitude_ft: float | None = None
+) -> Plant:
+    """Return the aircraft in level flight at the weight of a figure, at a height [ft] and a speed
+    [KCAS].
 
-    Without `altitude_ft` the height is that of the figure.
-    The terrain is put 5,000 ft below sea level, so that sea-level figures can be flown at sea level.
+    Without `altitude_ft` the height is that of the figure. The terrain is put 5,000 ft below sea
+    level, so that sea-level figures can be flown at sea level.
     """
     plant = Plant.load(aircraft)
     plant.set("position/terrain-elevation-asl-ft", -5000.0)
@@ -208,13 +225,17 @@ def hold_pressure(plant: Plant, pressure_inhg: float) -> None:
 
 
 def hold_power(plant: Plant, fraction: float, seconds: float) -> None:
-    """Fly on for a time [s] at a fraction of the rated power. A fraction of 1 means full manifold pressure."""
+    """Fly on for a time [s] at a fraction of the rated power. A fraction of 1 means full manifold
+    pressure.
+    """
     pressure = FULL_PRESSURE * fraction
     for _ in range(round(seconds)):
         hold_pressure(plant, pressure)
         plant.run(1.0)
         missing = fraction * RATED_POWER - plant.get("power_left") / HORSEPOWER
-        pressure = FULL_PRESSURE if fraction >= 1.0 else pressure + 0.3 * missing * PRESSURE_PER_POWER
+        pressure = (
+            FULL_PRESSURE if fraction >= 1.0 else pressure + 0.3 * missing * PRESSURE_PER_POWER
+        )
 
 
 FLOWN: Catalog[Callable[[str, Figure], float]] = Catalog(

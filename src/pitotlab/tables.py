@@ -1,4 +1,5 @@
-"""Tables in Markdown. `python -m pitotlab tables` writes those of the documentation that repeat the code.
+"""Tables in Markdown. `python -m pitotlab tables` writes those of the documentation that repeat the
+code.
 
 A new table is a function and a line of `TABLES`. What stands around a table is written by hand.
 """
@@ -30,7 +31,8 @@ Numbers = dict[str, float | list[float]]
 
 
 def effect_rows(effects: Sequence[Effect]) -> Rows:
-    """Yield a row for each effect of a family: what it is, its parameters, what shows it, and its source.
+    """Yield a row for each effect of a family: what it is, its parameters, what shows it, and its
+    source.
 
     The row tells where the effect acts only if most of the family act elsewhere.
     """
@@ -52,7 +54,8 @@ def _parameter(p: Parameter) -> str:
 
 
 def short_sources(effects: Iterable[Effect]) -> dict[str, str]:
-    """Return the source of each effect by its name: of one that has stood above, author and year alone.
+    """Return the source of each effect by its name: of one that has stood above, author and year
+    alone.
 
     A source without a year is cut at its first colon.
     """
@@ -65,7 +68,9 @@ def short_sources(effects: Iterable[Effect]) -> dict[str, str]:
 
 
 def excitations() -> Iterator[tuple[str, Excitation]]:
-    """Yield the ways of flying that show several effects, each with the name that the records give it."""
+    """Yield the ways of flying that show several effects, each with the name that the records give
+    it.
+    """
     for name, value in vars(effect_records).items():
         if isinstance(value, Excitation):
             yield name.replace("_", " ").lower(), value
@@ -74,7 +79,11 @@ def excitations() -> Iterator[tuple[str, Excitation]]:
 def excitation_rows() -> Rows:
     """Yield a row for each way of flying that shows several effects."""
     for name, excitation in excitations():
-        yield [name, excitation.text, ", ".join(f"`{maneuver}`" for maneuver in excitation.maneuvers)]
+        yield [
+            name,
+            excitation.text,
+            ", ".join(f"`{maneuver}`" for maneuver in excitation.maneuvers),
+        ]
 
 
 def card_numbers(card: Card) -> Numbers:
@@ -93,7 +102,11 @@ def card_rows() -> Rows:
     """Yield a row for each maneuver: the numbers that other cards lack, or have otherwise."""
     common = card_numbers(Card())
     for name, maneuver in MANEUVERS.items():
-        own = {key: value for key, value in card_numbers(maneuver.card).items() if common.get(key) != value}
+        own = {
+            key: value
+            for key, value in card_numbers(maneuver.card).items()
+            if common.get(key) != value
+        }
         yield [f"`{name}`", ", ".join(f"`{key}` {_number(value)}" for key, value in own.items())]
 
 
@@ -105,7 +118,9 @@ def _number(value: float | list[float]) -> str:
 TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("effects.md", "| best shown by | what to fly | maneuvers |"): excitation_rows,
     **{
-        ("effects.md", f"| {family} effect | parameters | best shown by | source |"): partial(effect_rows, effects)
+        ("effects.md", f"| {family} effect | parameters | best shown by | source |"): partial(
+            effect_rows, effects
+        )
         for family, effects in FAMILIES.items()
     },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
@@ -121,7 +136,10 @@ def pages() -> dict[str, str]:
     for (page, heading), rows in TABLES.items():
         text = texts.get(page) or (DOCS / page).read_text(encoding="utf-8")
         rule = "|" + "---|" * (heading.count("|") - 1)
-        table = "".join(f"{line}\n" for line in (heading, rule, *("| " + " | ".join(row) + " |" for row in rows())))
+        table = "".join(
+            f"{line}\n"
+            for line in (heading, rule, *("| " + " | ".join(row) + " |" for row in rows()))
+        )
         before, found, after = text.partition(heading + "\n")
         if not found:
             raise ValueError(f"docs/{page} has no table with the heading {heading!r}")
@@ -143,7 +161,10 @@ def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
     """A table as Markdown."""
     rows = list(rows)
     shown = shown_columns(columns, rows)
-    cells = [[column.title for column in shown], *([column.text(row) for column in shown] for row in rows)]
+    cells = [
+        [column.title for column in shown],
+        *([column.text(row) for column in shown] for row in rows),
+    ]
     lines = ["| " + " | ".join(text.replace("|", r"\|") for text in line) + " |" for line in cells]
     return "\n".join([lines[0], "|" + "---|" * len(shown), *lines[1:]])
 
@@ -151,8 +172,8 @@ def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
 def frame_columns(table: "DataFrame", style: str = "") -> list[Column[dict[str, Any]]]:
     """A column each for those of a frame, for rows of `frame_rows`.
 
-    A frame's column name is the heading; a unit in brackets at its end is the unit. Numbers with a fraction get the
-    style; others and texts stay as they are.
+    A frame's column name is the heading; a unit in brackets at its end is the unit. Numbers with a
+    fraction get the style; others and texts stay as they are.
     """
 
     def column(name: str) -> Column[dict[str, Any]]:

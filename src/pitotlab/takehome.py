@@ -1,4 +1,6 @@
-"""Measure what people take home: the parameters of autopilots, and the bounds of tower fly-by cards."""
+"""Measure what people take home: the parameters of autopilots, and the bounds of tower fly-by
+cards.
+"""
 
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
@@ -28,14 +30,20 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 from pitotlab.blind.score import wilson
 from pitotlab.experiment import CENTER, FIRST_SCORED_SEED, SPREAD, Row
 
-# The air data of a small autopilot: a membrane sensor, a barometer, and a receiver with five fixes a second.
+# The air data of a small autopilot: a membrane sensor, a barometer, and a receiver with five fixes
+# a second.
 SYSTEM = DataSystem(
     air_rate=10.0, gps_rate=5.0, impact_pressure_noise=4.0, impact_pressure_range=6895.0, static_pressure_noise=5.0,
     altitude_noise=1.0, altitude_drift=2.0, velocity_noise=0.1, vertical_velocity="recorded",
 )  # fmt: skip
 CARD = {"speeds_kt": (76.0, 66.0, 56.0, 46.0)}  # slower circles stall in gusts
-GAIN, ZERO, DAY = 0.05, 30.0, 5.0  # 1σ: of a scale [-], of a zero [Pa], of the day's temperature [K]
-# What the flights have: the error, the autopilots whose formulas are applied, and the model of the calibration.
+GAIN, ZERO, DAY = (
+    0.05,
+    30.0,
+    5.0,
+)  # 1σ: of a scale [-], of a zero [Pa], of the day's temperature [K]
+# What the flights have: the error, the autopilots whose formulas are applied, and the model of the
+# calibration.
 KINDS = {
     "scale and offset": ("bias", ("ardupilot", "px4"), "bias"),
     "Inverse+": ("inverse+", ("ardupilot",), "bias"),
@@ -44,21 +52,27 @@ KINDS = {
 
 
 def shown(name: str, values: Mapping[str, float], sensor: Array) -> Array:
-    """Return the airspeed [m/s] that an autopilot shows of its sensor's pressure [Pa], by its own formula.
+    """Return the airspeed [m/s] that an autopilot shows of its sensor's pressure [Pa], by its own
+    formula.
 
-    ArduPilot: AP_Airspeed.cpp, `AP_Airspeed::read`. PX4: airspeed.cpp, `calc_IAS` and `calc_CAS_from_IAS`.
+    ArduPilot: AP_Airspeed.cpp, `AP_Airspeed::read`. PX4: airspeed.cpp, `calc_IAS` and
+    `calc_CAS_from_IAS`.
     """
     if name == "ardupilot":
-        return np.asarray(np.sqrt(np.maximum(sensor - values["ARSPD_OFFSET"], 0.0) * values["ARSPD_RATIO"]))
+        return np.asarray(
+            np.sqrt(np.maximum(sensor - values["ARSPD_OFFSET"], 0.0) * values["ARSPD_RATIO"])
+        )
     pressure = np.maximum(sensor - values["SENS_DPRES_OFF"], 0.0)
     return np.asarray(values["ASPD_SCALE_1"] * np.sqrt(2.0 * pressure / 1.225))
 
 
 def parameter_rows(seed: int, kind: str) -> list[Row]:
-    """Fly the aerosonde once with an error drawn from the seed; return a row for each autopilot and airspeed.
+    """Fly the aerosonde once with an error drawn from the seed; return a row for each autopilot and
+    airspeed.
 
-    The sensor has a scale, a zero and, in two kinds, an Inverse+ pressure error. The log has no temperature,
-    as those of autopilots. Its airspeed is shown with wrong old parameters. No row for a flight that departed.
+    The sensor has a scale, a zero and, in two kinds, an Inverse+ pressure error. The log has no
+    temperature, as those of autopilots. Its airspeed is shown with wrong old parameters. No row for
+    a flight that departed.
     """
     rng = np.random.default_rng([seed, 34])
     scale, zero = 1.0 + GAIN * rng.standard_normal(), ZERO * rng.standard_normal()
@@ -79,7 +93,11 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
     except SimulationError:  # the autopilot of the bench loses the small airplane in a gust
         return []
     old = {
-        "ardupilot": {"ARSPD_RATIO": 2.0 / 1.225 * old_gain, "ARSPD_OFFSET": old_zero, "ARSPD_TYPE": 1.0},
+        "ardupilot": {
+            "ARSPD_RATIO": 2.0 / 1.225 * old_gain,
+            "ARSPD_OFFSET": old_zero,
+            "ARSPD_TYPE": 1.0,
+        },
         "px4": {"ASPD_SCALE_1": float(np.sqrt(old_gain)), "SENS_DPRES_OFF": old_zero},
     }
     true_curve = known_curve(case.pressure_error)
@@ -91,14 +109,21 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
         row: Row = {"kind": kind, "seed": seed, "autopilot": name}
         try:
             choice = options_from(
-                {"latency": "checked", "wind": "checked", **find_mapping(name).calibrate, "model": model}
+                {
+                    "latency": "checked",
+                    "wind": "checked",
+                    **find_mapping(name).calibrate,
+                    "model": model,
+                }
             )
             found = autopilot_settings(bench.calibrate(flown, choice), name)
         except (BadInputError, NoAnswerError) as reason:
             rows.append(row | {"failed": " ".join(str(reason).split())})
             continue
         new = {each.name: each.value for each in found.settings}
-        indicated = true_curve.indicated_impact_pressure(np.asarray(air.impact_pressure(found.calibrated_airspeed)))
+        indicated = true_curve.indicated_impact_pressure(
+            np.asarray(air.impact_pressure(found.calibrated_airspeed))
+        )
         sensor = scale * indicated + zero
         left = found.calibrated_airspeed - shown(name, new, sensor)
         before = found.calibrated_airspeed - shown(name, held, sensor)
@@ -114,8 +139,15 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
 
 
 def _as_logged(log: FlightLog, impact_pressure: Array, held: Mapping[str, float]) -> FlightLog:
-    """Return the log as the autopilot would write it: nothing but what it measures, and its parameters."""
-    return replace(log, impact_pressure=impact_pressure, total_temperature=None, header={PARAMETERS: dict(held)})
+    """Return the log as the autopilot would write it: nothing but what it measures, and its
+    parameters.
+    """
+    return replace(
+        log,
+        impact_pressure=impact_pressure,
+        total_temperature=None,
+        header={PARAMETERS: dict(held)},
+    )
 
 
 def parameters_table(rows: pd.DataFrame) -> str:
@@ -133,9 +165,12 @@ def parameters_table(rows: pd.DataFrame) -> str:
         failed = int((group["failed"] != "").sum())
         before, left = (rms(good[column]) for column in ("before_kt", "left_kt"))
         lines.append(
-            f"{kind} | {name}: {good['seed'].nunique()} flights, {failed} without an answer | in the middle inside "
-            f"{int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | all airspeeds {inside.mean():.1%} "
-            f"of {len(inside)} | whole curve {int(whole.sum())} of {len(whole)} | rms before {before:.2f} kt, "
+            f"{kind} | {name}: {good['seed'].nunique()} flights, {failed} without an answer | in "
+            "the middle inside "
+            f"{int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | all airspeeds "
+            f"{inside.mean():.1%} "
+            f"of {len(inside)} | whole curve {int(whole.sum())} of {len(whole)} | rms before "
+            f"{before:.2f} kt, "
             f"remaining {left:.2f} kt, mean bound {good['bound_kt'].mean():.2f} kt"
         )
         lines += [f"  {r.seed}: {r.failed}" for r in group[group["failed"] != ""].itertuples()]
@@ -143,12 +178,18 @@ def parameters_table(rows: pd.DataFrame) -> str:
 
 
 def parameters_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Apply the formulas of ArduPilot and PX4, with the parameters of `--params`, to flights of the aerosonde.
+    """Apply the formulas of ArduPilot and PX4, with the parameters of `--params`, to flights of the
+    aerosonde.
 
-    Prints how often the correction that remains lies inside its bound. About 2 CPU seconds a flight.
+    Prints how often the correction that remains lies inside its bound. About 2 CPU seconds a
+    flight.
     """
-    parser.add_argument("--flights", type=int, default=40, help="flights of each kind (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)")
+    parser.add_argument(
+        "--flights", type=int, default=40, help="flights of each kind (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)"
+    )
     options = parser.parse_args(words)
     rows: list[Row] = []
     for kind in KINDS:
@@ -157,19 +198,26 @@ def parameters_command(parser: ArgumentParser, words: Sequence[str]) -> None:
             found = parameter_rows(seed, kind)
             rows += found
             flown, seed = flown + bool(found), seed + 1
-        print(f"{kind}: {flown} flights from seeds {options.first} to {seed - 1}; the others departed in a gust")
+        print(
+            f"{kind}: {flown} flights from seeds {options.first} to {seed - 1}; the others "
+            "departed in a gust"
+        )
     print(parameters_table(pd.DataFrame(rows)))
 
 
 def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
-    """Return a card of five passes as CSV, read in whole steps, and the true altitude corrections [ft], (5,).
+    """Return a card of five passes as CSV, read in whole steps, and the true altitude corrections
+    [ft], (5,).
 
-    The air between tower and airplane is integrated meter by meter. The pilot reads the airspeed to 1 kt and the
-    altimeter to 10 ft; the tower reads the grid to 5 ft, the barometer to 0.01 inHg and the thermometer to 1 °C.
-    `altimeter_error` [Pa] is the standard deviation of the altimeter against the barometer, one draw a card.
+    The air between tower and airplane is integrated meter by meter. The pilot reads the airspeed to
+    1 kt and the altimeter to 10 ft; the tower reads the grid to 5 ft, the barometer to 0.01 inHg
+    and the thermometer to 1 °C. `altimeter_error` [Pa] is the standard deviation of the altimeter
+    against the barometer, one draw a card.
     """
     rng = np.random.default_rng([seed, 35])
-    lines = ["indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure_inhg,tower_temperature_degc"]
+    lines = [
+        "indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure_inhg,tower_temperature_degc"
+    ]
     tower = float(air.standard_pressure(rng.uniform(0.0, 1500.0))) * rng.uniform(0.98, 1.02)
     warmth, shape = rng.uniform(263.0, 308.0), rng.uniform(-0.05, 0.05)
     off, truth = altimeter_error * rng.standard_normal(), []
@@ -182,7 +230,9 @@ def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
         impact = float(air.impact_pressure(knots * KNOT))  # indicated
         error = impact * shape / (1.0 - shape)
         indicated = float(air.pressure_altitude(pressure + error + off)) / FOOT
-        truth.append(float(air.pressure_altitude(pressure) - air.pressure_altitude(pressure + error)) / FOOT)
+        truth.append(
+            float(air.pressure_altitude(pressure) - air.pressure_altitude(pressure + error)) / FOOT
+        )
         lines.append(
             f"{knots:.0f},{10.0 * round(indicated / 10.0):.0f},{5.0 * round(height / FOOT / 5.0):.0f},"
             f"{tower / INCH_OF_MERCURY:.2f},{warmth - 273.15:.0f}"
@@ -191,7 +241,9 @@ def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
 
 
 def fly_by_rows(seeds: Sequence[int], altimeter_two_sigma: float) -> pd.DataFrame:
-    """Return the error and the bound [ft] of every pass of a card a seed, with an altimeter of a 2σ [Pa]."""
+    """Return the error and the bound [ft] of every pass of a card a seed, with an altimeter of a 2σ
+    [Pa].
+    """
     stated = Accuracies(static_pressure_pa=altimeter_two_sigma, temperature_k=0.0)
     rows: list[Row] = []
     with TemporaryDirectory() as folder:
@@ -201,23 +253,39 @@ def fly_by_rows(seeds: Sequence[int], altimeter_two_sigma: float) -> pd.DataFram
             path.write_text(card, encoding="utf-8")
             for point, true in zip(reduce_fly_bys(*read_fly_bys(path), stated), truth, strict=True):
                 error = point.altitude_correction / FOOT - true
-                rows.append({"seed": seed, "error_ft": error, "two_sigma_ft": point.altitude_two_sigma / FOOT})
+                rows.append(
+                    {
+                        "seed": seed,
+                        "error_ft": error,
+                        "two_sigma_ft": point.altitude_two_sigma / FOOT,
+                    }
+                )
     return pd.DataFrame(rows)
 
 
 def fly_bys_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Reduce synthetic cards of tower fly-bys, read in whole steps; print how often the bound holds. Seconds."""
-    parser.add_argument("--cards", type=int, default=200, help="cards of five passes (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)")
+    """Reduce synthetic cards of tower fly-bys, read in whole steps; print how often the bound
+    holds. Seconds.
+    """
+    parser.add_argument(
+        "--cards", type=int, default=200, help="cards of five passes (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)"
+    )
     options = parser.parse_args(words)
     for pascals in (0.0, 30.0):
         rows = fly_by_rows(range(options.first, options.first + options.cards), pascals)
         inside = rows["error_ft"].abs() <= rows["two_sigma_ft"]
         shares = inside.groupby(rows["seed"]).mean().to_numpy(np.float64)
         error_of_share = shares.std() / np.sqrt(len(shares))
-        two_sigma, error = (rows[name].to_numpy(np.float64) for name in ("two_sigma_ft", "error_ft"))
+        two_sigma, error = (
+            rows[name].to_numpy(np.float64) for name in ("two_sigma_ft", "error_ft")
+        )
         print(
-            f"altimeter ±{pascals:.0f} Pa (2σ): {options.cards} cards, {inside.sum()} of {len(inside)} passes "
-            f"inside ({inside.mean():.1%} ± {error_of_share:.1%}), mean 2σ {two_sigma.mean():.1f} ft, "
+            f"altimeter ±{pascals:.0f} Pa (2σ): {options.cards} cards, {inside.sum()} of "
+            f"{len(inside)} passes "
+            f"inside ({inside.mean():.1%} ± {error_of_share:.1%}), mean 2σ {two_sigma.mean():.1f} "
+            "ft, "
             f"rms error {rms(error):.1f} ft"
         )

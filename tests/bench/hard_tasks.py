@@ -1,4 +1,6 @@
-"""Tasks that crash, hang or eat memory, for the tests of fleets and campaigns. A worker imports them from here."""
+"""Tasks that crash, hang or eat memory, for the tests of fleets and campaigns. A worker imports
+them from here.
+"""
 
 import os
 import time

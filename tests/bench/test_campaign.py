@@ -1,4 +1,6 @@
-"""Campaigns: the contract's columns, the same results however they are run, and what a failure leaves behind."""
+"""Campaigns: the contract's columns, the same results however they are run, and what a failure
+leaves behind.
+"""
 
 import re
 from dataclasses import replace
@@ -33,7 +35,9 @@ def test_the_folder_holds_results_with_the_columns_of_the_contract_logs_cases_an
     assert len(list((result.folder / "cases").glob("*.toml"))) == 2
     page = (result.folder / "report.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 2  # of all flights: what they cost, and their curves
-    assert not re.search(r"<script|src=|http://(?!www\.w3\.org|purl\.org|creativecommons\.org)", page)
+    assert not re.search(
+        r"<script|src=|http://(?!www\.w3\.org|purl\.org|creativecommons\.org)", page
+    )
 
 
 def test_the_report_begins_with_all_flights_and_a_page_is_drawn_when_asked_for(small, tmp_path):
@@ -60,18 +64,29 @@ def test_processes_and_a_page_change_nothing(small, tmp_path):
 def test_a_cluster_changes_nothing(small, tmp_path):
     distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
     request, result = small
-    local = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None, "host": "127.0.0.1"}
+    local = {
+        "n_workers": 1,
+        "threads_per_worker": 1,
+        "dashboard_address": None,
+        "host": "127.0.0.1",
+    }
     with distributed.LocalCluster(**local) as cluster:
-        again = run_campaign(replace(request, out=tmp_path / "dask", scheduler=cluster.scheduler_address))
+        again = run_campaign(
+            replace(request, out=tmp_path / "dask", scheduler=cluster.scheduler_address)
+        )
     pd.testing.assert_frame_equal(result.table, again.table, check_exact=True)
 
 
 def test_a_scheduler_that_does_not_answer_is_bad_input(tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
     client = distributed.Client
-    monkeypatch.setattr(distributed, "Client", lambda at, timeout, security: client(at, timeout="1s"))
+    monkeypatch.setattr(
+        distributed, "Client", lambda at, timeout, security: client(at, timeout="1s")
+    )
     with pytest.raises(BadInputError, match="scheduler"):
-        run_campaign(CampaignRequest("circle", "20/1", out=tmp_path / "x", scheduler="tcp://127.0.0.1:1"))
+        run_campaign(
+            CampaignRequest("circle", "20/1", out=tmp_path / "x", scheduler="tcp://127.0.0.1:1")
+        )
     assert not (tmp_path / "x").exists()
 
 
@@ -91,6 +106,8 @@ def test_a_flight_alone_has_its_page_at_once_and_stays_where_a_new_campaign_fail
 
 def test_one_task_is_one_flight(small):
     request, _ = small
-    tasks = [*plan_of_names(request.base, "all", "all", "all", range(1, 4), request.options).tasks()]
+    tasks = [
+        *plan_of_names(request.base, "all", "all", "all", range(1, 4), request.options).tasks()
+    ]
     assert len(tasks) == 5 * 3
     assert len({(t.case.maneuver, t.case.truth_seed) for t in tasks}) == 15

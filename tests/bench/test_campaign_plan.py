@@ -74,7 +74,11 @@ def test_a_plan_is_rows_times_grid_times_seeds(tmp_path):
     assert rows == {("none", "impact"), ("light", "static")}
     assert {task.case.truth_seed for task in tasks} == {501, 502, 503}
     ways = [(label, options.model, options.method) for label, options in tasks[0].calibrations]
-    assert ways == [("", "inverse+", "covering"), ("", "bias", "covering"), ("paper", "inverse+", "paper")]
+    assert ways == [
+        ("", "inverse+", "covering"),
+        ("", "bias", "covering"),
+        ("paper", "inverse+", "paper"),
+    ]
     assert [system.label for system in tasks[0].systems] == ["20/1", "50/50"]
 
 
@@ -87,7 +91,9 @@ def test_draws_are_inside_their_spread_repeatable_and_have_seeds_of_their_own(tm
     assert [task.case.truth_seed for task in tasks] == list(range(1, 9))
     speeds = np.array([task.case.wind.speed for task in tasks]) / KNOT
     assert np.all((speeds >= 0.0) & (speeds <= 40.0))
-    assert {task.systems[0] for task in tasks} == {task.case.das for task in tasks}  # with its own noise
+    assert {task.systems[0] for task in tasks} == {
+        task.case.das for task in tasks
+    }  # with its own noise
     if method == "latin_hypercube":  # one draw in each eighth
         assert sorted(np.floor(speeds / 5.0)) == list(range(8))
         noise = [np.log10(task.case.das.impact_pressure_noise) for task in tasks]
@@ -95,7 +101,9 @@ def test_draws_are_inside_their_spread_repeatable_and_have_seeds_of_their_own(tm
 
 
 def test_quantiles_of_a_normal_and_of_whole_numbers():
-    draws = Draws({"a": {"mean": 3.0, "sd": 2.0}, "b": {"low": 1, "high": 3, "whole": True}}, count=4000)
+    draws = Draws(
+        {"a": {"mean": 3.0, "sd": 2.0}, "b": {"low": 1, "high": 3, "whole": True}}, count=4000
+    )
     values = list(draws.values())
     assert np.mean([v["a"] for v in values]) == pytest.approx(3.0, abs=0.15)
     assert np.std([v["a"] for v in values]) == pytest.approx(2.0, abs=0.15)
@@ -126,7 +134,13 @@ def test_the_key_is_that_of_the_content():
         (case, system, (("", CalibrationOptions(robust=False)),)),
     ]
     keys = {content_key(cell_digest(c, [s], w), c) for c, s, w in others}
-    assert len(keys | {key, content_key(cell_digest(case, [system], ways), replace(case, sensor_seed=2))}) == 5
+    assert (
+        len(
+            keys
+            | {key, content_key(cell_digest(case, [system], ways), replace(case, sensor_seed=2))}
+        )
+        == 5
+    )
 
 
 @pytest.mark.parametrize(

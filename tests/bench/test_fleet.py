@@ -1,4 +1,6 @@
-"""The fleet: results in the order of the tasks, failures in words; a worker that differs is refused by name."""
+"""The fleet: results in the order of the tasks, failures in words; a worker that differs is refused
+by name.
+"""
 
 import os
 import subprocess
@@ -61,7 +63,9 @@ def process(number):
 def test_results_come_in_the_order_of_the_tasks_and_a_failed_one_is_a_failure_in_words(jobs):
     steps = []
     tasks = [1, 2, 3, 4]
-    first, refused, stubborn, last = run_tasks(after_a_while, tasks, jobs, step=lambda: steps.append(None))
+    first, refused, stubborn, last = run_tasks(
+        after_a_while, tasks, jobs, step=lambda: steps.append(None)
+    )
     assert (first, last) == (0.5, 2.0)
     assert refused == Failure("two is not halved", BadInputError)
     assert stubborn.reason == "StubbornError: one and two"
@@ -85,7 +89,9 @@ def test_a_spawned_process_computes_with_one_thread(monkeypatch):
 
 
 def test_a_process_that_may_start_no_other_does_the_work_itself(monkeypatch):
-    """A worker of a multiprocessing.Pool is such a process: a reconciliation in one waited for ever."""
+    """A worker of a multiprocessing.Pool is such a process: a reconciliation in one waited for
+    ever.
+    """
     monkeypatch.setitem(current_process()._config, "daemon", True)
     assert run_tasks(process, [1, 2], jobs=2) == [os.getpid(), os.getpid()]
 
@@ -102,7 +108,8 @@ def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():
 
 
 @pytest.mark.parametrize(
-    ("label", "said"), [("flying", "pitotbench: flying: 2 of 1,200\npitotbench: flying: 4 of 1,200\n"), ("", "")]
+    ("label", "said"),
+    [("flying", "pitotbench: flying: 2 of 1,200\npitotbench: flying: 4 of 1,200\n"), ("", "")],
 )
 def test_without_a_terminal_a_line_says_how_far_the_work_is(label, said, monkeypatch, capsys):
     """At most one line in 20 s: the tasks end 5, 21, 30 and 45 s after the begin."""
@@ -138,9 +145,15 @@ HERE = Host({"python": "3.11.7", "jsbsim": "1.3.3"}, "c0de")
 @pytest.mark.parametrize(
     ("worker", "says"),
     [
-        (replace(HERE, versions={"python": "3.11.7", "jsbsim": "1.2.0"}), "jsbsim 1.2.0, the driver has 1.3.3"),
+        (
+            replace(HERE, versions={"python": "3.11.7", "jsbsim": "1.2.0"}),
+            "jsbsim 1.2.0, the driver has 1.3.3",
+        ),
         (replace(HERE, code="other"), "worker b has other code"),
-        (ModuleNotFoundError("No module named 'pitotbench'"), "worker b cannot fly: ModuleNotFoundError"),
+        (
+            ModuleNotFoundError("No module named 'pitotbench'"),
+            "worker b cannot fly: ModuleNotFoundError",
+        ),
     ],
 )
 def test_a_worker_that_differs_is_refused_by_name(worker, says):
@@ -161,5 +174,8 @@ def test_a_missing_or_wrong_security_file_is_refused_by_name(tmp_path, text, say
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
     file = tmp_path / "tls.toml"
     file.write_text(text or "")
-    with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits(), text and file):
+    with (
+        pytest.raises(BadInputError, match=says),
+        open_cluster("tls://127.0.0.1:1", Limits(), text and file),
+    ):
         pass

@@ -43,11 +43,16 @@ def performed(tmp_path_factory):
 
 
 @pytest.mark.parametrize("deed", list(QUARANTINED))
-def test_a_bad_task_is_in_quarantine_with_its_reason_and_its_trace_and_all_others_are_done(performed, deed):
+def test_a_bad_task_is_in_quarantine_with_its_reason_and_its_trace_and_all_others_are_done(
+    performed, deed
+):
     if deed == "eat" and sys.platform != "linux":
         pytest.skip("the limit of data is enforced on Linux")
     assert_quarantined(performed[deed], deed)
-    assert {key for key in performed if performed[key] == key} == {*(stub.key for stub in keys(12)), "once"}
+    assert {key for key in performed if performed[key] == key} == {
+        *(stub.key for stub in keys(12)),
+        "once",
+    }
 
 
 def assert_quarantined(failure, deed):
@@ -128,7 +133,10 @@ def test_no_process_is_left_when_the_driver_is_killed(tmp_path):
     root = Path(__file__).parents[2]
     path = os.pathsep.join([str(root), str(root / "src")])
     with subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": path}
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": path},
     ) as driver:
         driver.stdout.readline()
         workers = [int(pid) for pid in driver.stdout.readline().split()]
@@ -179,5 +187,7 @@ def test_short_tasks_share_a_call_and_long_ones_have_one_each():
         assert cluster.calls < 60
     assert sorted(done) == [task.key for task in tasks]
     with CountingThreads(2) as cluster:
-        Fleet(cluster, window=4, bundle=0.1).perform(act, [Stub(str(number), "sleep 0.11") for number in range(8)])
+        Fleet(cluster, window=4, bundle=0.1).perform(
+            act, [Stub(str(number), "sleep 0.11") for number in range(8)]
+        )
         assert cluster.calls == 8

@@ -18,10 +18,15 @@ OLD = find_aircraft("navajo") / "navajo.xml"
 
 
 def edited(folder: Path, *changes: tuple[str, str], engine: tuple[str, str] = ("", "")) -> Path:
-    """Write a copy of the navajo in which texts of its file, and of its engine's, are replaced; return the file."""
+    """Write a copy of the navajo in which texts of its file, and of its engine's, are replaced;
+    return the file.
+    """
     copy = folder / "navajo"
     shutil.copytree(OLD.parent, copy)
-    for file, pairs in (("navajo.xml", changes), ("Engines/tio540a.xml", [engine] if engine[0] else [])):
+    for file, pairs in (
+        ("navajo.xml", changes),
+        ("Engines/tio540a.xml", [engine] if engine[0] else []),
+    ):
         text = (copy / file).read_text(encoding="utf-8")
         for before, after in pairs:
             assert before in text
@@ -40,7 +45,9 @@ def _scaled_lift(share: float) -> list[tuple[str, str]]:
 
 def test_a_file_is_equal_to_itself_and_to_one_with_other_comments_spaces_and_zeros(tmp_path):
     same = edited(
-        tmp_path, ("<value> -18 </value>", "<value>-18.000</value>"), ("<!-- Gear: estimates", "<!-- Gear")
+        tmp_path,
+        ("<value> -18 </value>", "<value>-18.000</value>"),
+        ("<!-- Gear: estimates", "<!-- Gear"),
     )
     assert main(["compare", str(OLD), str(same), "--tolerance", "0"]) == 0
     found = compare_models(str(OLD), str(same))
@@ -75,7 +82,9 @@ def test_a_lift_slope_20_percent_larger_is_told_as_that_and_nothing_else(steeper
 
 def test_a_change_beyond_the_tolerance_is_exit_code_1(steeper, capsys, tmp_path):
     page = tmp_path / "page.html"
-    assert main(["compare", str(OLD), str(steeper), "--tolerance", "10", "--report", str(page)]) == 1
+    assert (
+        main(["compare", str(OLD), str(steeper), "--tolerance", "10", "--report", str(page)]) == 1
+    )
     assert "lift slope 4.999 → 5.999 per rad (+20 %)" in capsys.readouterr().out
     assert "<svg" in page.read_text(encoding="utf-8")
 
@@ -91,14 +100,20 @@ def test_several_differences_are_told_apart_and_those_without_effect_as_such(tmp
     found = compare_models(str(OLD), str(new))
     by_name = {term.name: term for term in found.terms}
     drag, weight = by_name["parasite drag"], by_name["mass_balance: emptywt"]
-    assert (drag.old, drag.new) == (pytest.approx(0.0262, rel=1e-3), pytest.approx(0.0288, rel=1e-3))
+    assert (drag.old, drag.new) == (
+        pytest.approx(0.0262, rel=1e-3),
+        pytest.approx(0.0288, rel=1e-3),
+    )
     assert drag.effects[0].channel == "drag"
     assert (weight.old, weight.new, weight.unit) == (4060.0, 4160.0, "LBS")
-    assert next(e for e in weight.effects if e.channel == "weight").largest == pytest.approx(100.0, abs=0.01)
+    assert next(e for e in weight.effects if e.channel == "weight").largest == pytest.approx(
+        100.0, abs=0.01
+    )
     engine = by_name["file: Engines/tio540a.xml displacement"]
     assert {effect.channel for effect in engine.effects} >= {"power", "thrust"}
     assert all(not term.effects for term in found.terms if term.part.startswith("ground_reactions"))
-    # Air, power and weight do not act on one another in a state that is given: the drag is that of one term.
+    # Air, power and weight do not act on one another in a state that is given: the drag is that of
+    # one term.
     whole = next(each for each in found.channels if each.channel == "drag")
     assert whole.largest == pytest.approx(drag.effects[0].largest, rel=1e-3)
     assert np.max(np.abs(found.traces["weight"])) == pytest.approx(100.0, abs=0.01)
@@ -107,7 +122,9 @@ def test_several_differences_are_told_apart_and_those_without_effect_as_such(tmp
 
 def test_an_engine_further_out_yaws_the_airplane_by_its_thrust(tmp_path):
     place = '<location unit="IN"> <x> 72.0 </x> <y> {} </y>'
-    found = compare_models(str(OLD), str(edited(tmp_path, (place.format("-74.0"), place.format("-84.0")))))
+    found = compare_models(
+        str(OLD), str(edited(tmp_path, (place.format("-74.0"), place.format("-84.0"))))
+    )
     (term,) = found.terms
     assert (term.old, term.new, term.unit) == (-74.0, -84.0, "IN")
     yaw = next(each for each in found.channels if each.channel == "yaw moment")

@@ -1,4 +1,6 @@
-"""A term that was changed in an airplane's file is found again from maneuvers, and closes the gap elsewhere."""
+"""A term that was changed in an airplane's file is found again from maneuvers, and closes the gap
+elsewhere.
+"""
 
 import json
 from dataclasses import replace
@@ -31,11 +33,24 @@ def _motion(seed, mass):
 
     def wave(size):
         phases, periods = draw.uniform(0.0, 2.0 * np.pi, 3), draw.uniform(0.8, 4.0, 3)
-        return size * sum(np.sin(2.0 * np.pi * time / t + p) for t, p in zip(periods, phases, strict=True)) / 1.7
+        return (
+            size
+            * sum(np.sin(2.0 * np.pi * time / t + p) for t, p in zip(periods, phases, strict=True))
+            / 1.7
+        )
 
     pressure = np.full(len(time), float(air.standard_pressure(HEIGHT)))
     sound = float(air.sound_speed(float(air.standard_temperature(HEIGHT))))
-    names = ("elevator", "aileron", "rudder", "sideslip", "roll_rate", "pitch_rate", "yaw_rate", "angle_of_attack")
+    names = (
+        "elevator",
+        "aileron",
+        "rudder",
+        "sideslip",
+        "roll_rate",
+        "pitch_rate",
+        "yaw_rate",
+        "angle_of_attack",
+    )
     sizes = (0.02, 0.03, 0.03, 0.02, 0.1, 0.06, 0.05, 0.015)
     moved = {name: wave(size) for name, size in zip(names, sizes, strict=True)}
     return Motion(
@@ -62,7 +77,8 @@ def _maneuver(seed, *scalings):
     thrust = np.full(len(motion.time), 6_000.0)
     force = (felt.total[:, :3] * POUND_FORCE + thrust[:, None] * (1.0, 0.0, 0.0)) / felt.mass
     moment = felt.total[:, 3:] * POUND_FORCE * FOOT
-    # These states are no flight: the rate of the angle of attack is theirs, not that which the forces would make.
+    # These states are no flight: the rate of the angle of attack is theirs, not that which the
+    # forces would make.
     rate = np.gradient(motion.angle_of_attack, motion.time)
     moment[:, 1] += felt.values[by_rate] * (rate / felt.alpha_rate - 1.0) * POUND_FORCE * FOOT
     ixx, iyy, izz, ixz = felt.inertia
@@ -135,7 +151,9 @@ def test_a_term_that_the_maneuver_does_not_move_is_called_silent():
 
 def test_a_late_vane_is_found(changed):
     motions = [each.motion for each in changed]
-    vanes = [np.interp(motion.time - 0.2, motion.time, motion.angle_of_attack) for motion in motions]
+    vanes = [
+        np.interp(motion.time - 0.2, motion.time, motion.angle_of_attack) for motion in motions
+    ]
     late = [
         replace(each, motion=replace(each.motion, angle_of_attack=vane))
         for each, vane in zip(changed, vanes, strict=True)
@@ -165,7 +183,10 @@ def _array(maneuver):
         48: maneuver.mass / SLUG,
         **{11 + i: maneuver.specific_force[:, i] / STANDARD_GRAVITY for i in range(3)},
         **{42 + i: maneuver.angular_acceleration[:, i] / DEGREE for i in range(3)},
-        **{49 + i: np.full(len(motion.time), maneuver.inertia[i] / (SLUG * FOOT**2)) for i in range(4)},
+        **{
+            49 + i: np.full(len(motion.time), maneuver.inertia[i] / (SLUG * FOOT**2))
+            for i in range(4)
+        },
     }
     for number, values in pairs.items():
         columns[:, number - 1] = values
@@ -177,7 +198,9 @@ def test_an_array_of_sidpac_is_the_maneuver_again(tmp_path, changed):
     savemat(path, {"fdata": _array(changed[0]), "pclab": np.arange(12.0), "sarea": 422.5})
     back = read_identification(path)
     for name in ("time", "mach", "static_pressure", "angle_of_attack", "aileron", "pitch_rate"):
-        assert getattr(back.motion, name) == pytest.approx(getattr(changed[0].motion, name), rel=1e-6, abs=1e-9)
+        assert getattr(back.motion, name) == pytest.approx(
+            getattr(changed[0].motion, name), rel=1e-6, abs=1e-9
+        )
     assert back.specific_force == pytest.approx(changed[0].specific_force)
     assert back.inertia == pytest.approx(changed[0].inertia)
     assert back.motion.temperature_offset == pytest.approx(0.0, abs=0.01)
@@ -193,7 +216,11 @@ def test_the_command_takes_such_files_without_a_mapping(tmp_path, changed, capsy
     assert told["verdict"] == "differs"
     assert told["terms"][0]["coefficient"] == "lift slope"
     assert told["closure"] > 0.95
-    assert {each.name for each in (tmp_path / "out").iterdir()} == {"verdict.json", "report.html", "overlay.xml"}
+    assert {each.name for each in (tmp_path / "out").iterdir()} == {
+        "verdict.json",
+        "report.html",
+        "overlay.xml",
+    }
     assert "Flown with the measured controls" not in (tmp_path / "out" / "overlay.xml").read_text()
     assert main(words) == 0
     assert "DHC6 differs in 4 terms; the first is the lift slope" in capsys.readouterr().out
@@ -214,9 +241,14 @@ def test_what_cannot_be_judged_is_refused_with_the_way_out(tmp_path, changed, ca
 
 
 def test_body_rates_that_are_renewed_once_a_second_are_refused():
-    flown = sense(fly(Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]})), "20/1")
+    flown = sense(
+        fly(Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]})), "20/1"
+    )
     held = np.searchsorted(flown.time, np.floor(flown.time - flown.time[0]) + flown.time[0])
-    slow = replace(flown, **{name: getattr(flown, name)[held] for name in ("roll_rate", "pitch_rate", "yaw_rate")})
+    slow = replace(
+        flown,
+        **{name: getattr(flown, name)[held] for name in ("roll_rate", "pitch_rate", "yaw_rate")},
+    )
     with pytest.raises(BadInputError, match=r"the body rates are renewed 1\.\d times a second"):
         maneuvers_of(slow, "slow")
 
@@ -234,9 +266,12 @@ def test_the_citation_of_delft_is_corrected_on_maneuvers_held_out():
 
 
 def test_the_twin_otter_of_nasa_has_a_steeper_lift_slope_than_its_file():
-    """Estimates beside the data (Morelli): 6.35 and 6.76 per radian by C_Z, -1.87 and -1.83 by the elevator."""
+    """Estimates beside the data (Morelli): 6.35 and 6.76 per radian by C_Z, -1.87 and -1.83 by the
+    elevator.
+    """
     fitted, held = (
-        read_identification(real_log("sidpac", f"totter_lon_020213f1_{number}.mat")) for number in ("018", "017")
+        read_identification(real_log("sidpac", f"totter_lon_020213f1_{number}.mat"))
+        for number in ("018", "017")
     )
     account = correct_terms("DHC6", [fitted], [held]).account
     assert account.terms[0].name == "lift slope"
@@ -246,5 +281,7 @@ def test_the_twin_otter_of_nasa_has_a_steeper_lift_slope_than_its_file():
     assert account.gap_of("lift").closed > 0.9
     assert account.closed > 0.8
     flown = account.flown[1]
-    before, after = (np.linalg.norm((each - flown.measured)[:, 2]) for each in (flown.before, flown.after))
+    before, after = (
+        np.linalg.norm((each - flown.measured)[:, 2]) for each in (flown.before, flown.after)
+    )
     assert after < 0.6 * before

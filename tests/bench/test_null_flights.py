@@ -1,4 +1,6 @@
-"""The cache of null flights: whatever stands in it, a log is judged by flights of its card and this code."""
+"""The cache of null flights: whatever stands in it, a log is judged by flights of its card and this
+code.
+"""
 
 import json
 import operator
@@ -33,14 +35,19 @@ from pitotbench.reconciliation.null_distribution import (
 from pitotbench.simulation.aircraft import PACKAGE
 
 TEN = np.arange(1.0, 11.0)
-NOISE = NoiseModel(("one", "two"), np.array([[0.5, 0.1], [0.3, 1 / 3]]), np.array([1.0, 0.1]), np.eye(2))
+NOISE = NoiseModel(
+    ("one", "two"), np.array([[0.5, 0.1], [0.3, 1 / 3]]), np.array([1.0, 0.1]), np.eye(2)
+)
 SCORES = ScoreScale({"pod": 0.3}, {"pod": 1.1}, {"one||time": -0.2}, {"one||time": 1.0})
 NULL = NullDistribution(
-    *(NOISE, SCORES, 3.9, 4.4, 8), *(Measure(-1.0, 0.1), {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)})
+    *(NOISE, SCORES, 3.9, 4.4, 8),
+    *(Measure(-1.0, 0.1), {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)}),
 )
 CARD = Case(maneuver="circle")
 LOG = FlightLog(
-    **dict.fromkeys(("time", "impact_pressure", "static_pressure", "velocity_north", "velocity_east"), TEN)
+    **dict.fromkeys(
+        ("time", "impact_pressure", "static_pressure", "velocity_north", "velocity_east"), TEN
+    )
 )
 
 
@@ -50,9 +57,13 @@ def flown(monkeypatch, tmp_path) -> list[AnalysisSetting]:
     found: list[AnalysisSetting] = []
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(null_flights, "open_fleet", lambda tasks: open_fleet(jobs=1, tasks=tasks))
-    monkeypatch.setattr(null_flights, "_null_layout", lambda card, setting, number: found.append(setting))
     monkeypatch.setattr(
-        null_flights, "learn_null_distribution", lambda layouts, perform: replace(NULL, flights=len(layouts))
+        null_flights, "_null_layout", lambda card, setting, number: found.append(setting)
+    )
+    monkeypatch.setattr(
+        null_flights,
+        "learn_null_distribution",
+        lambda layouts, perform: replace(NULL, flights=len(layouts)),
     )
     return found
 
@@ -113,7 +124,9 @@ SPOILED = {
 
 
 @pytest.mark.parametrize("content", SPOILED.values(), ids=SPOILED.keys())
-def test_a_spoiled_entry_is_flown_again_and_replaced(flown, tmp_path, content: bytes | None) -> None:
+def test_a_spoiled_entry_is_flown_again_and_replaced(
+    flown, tmp_path, content: bytes | None
+) -> None:
     null_distribution_of(CARD)
     (place,) = entries(tmp_path)
     place.unlink()
@@ -138,7 +151,9 @@ def test_a_cache_that_cannot_be_written_costs_no_answer(flown, tmp_path):
 
 def test_a_number_that_is_not_finite_is_never_written(flown, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        null_flights, "learn_null_distribution", lambda layouts, perform: replace(NULL, threshold=float("nan"))
+        null_flights,
+        "learn_null_distribution",
+        lambda layouts, perform: replace(NULL, threshold=float("nan")),
     )
     null_distribution_of(CARD)
     assert entries(tmp_path) == []
@@ -153,7 +168,10 @@ def test_without_keeping_nothing_is_read_and_nothing_written(flown, tmp_path):
 
 
 def test_null_flights_are_laid_out_in_the_setting_of_the_log_and_kept_apart_by_it(flown, tmp_path):
-    settings = [AnalysisSetting(day_known=True, **more) for more in ({}, {"static_error": True}, {"mach_max": 0.2})]
+    settings = [
+        AnalysisSetting(day_known=True, **more)
+        for more in ({}, {"static_error": True}, {"mach_max": 0.2})
+    ]
     for setting in settings:
         null_distribution_of(CARD, setting=setting)
     assert flown[::8] == settings
@@ -161,7 +179,12 @@ def test_null_flights_are_laid_out_in_the_setting_of_the_log_and_kept_apart_by_i
 
 
 def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkeypatch):
-    for card in (CARD, replace(CARD, fuel=0.4), replace(CARD, ballast=50.0), replace(CARD, turbulence="none")):
+    for card in (
+        CARD,
+        replace(CARD, fuel=0.4),
+        replace(CARD, ballast=50.0),
+        replace(CARD, turbulence="none"),
+    ):
         null_distribution_of(card)
     null_distribution_of(CARD, flights=6)
     for name in ("jsbsim", "numpy", "scipy"):
@@ -188,11 +211,15 @@ def test_no_module_that_the_conductor_loads_is_left_out_of_the_key():
         "import pitotbench.bench.rounds\n"
         "print(*{m.split('.')[1] for m in sys.modules if m.startswith('pitotbench.')})"
     )
-    done = subprocess.run([sys.executable, "-c", code, str(PACKAGE)], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(PACKAGE)], capture_output=True, text=True, check=True
+    )
     assert not set(done.stdout.split()) & set(NOT_DECIDING)
 
 
-def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flown, tmp_path, monkeypatch):
+def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(
+    flown, tmp_path, monkeypatch
+):
     copy = tmp_path / "copy"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
     monkeypatch.setattr(digests, "PACKAGE", copy)
@@ -225,7 +252,11 @@ def test_the_cache_is_bounded_and_the_entries_used_last_stay(flown, tmp_path):
     null_distribution_of(CARD)
     (used,) = entries(tmp_path)
     for i in range(MOST_KEPT + 5):
-        old = tmp_path / "cache" / (f"null-{i:024d}.json" if i % 10 else f".null-{i:024d}.json.0.part")
+        old = (
+            tmp_path
+            / "cache"
+            / (f"null-{i:024d}.json" if i % 10 else f".null-{i:024d}.json.0.part")
+        )
         old.write_text("{}")
         os.utime(old, (1000.0 + i, 1000.0 + i))
     os.utime(used, (1.0, 1.0))
@@ -247,7 +278,9 @@ def test_other_files_of_the_folder_are_not_touched(flown, tmp_path):
 
 
 @pytest.mark.parametrize(("flags", "keep"), [((), True), (("--no-cache",), False)])
-def test_the_command_can_leave_the_cache_alone(monkeypatch, flags: tuple[str, ...], keep: bool) -> None:
+def test_the_command_can_leave_the_cache_alone(
+    monkeypatch, flags: tuple[str, ...], keep: bool
+) -> None:
     asked: list[bool] = []
 
     def reconcile_fully(*_: object, keep: bool, **__: object) -> None:
@@ -261,11 +294,14 @@ def test_the_command_can_leave_the_cache_alone(monkeypatch, flags: tuple[str, ..
 
 
 def test_a_reconciliation_hands_on_its_card_the_setting_and_keeping(monkeypatch):
-    """Up to the null flights: nothing is flown. Without a model of the aircraft the mass of the log does not
-    matter: it may be that of any airplane, and the card is flown for the noise of its sensors alone."""
+    """Up to the null flights: nothing is flown. Without a model of the aircraft the mass of the log
+    does not matter: it may be that of any airplane, and the card is flown for the noise of its
+    sensors alone."""
     asked: list[tuple[Case, AnalysisSetting, bool]] = []
 
-    def stop(card: Case, flights: int, progress: object, setting: AnalysisSetting, keep: bool) -> None:
+    def stop(
+        card: Case, flights: int, progress: object, setting: AnalysisSetting, keep: bool
+    ) -> None:
         asked.append((card, setting, keep))
         raise BadInputError("far enough")
 
@@ -286,4 +322,6 @@ def test_the_time_that_is_left_is_told_while_null_flights_are_flown():
     for _ in range(3):
         tell()
     left = (", about 60 s left", ", about 25 s left", "")
-    assert lines == [f"null flight {number} of 3{said}" for number, said in enumerate(left, start=1)]
+    assert lines == [
+        f"null flight {number} of 3{said}" for number, said in enumerate(left, start=1)
+    ]

@@ -1,4 +1,6 @@
-"""Forecasts: drawn gusts, identities of the bound, the ranking, flights that they foretell, and the command."""
+"""Forecasts: drawn gusts, identities of the bound, the ranking, flights that they foretell, and the
+command.
+"""
 
 import json
 from dataclasses import replace
@@ -49,7 +51,9 @@ def plan():
 
 def known(flight, level):
     log = bench.sense(flight, "20/1")
-    return expected_two_sigma(log, CalibrationOptions(), THETA, ExpectedNoise(level, 400.0, 1e-4), SPEEDS)
+    return expected_two_sigma(
+        log, CalibrationOptions(), THETA, ExpectedNoise(level, 400.0, 1e-4), SPEEDS
+    )
 
 
 def test_a_bound_is_proportional_to_the_gusts(smooth_flights):
@@ -78,7 +82,9 @@ def test_the_decelerating_circle_has_about_half_the_bound_of_step_decrease(plan)
 
 
 def test_a_forecast_foretells_the_bound_of_flights():
-    """Three flights in the simulator's turbulence against the forecast: `python -m pitotlab plan`, in small."""
+    """Three flights in the simulator's turbulence against the forecast: `python -m pitotlab plan`,
+    in small.
+    """
     expected = forecast(replace(REQUEST, draws=10), "decel_circle").mean
     case = Case(maneuver="decel_circle")
     flights = [bench.fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
@@ -92,8 +98,13 @@ def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity
     joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
     assert has_velocity_down(joint.das) == (velocity == "recorded")
     flight = smooth_flight(joint, "step_decrease")
-    known = [np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))]
-    drawn = [forecast(replace(each, draws=4), "step_decrease").mean for each in (joint, request_with(TRIANGLE))]
+    known = [
+        np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))
+    ]
+    drawn = [
+        forecast(replace(each, draws=4), "step_decrease").mean
+        for each in (joint, request_with(TRIANGLE))
+    ]
     assert known[0] / known[1] == pytest.approx(expected, rel=0.15)
     assert drawn[0] / drawn[1] == pytest.approx(expected, rel=0.15)
 
@@ -102,7 +113,9 @@ def test_an_error_of_the_impact_pressure_is_not_seen_by_the_height():
     static = request_with(VELOCITY)
     flight = smooth_flight(static, "step_decrease")
     impact = replace(static, options=CalibrationOptions(error_location="impact"))
-    assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(known_noise_two_sigma(static, flight))
+    assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(
+        known_noise_two_sigma(static, flight)
+    )
 
 
 def test_information_adds_up(plan):
@@ -116,7 +129,11 @@ def test_information_adds_up(plan):
 
 def test_the_table_tells_what_is_as_good_and_no_bound_in_fewer_minutes_than_a_card_takes(plan):
     circle, step = plan.forecasts
-    (bound,) = (column for column in plan_columns(replace(plan, minutes=6.0)) if column.heading == "±2σ in 6 min")
+    (bound,) = (
+        column
+        for column in plan_columns(replace(plan, minutes=6.0))
+        if column.heading == "±2σ in 6 min"
+    )
     assert bound.text(replace(circle, minutes=5.9)) == f"{circle.mean / KNOT:.3f}"
     assert bound.text(replace(circle, minutes=6.1)) == "–"
     twin = replace(circle, maneuver="cloverleaf", two_sigma=circle.two_sigma + 0.9 * circle.spread)
@@ -131,7 +148,9 @@ def test_box_and_minutes_exclude_and_what_cannot_be_flown_is_said():
     assert pitotbench.plan(small).best is None
     assert pitotbench.plan(replace(small, box=None, minutes=1.0)).best is None
     with pytest.raises(NoAnswerError, match="no maneuver can be flown"):
-        pitotbench.plan(replace(REQUEST, speeds=(45.0 * KNOT, 160.0 * KNOT), maneuvers=("decel_circle",)))
+        pitotbench.plan(
+            replace(REQUEST, speeds=(45.0 * KNOT, 160.0 * KNOT), maneuvers=("decel_circle",))
+        )
 
 
 def test_speeds_of_a_card_keep_their_places_and_its_case_reads_back():
@@ -149,13 +168,17 @@ def test_free_numbers_lie_inside_their_bounds(name):
 
 
 def test_a_card_is_shortened_to_the_minutes():
-    """Rapid Decel takes 4.8 min; asked for 4.2, the search must find another dwell, and a better one per minute."""
+    """Rapid Decel takes 4.8 min; asked for 4.2, the search must find another dwell, and a better
+    one per minute.
+    """
     request = replace(REQUEST, draws=2)
     found = best_card(request, "rapid_decel", 4.2, flights=10)
     before, after = (smooth_flight(request, "rapid_decel", dict(card)) for card in ({}, found.card))
     assert set(found.card) == {"dwell_s"}
     assert after.duration / 60.0 <= 4.3
-    work = [np.mean(known_noise_two_sigma(request, f)) * np.sqrt(f.duration) for f in (before, after)]
+    work = [
+        np.mean(known_noise_two_sigma(request, f)) * np.sqrt(f.duration) for f in (before, after)
+    ]
     assert work[1] < 1.02 * work[0]
 
 
@@ -206,7 +229,9 @@ def test_correlations_are_drydens(gusts, lag):
 
 @pytest.mark.parametrize("turbulence", ["light", "moderate"])
 def test_level_is_that_of_the_simulator(turbulence, light_flights):
-    """The level by the standard's figure, against the simulator's own turbulence at the same height."""
+    """The level by the standard's figure, against the simulator's own turbulence at the same
+    height.
+    """
     from pitotbench import bench
 
     case = Case(maneuver="circle", turbulence=turbulence)
@@ -216,7 +241,10 @@ def test_level_is_that_of_the_simulator(turbulence, light_flights):
     assert np.sqrt(np.mean(np.square(parts))) == pytest.approx(gust_deviation(case), rel=0.25)
     # Still air has no gusts, and high air fewer.
     assert gust_deviation(Case(turbulence="none")) == 0.0
-    low, high = (gust_deviation(replace(case, altitude=h * FOOT, turbulence="moderate")) for h in (3000.0, 9000.0))
+    low, high = (
+        gust_deviation(replace(case, altitude=h * FOOT, turbulence="moderate"))
+        for h in (3000.0, 9000.0)
+    )
     assert low > high > 0.0
 
 
@@ -227,7 +255,9 @@ def test_stirring_moves_the_airspeed_and_nothing_else(smooth_flights):
     assert moved == {"true_airspeed", "total_pressure"}
     change = rough["true_airspeed"] - flight["true_airspeed"]
     assert np.std(change) == pytest.approx(gust_deviation(rough.case), rel=0.35)
-    assert np.array_equal(rough["total_pressure"], with_gusts(flight, "moderate", 3)["total_pressure"])
+    assert np.array_equal(
+        rough["total_pressure"], with_gusts(flight, "moderate", 3)["total_pressure"]
+    )
     assert np.array_equal(with_gusts(flight, "none", 3)["total_pressure"], flight["total_pressure"])
 
 
@@ -239,7 +269,9 @@ def test_one_draw_serves_flights_of_any_rate(smooth_flights):
         segment=flight.segment[::2],
         on_condition=flight.on_condition[::2],
     )
-    gusts, again = (with_gusts(f, "light", 3)["true_airspeed"] - f["true_airspeed"] for f in (flight, half))
+    gusts, again = (
+        with_gusts(f, "light", 3)["true_airspeed"] - f["true_airspeed"] for f in (flight, half)
+    )
     np.testing.assert_allclose(again, gusts[::2], atol=1e-12)
 
 
@@ -249,7 +281,9 @@ FEW = ["plan", "--maneuver", "figure_eight,step_both_ways", "--draws", "2", "--s
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plan")
-    code = main([*FEW, "--want-kt", "0.2", "--minutes", "12", "--box-nm", "12", "--out", str(folder)])
+    code = main(
+        [*FEW, "--want-kt", "0.2", "--minutes", "12", "--box-nm", "12", "--out", str(folder)]
+    )
     return code, folder
 
 

@@ -1,4 +1,6 @@
-"""Python takes what a user has in the hand: a path, a table, a log, a list; and writes what the command writes."""
+"""Python takes what a user has in the hand: a path, a table, a log, a list; and writes what the
+command writes.
+"""
 
 import csv
 import re
@@ -31,12 +33,18 @@ def test_a_path_a_table_and_a_log_have_one_answer(log, answer, tmp_path):
     """The table has no header, and so not its accuracies: they are stated as a keyword."""
     exact = {"model": "quadratic", "accuracies": fixture.EXACT, "error_location": "impact"}
     of_log = calibrate(log, **exact)
-    for each in (str(write_log(log, tmp_path / "a.parquet")), tmp_path / "a.parquet", log.to_frame()):
+    for each in (
+        str(write_log(log, tmp_path / "a.parquet")),
+        tmp_path / "a.parquet",
+        log.to_frame(),
+    ):
         found = calibrate(each, **exact)
         np.testing.assert_allclose(found.curve.correction, of_log.curve.correction, atol=1e-4)
     np.testing.assert_allclose(answer.curve.correction, of_log.curve.correction, atol=1e-6)
     # A list has one curve, and a wind each.
-    path = write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=2), tmp_path / "b.csv")
+    path = write_log(
+        fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=2), tmp_path / "b.csv"
+    )
     one, other = calibrate([log, path])
     np.testing.assert_allclose(one.curve.correction, other.curve.correction)
     assert one.wind.north.value != other.wind.north.value
@@ -45,7 +53,9 @@ def test_a_path_a_table_and_a_log_have_one_answer(log, answer, tmp_path):
 @pytest.mark.parametrize("given", [3, None, {"a": 1}, [3], []])
 def test_another_kind_is_refused_in_one_sentence(given):
     for function in (calibrate, reconcile):
-        with pytest.raises(BadInputError, match=r"takes a path, a DataFrame, a log or a list|at least one log"):
+        with pytest.raises(
+            BadInputError, match=r"takes a path, a DataFrame, a log or a list|at least one log"
+        ):
             function(given)
 
 
@@ -112,11 +122,21 @@ def test_every_check_passes_or_fails_by_the_records_of_the_answer(answer):
     assert "failed" not in passed.values()
     assert passed["flights agree"] == passed["latency of the GPS velocity"] == "skipped"
     kinds = ("samples", "height", "fixed_speed")
-    codes = ("latency", "wind", "confounded", "curve size", "outside prior", "faulty rows", "axes turned")
+    codes = (
+        "latency",
+        "wind",
+        "confounded",
+        "curve size",
+        "outside prior",
+        "faulty rows",
+        "axes turned",
+    )
     wrong = replace(
         answer,
         converged=False,
-        disagreements=tuple(Disagreement(kind, f"off by {kind}", 1.0, fatal=True) for kind in kinds),
+        disagreements=tuple(
+            Disagreement(kind, f"off by {kind}", 1.0, fatal=True) for kind in kinds
+        ),
         warnings=tuple(Caution(f"wrong: {code}", code) for code in codes),
         left_out=("take-off roll",),
         diagnostics=replace(answer.diagnostics, latency=LatencyFound(0.3, 0.1, 0.3)),
@@ -133,7 +153,14 @@ def test_the_record_holds_inputs_choices_answer_rule_and_checks(log, tmp_path):
     calibrate(path, model="quadratic").write_record(record, "far23")
     page = record.read_text(encoding="utf-8")
     headings = re.findall("<h2>(.*?)</h2>", page)
-    assert headings[:6] == ["Objective and inputs", "Settings", "Conditions", "Answer", "Rule", "Checks"]
+    assert headings[:6] == [
+        "Objective and inputs",
+        "Settings",
+        "Conditions",
+        "Answer",
+        "Rule",
+        "Checks",
+    ]
     digest = sha256(path.read_bytes()).hexdigest()
     for text in ("a &amp; b.csv", digest, "model: quadratic (stated)", "FAR 23.1323"):
         assert text in page
@@ -155,7 +182,9 @@ def test_of_several_flights_the_worst_check_is_told_and_a_long_flight_keeps_to_t
 
 def test_the_command_writes_the_record_and_refuses_what_it_cannot_be(log, tmp_path, capsys):
     one = write_log(log, tmp_path / "one.csv")
-    two = write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=2), tmp_path / "two.csv")
+    two = write_log(
+        fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=2), tmp_path / "two.csv"
+    )
     record = tmp_path / "record.html"
     assert main(["calibrate", str(one), str(two), "--record", str(record), "--from", "1:00"]) == 0
     page = record.read_text(encoding="utf-8")
@@ -166,7 +195,12 @@ def test_the_command_writes_the_record_and_refuses_what_it_cannot_be(log, tmp_pa
     assert main(["calibrate", str(one), str(two), "--separately", "--record", str(record)]) == 2
     assert "--record holds one curve" in capsys.readouterr().err
     assert main(["calibrate", str(one), "--record", str(tmp_path / "record.txt")]) == 2
-    assert main(["reconcile", str(one), "--aircraft", "none", "--record", str(tmp_path / "record.txt")]) == 2
+    assert (
+        main(
+            ["reconcile", str(one), "--aircraft", "none", "--record", str(tmp_path / "record.txt")]
+        )
+        == 2
+    )
 
 
 def test_inspect_takes_what_calibrate_takes(log, tmp_path):

@@ -1,4 +1,6 @@
-"""Further looks: with the named effect in the model no gap remains, and with a wrong one the gap remains."""
+"""Further looks: with the named effect in the model no gap remains, and with a wrong one the gap
+remains.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -26,7 +28,11 @@ from pitotbench.units import DEGREE, KNOT
 
 def flight(seed):
     """A flight whose GPS is late."""
-    case = Case(maneuver="rapid_decel", truth_seed=seed, effects=(EffectSpec("gps_latency", {"latency_s": 0.3}),))
+    case = Case(
+        maneuver="rapid_decel",
+        truth_seed=seed,
+        effects=(EffectSpec("gps_latency", {"latency_s": 0.3}),),
+    )
     return sense(fly(case), "20/20")
 
 
@@ -48,7 +54,9 @@ def looks(found):
 def test_a_second_look_with_the_latency_in_the_model_is_quiet(late):
     """Asked from Python, with another flight held out."""
     said = []
-    outcome = reconcile(late, aircraft="none", holdout=flight(32), refly=False, progress=said.append)
+    outcome = reconcile(
+        late, aircraft="none", holdout=flight(32), refly=False, progress=said.append
+    )
     rounds = outcome.account.rounds
     assert said
     assert outcome.account.holdout
@@ -75,14 +83,21 @@ def test_a_wrong_patch_is_not_quiet(found):
 
 
 @pytest.mark.parametrize(
-    ("left", "remains", "kind"), [(0.22, False, "unknown"), (0.1, True, "one_of"), (0.1, False, "named")]
+    ("left", "remains", "kind"),
+    [(0.22, False, "unknown"), (0.1, True, "one_of"), (0.1, False, "named")],
 )
-def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, looks, left, remains, kind):
+def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(
+    found, looks, left, remains, kind
+):
     """The second look is changed so that it finds a share of the first gap again."""
     assert looks.closure.share > THRESHOLDS.closure_lowest
     closed, last = found.verdict.closure, looks.later[-1]
-    again = replace(last.found.closure, before=last.found.closure.noise + left * (closed.before - closed.noise))
-    changed = replace(looks, later=(replace(last, found=replace(last.found, closure=again, remains=remains)),))
+    again = replace(
+        last.found.closure, before=last.found.closure.noise + left * (closed.before - closed.noise)
+    )
+    changed = replace(
+        looks, later=(replace(last, found=replace(last.found, closure=again, remains=remains)),)
+    )
     assert changed.closure.share == pytest.approx(1.0 - left, abs=0.02)
     after = closure_checked(changed)
     first = after.first
@@ -93,7 +108,9 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, 
         assert not patch_of(after, (), "", "").entries
         assert first.verdict.changes == (f"named -> unknown: {first.checks.closure.why}",)
     elif kind == "one_of":
-        assert first.verdict.doubts == ("gps_latency comes closest, but closes only 90% of the gap",)
+        assert first.verdict.doubts == (
+            "gps_latency comes closest, but closes only 90% of the gap",
+        )
         assert [e.name for e in after.effects] == ["gps_latency"]
         told = with_calibrated_probabilities(after).first.verdict
         assert told.alternatives[0]
@@ -109,10 +126,16 @@ def test_effects_of_several_passes_are_fitted_together(found, looks):
     size = latency.sizes[0]
     much = replace(latency, sizes=(replace(size, value=1.4 * size.value),))
     warm = Candidate("recovery_deficit", (Estimate("deficit", 0.001, 0.0005),), 4.0)
-    first = replace(found, checks=replace(found.checks, found=replace(found.checks.found, effects=(much,))))
+    first = replace(
+        found, checks=replace(found.checks, found=replace(found.checks.found, effects=(much,)))
+    )
     last = looks.later[-1]
-    told = replace(last.found, kind="one_of", effects=(warm, much), alternatives=(("gps_latency",), ()))
-    passes = replace(looks, first=first, later=(replace(last, found=told, added=(0, 1)),), added=(warm, much))
+    told = replace(
+        last.found, kind="one_of", effects=(warm, much), alternatives=(("gps_latency",), ())
+    )
+    passes = replace(
+        looks, first=first, later=(replace(last, found=told, added=(0, 1)),), added=(warm, much)
+    )
     after = settled("none", passes)
     (effect,) = after.effects
     assert (effect.name, effect.score) == ("gps_latency", latency.score)
@@ -129,10 +152,14 @@ def test_effects_of_several_passes_are_fitted_together(found, looks):
 def test_where_the_first_pass_took_the_wrong_effect_it_tells_that_of_the_second(found, looks):
     (latency,) = found.verdict.effects
     warm = Candidate("recovery_deficit", (Estimate("deficit", 0.001, 0.0005),), 4.0)
-    first = replace(found, checks=replace(found.checks, found=replace(found.checks.found, effects=(warm,))))
+    first = replace(
+        found, checks=replace(found.checks, found=replace(found.checks.found, effects=(warm,)))
+    )
     last = looks.later[-1]
     told = replace(last.found, kind="named", effects=(latency,), alternatives=((),))
-    passes = replace(looks, first=first, later=(replace(last, found=told, added=(0,)),), added=(latency,))
+    passes = replace(
+        looks, first=first, later=(replace(last, found=told, added=(0,)),), added=(latency,)
+    )
     after = settled("none", passes)
     assert [each.added for each in after.rounds] == [("gps_latency",), ()]
     assert [each.name for each in after.effects] == ["gps_latency"]
@@ -143,7 +170,9 @@ def test_a_correction_counts_from_the_size_that_stood_in_the_model(looks):
     effect, far = looks.first.verdict.effects[0], Estimate("drag_area_m2", -0.25, 0.02)
     pod = replace(effect, name="belly_pod", sizes=(far,))
     checks = looks.first.checks
-    begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(pod,))))
+    begun = replace(
+        looks.first, checks=replace(checks, found=replace(checks.found, effects=(pod,)))
+    )
     correction = replace(pod, sizes=(replace(far, value=-0.05),))
     (joined,) = replace(looks, first=begun, added=(correction,)).effects
     assert joined.sizes[0].value == pytest.approx(-0.25)  # -0.2 of the range, and -0.05
@@ -162,7 +191,9 @@ def test_a_correction_of_one_size_keeps_the_others(looks):
     two = replace(effect, sizes=(size, Estimate("further_s", 2.0, 0.5)), score=40.0)
     correction = replace(effect, sizes=(replace(size, value=0.01),), score=3.0)
     checks = looks.first.checks
-    begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(two,))))
+    begun = replace(
+        looks.first, checks=replace(checks, found=replace(checks.found, effects=(two,)))
+    )
     (joined,) = replace(looks, first=begun, added=(correction,)).effects
     sizes = {each.name: each.value for each in joined.sizes}
     assert sizes == pytest.approx({size.name: size.value + 0.01, "further_s": 2.0})
@@ -170,9 +201,17 @@ def test_a_correction_of_one_size_keeps_the_others(looks):
 
 
 def test_a_warning_that_the_named_part_explains_is_withdrawn():
-    turned, stuck = Caution("the axes are turned by -7°", "axes turned"), Caution("stuck", "stuck", "heading_deg")
-    log = SimpleNamespace(name="a.csv", log=SimpleNamespace(header={"warnings": [turned, stuck, "a text"]}))
-    late, lag = (SimpleNamespace(named_parts=(part,)) for part in ("GPS receiver and its clock", "pitot line"))
+    turned, stuck = (
+        Caution("the axes are turned by -7°", "axes turned"),
+        Caution("stuck", "stuck", "heading_deg"),
+    )
+    log = SimpleNamespace(
+        name="a.csv", log=SimpleNamespace(header={"warnings": [turned, stuck, "a text"]})
+    )
+    late, lag = (
+        SimpleNamespace(named_parts=(part,))
+        for part in ("GPS receiver and its clock", "pitot line")
+    )
     assert told_warnings([log], late) == ("stuck", "a text")
     assert told_warnings([log], lag) == (turned, "stuck", "a text")
     assert told_warnings([log, log], late)[0] == "a.csv: stuck"

@@ -1,4 +1,6 @@
-"""The store of a campaign: nothing stored is lost, nothing cut is used, and the same command goes on."""
+"""The store of a campaign: nothing stored is lost, nothing cut is used, and the same command goes
+on.
+"""
 
 import errno
 import json
@@ -42,7 +44,9 @@ def perform(store, tasks, wanted=lambda document, task: True):
 def campaign(tmp_path_factory):
     """Two short flights, performed in this process."""
     out = tmp_path_factory.mktemp("short") / "out"
-    request = CampaignRequest("decel_circle", "2/1", base=SHORT, seeds=1, out=out, jobs=1, keep_logs="none")
+    request = CampaignRequest(
+        "decel_circle", "2/1", base=SHORT, seeds=1, out=out, jobs=1, keep_logs="none"
+    )
     run_campaign(request)
     run_campaign(replace(request, seeds="2-2"))
     return request
@@ -97,7 +101,9 @@ def test_a_changed_number_a_missing_field_and_another_layout_cost_one_flight_tol
     watch = perform(store, tasks)
     assert (watch.found, watch.flown) == (1, 5)
     said = capsys.readouterr().err.splitlines()
-    assert [line.endswith("damaged or incomplete; this flight is flown again") for line in said] == [True] * 5
+    assert [
+        line.endswith("damaged or incomplete; this flight is flown again") for line in said
+    ] == [True] * 5
     assert perform(store, tasks).flown == 0
 
 
@@ -116,7 +122,9 @@ def test_a_full_disk_stops_with_one_clear_line_and_loses_nothing(store, monkeypa
     assert [*store.keys()] == ["00", "01"]
     assert not [*(store.folder / "scratch").iterdir()]
     monkeypatch.undo()
-    (store.folder / "scratch" / "aa.json").write_text("{")  # of a driver that was killed as it wrote
+    (store.folder / "scratch" / "aa.json").write_text(
+        "{"
+    )  # of a driver that was killed as it wrote
     assert (perform(store, tasks).found, [*store.keys()]) == (2, [task.key for task in tasks])
     assert not [*(store.folder / "scratch").iterdir()]
 
@@ -175,7 +183,9 @@ def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeyp
     assert len([*ResultStore(request.out / "store").keys()]) == 2
 
 
-def test_a_cut_index_is_made_again_and_what_else_lies_in_the_store_does_no_harm(campaign, tmp_path, capsys):
+def test_a_cut_index_is_made_again_and_what_else_lies_in_the_store_does_no_harm(
+    campaign, tmp_path, capsys
+):
     """A stray file or folder among the parts; and a folder in the place of the index is named."""
     out = tmp_path / "out"
     shutil.copytree(campaign.out, out)
@@ -211,7 +221,9 @@ def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path
     assert opened.two_sigma_kt.tolist() == table[table.seed == 2].two_sigma_kt.tolist()
     numbers = ["two_sigma_kt", "curve_rms_error_kt", "wind_error_kt", "minutes"]
     alone = result_table([campaign.out]).set_index("flight")
-    pd.testing.assert_frame_equal(table.set_index("flight")[numbers], alone.loc[table.flight, numbers])
+    pd.testing.assert_frame_equal(
+        table.set_index("flight")[numbers], alone.loc[table.flight, numbers]
+    )
 
 
 def test_rows_are_chosen_and_averaged(campaign):
@@ -235,7 +247,9 @@ def test_rows_are_chosen_and_averaged(campaign):
         "name[0] == 1",
     ],
 )
-def test_a_condition_that_is_none_is_refused_and_runs_nothing(wrong, campaign, tmp_path, monkeypatch):
+def test_a_condition_that_is_none_is_refused_and_runs_nothing(
+    wrong, campaign, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(BadInputError, match="--where"):
         chosen_rows(result_table([campaign.out]), wrong, None)
@@ -248,7 +262,12 @@ def test_results_are_listed_drawn_and_written(campaign, tmp_path, capsys):
     assert main(["results", str(campaign.out), "--out", str(tmp_path / "all.csv")]) == 0
     assert len(pd.read_csv(tmp_path / "all.csv")) == 2
     picture = tmp_path / "bound.svg"
-    assert main(["results", str(campaign.out), "--draw", "two_sigma_kt,minutes", "--out", str(picture)]) == 0
+    assert (
+        main(
+            ["results", str(campaign.out), "--draw", "two_sigma_kt,minutes", "--out", str(picture)]
+        )
+        == 0
+    )
     assert picture.read_text(encoding="utf-8").startswith("<svg")
     assert main(["results", str(campaign.out), "--columns", "tow_sigma_kt"]) == 2
     assert "two_sigma_kt" in capsys.readouterr().err
@@ -298,7 +317,12 @@ def test_a_watch_counts_reports_once_a_minute_and_knows_the_time_left(capsys):
 def test_sigterm_stops_a_campaign_and_names_the_command_that_goes_on(tmp_path):
     plan, out = tmp_path / "short.toml", tmp_path / "out"
     plan.write_text('das = ["2/1"]\nseeds = "400"\n[case]\nmaneuver = "decel_circle"\n')
-    command = [sys.executable, *["-m", "pitotbench", "campaign", "--jobs", "1", "--out"], str(out), str(plan)]
+    command = [
+        sys.executable,
+        *["-m", "pitotbench", "campaign", "--jobs", "1", "--out"],
+        str(out),
+        str(plan),
+    ]
     settings = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2] / "src")}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=settings) as driver:
         while driver.poll() is None and not [*(out / "store/flights").glob("*/*.json")]:

@@ -71,7 +71,9 @@ def test_points_are_compared_at_their_airspeeds(smooth_flights):
 
 
 def test_the_altitude_correction_is_held_against_the_true_static_pressure(calibrated):
-    """The recorded static pressure of a flight whose sensors are exact, against its true one, at one airspeed."""
+    """The recorded static pressure of a flight whose sensors are exact, against its true one, at
+    one airspeed.
+    """
     spec = replace(calibrated[0].case.pressure_error, location="static")
     airspeed, indicated = np.array([120.0 * KNOT]), 80000.0
     impact = air.impact_pressure(airspeed + bench.true_correction(spec, airspeed))
@@ -85,7 +87,9 @@ def test_the_altitude_correction_is_held_against_the_true_static_pressure(calibr
     for off in (0.0, -3.0):
         given = replace(curve, altitude_correction=right + off, altitude_two_sigma=ones)
         assert np.mean(compare_altitude(given, spec, indicated).error) == pytest.approx(off)
-    assert not np.any(true_altitude_correction(replace(spec, location="total"), airspeed, indicated))
+    assert not np.any(
+        true_altitude_correction(replace(spec, location="total"), airspeed, indicated)
+    )
 
 
 @pytest.mark.parametrize("maneuver", list(MANEUVERS))
@@ -96,8 +100,13 @@ def test_the_injected_curve_comes_back_in_calm_air(maneuver, smooth_flights):
     assert score.curve_rms_error <= 0.05 * KNOT
     assert score.wind_error <= 0.05 * KNOT
     # The score compares with the flight's own truth: another truth gives another score.
-    shifted = replace(flight.case, pressure_error=PressureErrorSpec(parameters=(-0.04, 0.006, 0.06)))
-    assert bench.score(result, replace(flight, case=shifted)).curve_rms_error > 10.0 * score.curve_rms_error
+    shifted = replace(
+        flight.case, pressure_error=PressureErrorSpec(parameters=(-0.04, 0.006, 0.06))
+    )
+    assert (
+        bench.score(result, replace(flight, case=shifted)).curve_rms_error
+        > 10.0 * score.curve_rms_error
+    )
 
 
 @pytest.mark.parametrize("maneuver", ["four_leg", "circle"])

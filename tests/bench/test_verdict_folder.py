@@ -22,10 +22,15 @@ def outcome(*effects: Candidate, kind: str = "named"):
     """As much of an outcome as adding needs."""
     verdict = SimpleNamespace(kind=kind, effects=effects, closure=Closure(100.0, 11.0, 10.0))
     account = SimpleNamespace(
-        log="flight.csv", aircraft="navajo", formula=None, rounds=(SimpleNamespace(verdict=verdict),)
+        log="flight.csv",
+        aircraft="navajo",
+        formula=None,
+        rounds=(SimpleNamespace(verdict=verdict),),
     )
     made = patch_of_effects(effects, "flight.csv", "2026-01-01")
-    return SimpleNamespace(reconciliation=SimpleNamespace(verdict=verdict), account=account, patch=made)
+    return SimpleNamespace(
+        reconciliation=SimpleNamespace(verdict=verdict), account=account, patch=made
+    )
 
 
 def test_an_applied_patch_flies_in_a_campaign_with_its_drag(tmp_path, monkeypatch, smooth_flights):
@@ -35,11 +40,26 @@ def test_an_applied_patch_flies_in_a_campaign_with_its_drag(tmp_path, monkeypatc
     variant = (tmp_path / "aircraft" / "navajo+test" / "variant.toml").read_text()
     assert "flight.csv" in variant
     assert "two_sigma" in variant
-    options = ["--maneuver", "circle", "--das", "20/1", "--turbulence", "none", "--jobs", "1", "--out", "out"]
+    options = [
+        "--maneuver",
+        "circle",
+        "--das",
+        "20/1",
+        "--turbulence",
+        "none",
+        "--jobs",
+        "1",
+        "--out",
+        "out",
+    ]
     assert main(["campaign", "--aircraft", "navajo+test", *options]) == 0
     assert len(pd.read_parquet("out/results.parquet")) == 1
-    log = read_log(next(f for f in (tmp_path / "out").rglob("*.parquet") if f.name != "results.parquet"))
-    power = np.mean(log.manifold_pressure_left) - np.mean(smooth_flights["circle"]["manifold_pressure_left"])
+    log = read_log(
+        next(f for f in (tmp_path / "out").rglob("*.parquet") if f.name != "results.parquet")
+    )
+    power = np.mean(log.manifold_pressure_left) - np.mean(
+        smooth_flights["circle"]["manifold_pressure_left"]
+    )
     assert power > 1.0 * INCH_OF_MERCURY  # the pod is paid for
 
 
@@ -54,9 +74,15 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("flags", "says"),
-    [("--apply test", "there already"), ("--apply ../pod", "use letters"), ("--apply pod --aircraft none", "name")],
+    [
+        ("--apply test", "there already"),
+        ("--apply ../pod", "use letters"),
+        ("--apply pod --aircraft none", "name"),
+    ],
 )
-def test_a_name_that_cannot_be_is_refused_before_the_log_is_read(flags, says, tmp_path, monkeypatch, capsys):
+def test_a_name_that_cannot_be_is_refused_before_the_log_is_read(
+    flags, says, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     install(outcome(POD), "test")
     assert main(["reconcile", "nowhere.csv", *flags.split()]) == 2
@@ -67,7 +93,8 @@ def test_an_airplane_of_a_doubtful_answer_is_kept_with_its_doubt(tmp_path):
     doubtful = Candidate("belly_pod", POD.sizes, 40.0, 0.58)
     verdict = Verdict(
         "one_of", (doubtful,), (("turn_drag",),), (doubtful,), (), (), Closure(100.0, 11.0, 10.0), (),
-        ("to tell belly_pod, turn_drag apart: fly four_leg",), probabilities={"belly_pod": 0.58, "turn_drag": 0.4},
+        ("to tell belly_pod, turn_drag apart: fly "
+         "four_leg",), probabilities={"belly_pod": 0.58, "turn_drag": 0.4},
     )  # fmt: skip
     sure, made = outcome(POD), outcome(doubtful)
     made.reconciliation.verdict = made.account.rounds[0].verdict = verdict
@@ -95,8 +122,17 @@ def test_an_answer_that_cannot_be_applied_is_refused_with_a_reason(made, message
 
 
 def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
-    monkeypatch.setattr("pitotbench.bench.verdict_folder.account_page", lambda account: "<html></html>")
+    monkeypatch.setattr(
+        "pitotbench.bench.verdict_folder.account_page", lambda account: "<html></html>"
+    )
     keep(outcome(POD), {"verdict": "named"}, tmp_path)
-    assert {f.name for f in tmp_path.iterdir()} == {"overlay.xml", "patch.toml", "report.html", "verdict.json"}
-    keep(outcome(LAG), {"verdict": "named"}, tmp_path)  # an earlier overlay does not outlive its patch
+    assert {f.name for f in tmp_path.iterdir()} == {
+        "overlay.xml",
+        "patch.toml",
+        "report.html",
+        "verdict.json",
+    }
+    keep(
+        outcome(LAG), {"verdict": "named"}, tmp_path
+    )  # an earlier overlay does not outlive its patch
     assert not (tmp_path / "overlay.xml").exists()

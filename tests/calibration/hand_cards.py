@@ -1,8 +1,8 @@
-"""Cards as a pilot writes them, made from formulas of their own: nothing here comes from the package but the
-record.
+"""Cards as a pilot writes them, made from formulas of their own: nothing here comes from the
+package but the record.
 
-The wind of a leg is a linear trend over the flight, a step from point to point and a gust that lasts a leg; the
-curve is a bent line with a bump; the thermometer is wrong by one constant.
+The wind of a leg is a linear trend over the flight, a step from point to point and a gust that
+lasts a leg; the curve is a bent line with a bump; the thermometer is wrong by one constant.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,9 @@ def _impact(calibrated_kt: float) -> float:
     return 101325.0 * ((1.0 + 0.2 * (calibrated_kt / 661.4786) ** 2) ** 3.5 - 1.0)
 
 
-def true_airspeed_kt(indicated_kt: float, correction_kt: float, height_ft: float, temperature_k: float) -> float:
+def true_airspeed_kt(
+    indicated_kt: float, correction_kt: float, height_ft: float, temperature_k: float
+) -> float:
     """The static source errs: what it reads too high lowers the impact pressure by as much."""
     impact = _impact(indicated_kt + correction_kt)
     static = _pressure(height_ft * FT) + _impact(indicated_kt) - impact
@@ -41,7 +43,12 @@ def true_airspeed_kt(indicated_kt: float, correction_kt: float, height_ft: float
 
 
 def _curve(rng: np.random.Generator) -> Correction:
-    offset, tilt, bump, place = rng.normal(0, 2.5), rng.normal(0, 2.0), rng.normal(0, 0.8), rng.uniform(85, 135)
+    offset, tilt, bump, place = (
+        rng.normal(0, 2.5),
+        rng.normal(0, 2.0),
+        rng.normal(0, 0.8),
+        rng.uniform(85, 135),
+    )
 
     def correction(indicated_kt: float) -> float:
         x = (indicated_kt - 110.0) / 40.0
@@ -51,7 +58,9 @@ def _curve(rng: np.random.Generator) -> Correction:
 
 
 def _ground(airspeed: float, track: float, wind: np.ndarray) -> float:
-    """Ground speed along a track [kt]: the pilot holds the track, and the nose corrects for the wind."""
+    """Ground speed along a track [kt]: the pilot holds the track, and the nose corrects for the
+    wind.
+    """
     along = wind @ np.array([np.cos(track), np.sin(track)])
     across = wind @ np.array([-np.sin(track), np.cos(track)])
     return float(along + np.sqrt(airspeed**2 - across**2))

@@ -1,4 +1,5 @@
-"""Flights from formulas with the error at the static source and a receiver's height: for the altitude equation.
+"""Flights from formulas with the error at the static source and a receiver's height: for the
+altitude equation.
 
 Nothing here is the project's but the relations of air and the record of a log.
 """
@@ -18,13 +19,18 @@ WIND = (5.0, -6.0)  # m/s toward north, east
 CURVE = (-0.060, 0.006, 0.060)  # Inverse+, q_ref 1630.28 Pa
 REFERENCE = 1630.28
 EARTH = 6.357e6  # m: the atmosphere's height is geopotential, the receiver's is not
-EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
+EXACT = {
+    "temperature_k": 0.0,
+    "recovery_factor": 0.0,
+    "static_pressure_pa": 0.0,
+    "velocity_mps": 0.0,
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Receiver:
-    """A GPS: white and slow height error [m], the slow one's memory [s], velocity error a fix [m/s], rate [Hz],
-    whether it gives the vertical velocity."""
+    """A GPS: white and slow height error [m], the slow one's memory [s], velocity error a fix
+    [m/s], rate [Hz], whether it gives the vertical velocity."""
 
     white: float = 0.3
     slow: float = 2.0
@@ -51,11 +57,19 @@ CALM = Conditions(gust=0.0, impact=0.0, static=0.0)
 
 
 def path(maneuver: str) -> tuple[Array, Array]:
-    """Calibrated airspeed [m/s] and heading [rad] of a maneuver at `RATE`, speeds changed at 1 kt/s."""
+    """Calibrated airspeed [m/s] and heading [rad] of a maneuver at `RATE`, speeds changed at 1
+    kt/s.
+    """
     legs = _LEGS[maneuver]
-    speed = np.concatenate([np.linspace(v0, v1, int(s * RATE), endpoint=False) for s, v0, v1, *_ in legs])
-    heading = np.concatenate([np.linspace(h0, h1, int(s * RATE), endpoint=False) for s, _, _, h0, h1 in legs])
-    smooth = gaussian_filter1d(np.stack([speed * KNOT, heading * DEGREE]), 2.0 * RATE, axis=1, mode="nearest")
+    speed = np.concatenate(
+        [np.linspace(v0, v1, int(s * RATE), endpoint=False) for s, v0, v1, *_ in legs]
+    )
+    heading = np.concatenate(
+        [np.linspace(h0, h1, int(s * RATE), endpoint=False) for s, _, _, h0, h1 in legs]
+    )
+    smooth = gaussian_filter1d(
+        np.stack([speed * KNOT, heading * DEGREE]), 2.0 * RATE, axis=1, mode="nearest"
+    )
     return smooth[0], smooth[1]
 
 
@@ -98,10 +112,17 @@ _LEGS = {
 
 
 def fly(
-    maneuver: str, seed: int = 1, receiver: Receiver | None = None, conditions: Conditions | None = None
+    maneuver: str,
+    seed: int = 1,
+    receiver: Receiver | None = None,
+    conditions: Conditions | None = None,
 ) -> FlightLog:
     """Sense a maneuver."""
-    gps, given, rng = receiver or Receiver(), conditions or Conditions(), np.random.default_rng(seed)
+    gps, given, rng = (
+        receiver or Receiver(),
+        conditions or Conditions(),
+        np.random.default_rng(seed),
+    )
     speed, heading = path(maneuver)
     n, time = len(speed), np.arange(len(speed)) / RATE
     wander = (
@@ -116,9 +137,13 @@ def fly(
     level = air.standard_pressure(np.array(HEIGHT))
     still = air.true_airspeed(air.impact_pressure(speed), level, 288.15 - 0.0065 * HEIGHT)
     decay = float(np.exp(-np.mean(still) / RATE / given.length))
-    gusts = lfilter([np.sqrt(1 - decay**2)], [1, -decay], rng.standard_normal((3, n + 200 * RATE)), axis=1)
+    gusts = lfilter(
+        [np.sqrt(1 - decay**2)], [1, -decay], rng.standard_normal((3, n + 200 * RATE)), axis=1
+    )
     gusts = given.gust * gusts[:, 200 * RATE :]
-    velocity = np.stack([still * np.cos(heading) + WIND[0], still * np.sin(heading) + WIND[1], -climb])
+    velocity = np.stack(
+        [still * np.cos(heading) + WIND[0], still * np.sin(heading) + WIND[1], -climb]
+    )
     through = velocity - np.array([[WIND[0]], [WIND[1]], [0.0]]) - gusts
     mach = np.linalg.norm(through, axis=0) / air.sound_speed(temperature)
     impact = air.impact_pressure_from_mach(mach, static)
@@ -126,8 +151,12 @@ def fly(
     error = impact - indicated
     fix = (np.arange(n) // (RATE // gps.rate)) * (RATE // gps.rate)
     keep = float(np.exp(-1.0 / RATE / gps.memory))
-    slow = lfilter([np.sqrt(1 - keep**2)], [1, -keep], rng.standard_normal(n + 500 * RATE))[500 * RATE :]
-    altitude = height / (1.0 - height / EARTH) + gps.slow * slow + gps.white * rng.standard_normal(n)
+    slow = lfilter([np.sqrt(1 - keep**2)], [1, -keep], rng.standard_normal(n + 500 * RATE))[
+        500 * RATE :
+    ]
+    altitude = (
+        height / (1.0 - height / EARTH) + gps.slow * slow + gps.white * rng.standard_normal(n)
+    )
     sensed = velocity + gps.velocity * rng.standard_normal((3, n))
     return FlightLog(
         time=time,
@@ -189,6 +218,8 @@ def after_rest(log: FlightLog, seconds: float) -> FlightLog:
         "total_temperature": np.full(n, 288.15 - 0.0065 * HEIGHT),
         "altitude": begins + 0.3 * rng.standard_normal(n)[fix],
     }
-    channels = {name: np.concatenate([rest[name], values]) for name, values in log.channels().items()}
+    channels = {
+        name: np.concatenate([rest[name], values]) for name, values in log.channels().items()
+    }
     channels["time"] = np.arange(len(channels["time"])) / RATE
     return FlightLog(**channels)

@@ -1,4 +1,6 @@
-"""What a log does not tell: stated accuracies widen the bound by their share; errors within them are covered."""
+"""What a log does not tell: stated accuracies widen the bound by their share; errors within them
+are covered.
+"""
 
 import json
 from dataclasses import replace
@@ -10,7 +12,13 @@ from tests.calibration import trajectories as fixture
 from pitotbench import BadInputError, CalibrationOptions, NoAnswerError, air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import Posterior
-from pitotbench.calibration.options import USUAL, Accuracies, accuracies_of, assumptions_of, parse_accuracies
+from pitotbench.calibration.options import (
+    USUAL,
+    Accuracies,
+    accuracies_of,
+    assumptions_of,
+    parse_accuracies,
+)
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
@@ -42,7 +50,12 @@ def test_a_temperature_error_is_invisible_and_covered_by_its_stated_accuracy(log
 
 @pytest.mark.parametrize(
     ("name", "size"),
-    [("temperature_k", 2.0), ("recovery_factor", 0.1), ("static_pressure_pa", 100.0), ("velocity_mps", 0.2)],
+    [
+        ("temperature_k", 2.0),
+        ("recovery_factor", 0.1),
+        ("static_pressure_pa", 100.0),
+        ("velocity_mps", 0.2),
+    ],
 )
 def test_shares_add_to_the_bound_as_squares(log, name, size):
     without = calibrate(log)
@@ -50,7 +63,11 @@ def test_shares_add_to_the_bound_as_squares(log, name, size):
     assert all(share.name.startswith(name.rsplit("_", 1)[0]) for share in result.shares)
     for seen, before, parts in (
         (result.curve.two_sigma, without.curve.two_sigma, [s.curve for s in result.shares]),
-        (result.wind.north.two_sigma, without.wind.north.two_sigma, [s.wind for s in result.shares]),
+        (
+            result.wind.north.two_sigma,
+            without.wind.north.two_sigma,
+            [s.wind for s in result.shares],
+        ),
     ):
         added = np.sqrt(max(np.mean(np.square(seen)) - np.mean(np.square(before)), 0.0))
         assert added == pytest.approx(np.max(parts), rel=0.1, abs=0.05 * KNOT)
@@ -63,14 +80,18 @@ def test_no_part_of_a_bound_exceeds_the_whole():
     along = np.array([[1.0, 0.0], [0.6, 0.8]])
     bounds = answer.two_sigma(along)
     assert bounds[0] < 2.0 * np.sqrt(answer.covariance[0, 0])
-    np.testing.assert_allclose(answer.two_sigma_by(0, along, bounds), [1.0, 0.6] * bounds, rtol=1e-12)
+    np.testing.assert_allclose(
+        answer.two_sigma_by(0, along, bounds), [1.0, 0.6] * bounds, rtol=1e-12
+    )
 
 
 def test_sensitivity_to_temperature_is_the_known_one(log):
     """Half a percent of airspeed for a percent of temperature."""
     result = calibrate(log, CalibrationOptions(accuracies=Accuracies(temperature_k=1.0)))
     indicated = result.curve.indicated_airspeed
-    assert result.shares[0].curve == pytest.approx(0.5 / 276.3 * np.sqrt(np.mean(indicated**2)), rel=0.1)
+    assert result.shares[0].curve == pytest.approx(
+        0.5 / 276.3 * np.sqrt(np.mean(indicated**2)), rel=0.1
+    )
 
 
 def test_the_usual_accuracies_hold_where_nobody_states_one(log):
@@ -87,7 +108,9 @@ def test_the_usual_accuracies_hold_where_nobody_states_one(log):
 
 
 def test_each_accuracy_comes_from_the_user_before_the_header_before_the_usual():
-    found = assumptions_of({"temperature_k": 5.0}, {"accuracy": {"temperature_k": 2.0, "static_pressure_pa": 80.0}})
+    found = assumptions_of(
+        {"temperature_k": 5.0}, {"accuracy": {"temperature_k": 2.0, "static_pressure_pa": 80.0}}
+    )
     by_name = {a.name: (a.two_sigma, a.source) for a in found}
     assert by_name["temperature_k"] == (5.0, "stated")
     assert by_name["static_pressure_pa"] == (80.0, "header")
@@ -117,7 +140,9 @@ def test_the_correction_of_a_sensor_with_a_zero_offset_is_for_its_raw_reading(mo
     path = fixture.circles(20, speeds_kt=(28, 32, 36, 40))
     log = fixture.fly(path, 20, 20, fixture.Air(gust=0.1, pressure=2.0), truth=truth)
     raw = replace(log, impact_pressure=log.impact_pressure + 60.0)
-    result = calibrate(raw, CalibrationOptions(model=model, accuracies={"impact_pressure_zero_pa": 400.0}))
+    result = calibrate(
+        raw, CalibrationOptions(model=model, accuracies={"impact_pressure_zero_pa": 400.0})
+    )
     curve = result.curve
     impact = truth.impact_pressure(air.impact_pressure(curve.indicated_airspeed) - 60.0)
     expected = air.calibrated_airspeed(impact) - curve.indicated_airspeed
@@ -168,7 +193,9 @@ def test_a_latency_is_found_where_the_speed_changes_and_taken_off():
 
 
 def test_a_latency_is_looked_for_beside_a_linear_wind_in_the_rows_that_count():
-    """Faulty rows stay out when the log is read again, and the wind's change is that of the rows read."""
+    """Faulty rows stay out when the log is read again, and the wind's change is that of the rows
+    read.
+    """
     log = _decelerations(latency=0.5)
     spoiled = log.impact_pressure.copy()
     spoiled[1000:1010] += 3000.0
@@ -176,13 +203,18 @@ def test_a_latency_is_looked_for_beside_a_linear_wind_in_the_rows_that_count():
     result = calibrate(replace(log, impact_pressure=spoiled), options)
     clean = calibrate(log, options)
     assert len(result.diagnostics.rows_left_out) >= 10
-    assert result.diagnostics.latency.value == pytest.approx(clean.diagnostics.latency.value, abs=0.05)
+    assert result.diagnostics.latency.value == pytest.approx(
+        clean.diagnostics.latency.value, abs=0.05
+    )
 
 
 def test_a_latency_that_the_log_does_not_show_has_no_bound_and_no_estimate(log):
     result = calibrate(log, CalibrationOptions(latency="checked"))
     assert np.isinf(result.diagnostics.latency.two_sigma)
-    assert json.loads(json_text(calibration_json(result)))["diagnostics"]["latency_two_sigma_s"] is None
+    assert (
+        json.loads(json_text(calibration_json(result)))["diagnostics"]["latency_two_sigma_s"]
+        is None
+    )
     with pytest.raises(NoAnswerError, match="idle deceleration"):
         calibrate(log, CalibrationOptions(latency="estimated"))
 
@@ -197,7 +229,9 @@ def _decelerations(latency):
         name: np.interp(log.time - latency, log.time, getattr(log, name))
         for name in ("velocity_north", "velocity_east")
     }
-    beside_turns = np.abs((log.time + 30.0) % 60.0 - 30.0) > 5.0  # the turns between the legs are not flown
+    beside_turns = (
+        np.abs((log.time + 30.0) % 60.0 - 30.0) > 5.0
+    )  # the turns between the legs are not flown
     return replace(log, **late, gps_fresh=np.ones(len(log), dtype=bool)).select(beside_turns)
 
 

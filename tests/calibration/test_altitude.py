@@ -1,4 +1,6 @@
-"""The altitude equation: exact without noise, inside its bound with noise, silent for a right static pressure."""
+"""The altitude equation: exact without noise, inside its bound with noise, silent for a right
+static pressure.
+"""
 
 from dataclasses import replace
 
@@ -32,12 +34,16 @@ def _rows_of(log: FlightLog, options: CalibrationOptions = STATIC):
 
 @pytest.mark.parametrize("down", [True, False])
 @pytest.mark.parametrize("maneuver", ["step_decrease", "circle"])
-def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the_rows(maneuver, down):
+def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the_rows(
+    maneuver, down
+):
     log = fixture.fly(maneuver, 1, replace(fixture.PERFECT, down=down), fixture.CALM)
     assert np.max(np.abs(_error_kt(calibrate(log, STATIC)))) < 0.005
     rows = _rows_of(log)
     left = altitude_regression(rows, MODEL, THETA, ()).response[: len(rows)]
-    free = np.stack([rows.gain, rows.warmth], axis=1)  # the reference pressure, and the air's unknown humidity
+    free = np.stack(
+        [rows.gain, rows.warmth], axis=1
+    )  # the reference pressure, and the air's unknown humidity
     left = left - free @ np.linalg.lstsq(free, left)[0]
     assert np.ptp(rows.rise) > 3.0
     assert np.max(np.abs(left)) < 0.02  # m
@@ -62,9 +68,12 @@ def test_the_rows_move_with_the_zero_offset_as_their_regressor_says():
     found = altitude_regression(rows, MODEL, THETA, (offset,)).regressors[: len(rows), MODEL.count]
     at_rest = rows.impact_pressure == 0.0
     less, more = (
-        replace(rows, impact_pressure=np.where(at_rest, 0.0, rows.impact_pressure + step)) for step in (-1.0, 1.0)
+        replace(rows, impact_pressure=np.where(at_rest, 0.0, rows.impact_pressure + step))
+        for step in (-1.0, 1.0)
     )
-    moved = [altitude_regression(each, MODEL, THETA, ()).response[: len(rows)] for each in (less, more)]
+    moved = [
+        altitude_regression(each, MODEL, THETA, ()).response[: len(rows)] for each in (less, more)
+    ]
     np.testing.assert_allclose(found, 0.5 * (moved[1] - moved[0]), atol=1e-6)
     assert at_rest.any()
     assert not found[at_rest].any()
@@ -73,7 +82,9 @@ def test_the_rows_move_with_the_zero_offset_as_their_regressor_says():
 @pytest.mark.parametrize(
     ("maneuver", "expected"), [("rapid_decel", 0.64), ("step_decrease", 0.47), ("circle", 0.66)]
 )
-def test_the_height_narrows_the_bound_as_the_information_allows_and_it_still_covers(maneuver, expected):
+def test_the_height_narrows_the_bound_as_the_information_allows_and_it_still_covers(
+    maneuver, expected
+):
     """`expected`: the ratio for known covariances."""
     ratios, inside, size = [], [], []
     for seed in range(5, 13):
@@ -103,7 +114,10 @@ def test_where_the_static_pressure_is_right_the_height_changes_nothing():
     log = fixture.fly("circle", 5, conditions=fixture.Conditions(location="impact"))
     for location in ("impact", "total"):
         options = CalibrationOptions(error_location=location)
-        with_height, without = calibrate(log, options), calibrate(fixture.without_height(log), options)
+        with_height, without = (
+            calibrate(log, options),
+            calibrate(fixture.without_height(log), options),
+        )
         np.testing.assert_array_equal(with_height.curve.correction, without.curve.correction)
         np.testing.assert_array_equal(with_height.curve.two_sigma, without.curve.two_sigma)
 
@@ -111,7 +125,9 @@ def test_where_the_static_pressure_is_right_the_height_changes_nothing():
 def test_without_height_a_measured_log_is_static_and_its_bound_holds_the_other_place():
     log = fixture.without_height(fixture.fly("circle", 5))
     result = calibrate(log)
-    static, impact = (calibrate(log, CalibrationOptions(error_location=place)) for place in ("static", "impact"))
+    static, impact = (
+        calibrate(log, CalibrationOptions(error_location=place)) for place in ("static", "impact")
+    )
     assert result.error_location == "static"
     np.testing.assert_allclose(result.curve.correction, static.curve.correction, atol=1e-3 * KNOT)
     apart = static.curve.correction - impact.curve.correction
@@ -124,12 +140,15 @@ def test_without_height_a_synthetic_log_has_the_published_place():
     result = calibrate(log)
     assert result.error_location == "impact"
     np.testing.assert_array_equal(
-        result.curve.two_sigma, calibrate(log, CalibrationOptions(error_location="impact")).curve.two_sigma
+        result.curve.two_sigma,
+        calibrate(log, CalibrationOptions(error_location="impact")).curve.two_sigma,
     )
 
 
 def test_the_altitude_correction_holds_the_truth():
-    """Where Δp is positive the static source reads too high, and the airplane is higher than it reads."""
+    """Where Δp is positive the static source reads too high, and the airplane is higher than it
+    reads.
+    """
     inside = []
     for seed in range(5, 13):
         curve = calibrate(fixture.fly("circle", seed)).curve
@@ -142,10 +161,15 @@ def test_the_altitude_correction_holds_the_truth():
 
 
 def test_rows_at_rest_fix_the_reference_pressure():
-    """With the pressure known where the error is zero, the level of the curve is seen, not only its shape."""
+    """With the pressure known where the error is zero, the level of the curve is seen, not only its
+    shape.
+    """
     plain = fixture.fly("rapid_decel", 5)
     rested = fixture.after_rest(plain, 120.0)
-    without, with_rest = calibrate(plain, STATIC).curve.two_sigma, calibrate(rested, STATIC).curve.two_sigma
+    without, with_rest = (
+        calibrate(plain, STATIC).curve.two_sigma,
+        calibrate(rested, STATIC).curve.two_sigma,
+    )
     assert np.mean(with_rest) < 0.95 * np.mean(without)
     assert np.all(np.abs(_error_kt(calibrate(rested, STATIC))) < 1.5 * with_rest / KNOT)
 
@@ -156,7 +180,9 @@ def test_spikes_of_height_and_of_static_pressure_do_not_matter():
     static[500::997] += 3000.0
     altitude[2000:2020] = 0.0
     spoiled = calibrate(replace(log, static_pressure=static, altitude=altitude), STATIC).curve
-    np.testing.assert_allclose(spoiled.correction, calibrate(log, STATIC).curve.correction, atol=0.1 * KNOT)
+    np.testing.assert_allclose(
+        spoiled.correction, calibrate(log, STATIC).curve.correction, atol=0.1 * KNOT
+    )
 
 
 def test_models_are_weighed_with_the_height_too():
@@ -169,12 +195,15 @@ def test_models_are_weighed_with_the_height_too():
         inside.append(np.abs(_error_kt(joint)) <= joint.curve.two_sigma / KNOT)
     alone = calibrate(fixture.without_height(log), options)
     assert np.mean(joint.curve.two_sigma) < 0.85 * np.mean(alone.curve.two_sigma)
-    # The points of one flight are right or wrong together, so that four flights scatter as four trials do.
+    # The points of one flight are right or wrong together, so that four flights scatter as four
+    # trials do.
     assert np.mean(np.concatenate(inside)) >= 0.95 - 2.0 * np.sqrt(0.95 * 0.05 / len(inside))
 
 
 def test_a_static_pressure_that_contradicts_the_triangle_is_told_and_held():
-    """Where the static pressure has an error that the impact pressure does not share, no one curve fits both."""
+    """Where the static pressure has an error that the impact pressure does not share, no one curve
+    fits both.
+    """
     log = fixture.fly("circle", 300)
     assert not calibrate(log, STATIC).disagreements
     wrong = replace(log, static_pressure=log.static_pressure + 0.05 * log.impact_pressure)

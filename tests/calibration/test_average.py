@@ -1,4 +1,6 @@
-"""`--model auto`: it covers curves that no law draws, costs little where a law holds, and says what it weighed."""
+"""`--model auto`: it covers curves that no law draws, costs little where a law holds, and says what
+it weighed.
+"""
 
 import json
 
@@ -29,7 +31,10 @@ def bumped(seed):
 
 def logs_of(truths, gust=0.15):
     path, light = fixture.step_decrease(10), fixture.Air(gust=gust)
-    return [fixture.fly(path, 10, 10, light, seed, truth) for seed, truth in zip(SEEDS, truths, strict=True)]
+    return [
+        fixture.fly(path, 10, 10, light, seed, truth)
+        for seed, truth in zip(SEEDS, truths, strict=True)
+    ]
 
 
 def inside(result, truth):
@@ -41,7 +46,9 @@ def inside(result, truth):
 def test_covers_curves_outside_the_table():
     truths = [bumped(seed) for seed in SEEDS]
     logs = logs_of(truths, gust=0.08)  # in rougher air a law's bound is wide enough for most bumps
-    auto = np.mean([inside(calibrate(log, AUTO), t).mean() for log, t in zip(logs, truths, strict=True)])
+    auto = np.mean(
+        [inside(calibrate(log, AUTO), t).mean() for log, t in zip(logs, truths, strict=True)]
+    )
     law = np.mean([inside(calibrate(log), t).mean() for log, t in zip(logs, truths, strict=True)])
     assert auto >= 0.85
     assert law < auto - 0.05
@@ -57,7 +64,9 @@ def test_costs_little_where_a_law_holds():
 
 @pytest.fixture(scope="module")
 def calm():
-    return fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(gust=0.02, gps=0.02, pressure=2.0))
+    return fixture.fly(
+        fixture.step_decrease(10), 10, 10, fixture.Air(gust=0.02, gps=0.02, pressure=2.0)
+    )
 
 
 def test_says_what_it_weighed(calm):
@@ -74,7 +83,9 @@ def test_says_what_it_weighed(calm):
 def test_a_drifting_wind_is_reported_by_its_mean():
     """As by a named model: the level around which it would drift for ever is known ten times worse."""
     log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(gust=0.15))
-    named, auto = (calibrate(log, CalibrationOptions(model=m, wind="drifting")) for m in ("inverse+", "auto"))
+    named, auto = (
+        calibrate(log, CalibrationOptions(model=m, wind="drifting")) for m in ("inverse+", "auto")
+    )
     for axis in ("north", "east"):
         one, other = getattr(named.wind, axis), getattr(auto.wind, axis)
         assert other.two_sigma < 2.0 * one.two_sigma
@@ -92,7 +103,9 @@ def test_quiet_data_rule_out_what_is_wrong(calm):
 
 def test_one_speed_leaves_the_constant():
     speed, heading = fixture.step_decrease(10)
-    log = fixture.fly((np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1))
+    log = fixture.fly(
+        (np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1)
+    )
     result = calibrate(log, AUTO)
     assert result.model == "auto (bias)"
     assert inside(result, fixture.TRUTH).all()

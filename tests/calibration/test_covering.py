@@ -1,4 +1,6 @@
-"""The bound that is meant to cover, over seeds of gusty air: of one log, and of several with a curve in common."""
+"""The bound that is meant to cover, over seeds of gusty air: of one log, and of several with a
+curve in common.
+"""
 
 from dataclasses import replace
 
@@ -29,11 +31,15 @@ def test_bound_covers_and_is_not_idle(rate, gps_rate, gps_noise):
             wind_inside.append(abs(part.value - truth) <= part.two_sigma)
     assert np.mean(np.concatenate(inside)) >= 0.90
     assert np.mean(wind_inside) >= 0.90
-    ratio = np.sqrt(np.mean(bounds) / np.mean(squares))  # a few flights with gusts of 10 km found would make it 5
+    ratio = np.sqrt(
+        np.mean(bounds) / np.mean(squares)
+    )  # a few flights with gusts of 10 km found would make it 5
     assert 1.5 < ratio < 3.5  # 2 for a perfect 2σ
 
 
-@pytest.mark.parametrize(("rate", "gps_rate", "down"), [(20, 1, True), (50, 50, True), (20, 20, False)])
+@pytest.mark.parametrize(
+    ("rate", "gps_rate", "down"), [(20, 1, True), (50, 50, True), (20, 20, False)]
+)
 def test_recovers_the_curve_in_calm_air(rate, gps_rate, down):
     log = fixture.fly(fixture.step_decrease(rate), rate, gps_rate, fixture.Air(gust=0.0))
     curve = calibrate(log, CalibrationOptions(use_down=down)).curve
@@ -43,7 +49,9 @@ def test_recovers_the_curve_in_calm_air(rate, gps_rate, down):
 
 def test_more_gust_more_bound_and_the_same_log_the_same_answer():
     path = fixture.step_decrease(20)
-    calm, rough, again = (calibrate(fixture.fly(path, 20, 20, fixture.Air(gust=g))) for g in (0.1, 0.6, 0.6))
+    calm, rough, again = (
+        calibrate(fixture.fly(path, 20, 20, fixture.Air(gust=g))) for g in (0.1, 0.6, 0.6)
+    )
     assert rough.curve.two_sigma.mean() > 2.0 * calm.curve.two_sigma.mean()
     np.testing.assert_array_equal(rough.curve.two_sigma, again.curve.two_sigma)
     assert rough.parameters == again.parameters
@@ -57,12 +65,18 @@ def _log(seed, rate=10):
 
 
 def _other_wind(log, north, east):
-    return replace(log, velocity_north=log.velocity_north + north, velocity_east=log.velocity_east + east)
+    return replace(
+        log, velocity_north=log.velocity_north + north, velocity_east=log.velocity_east + east
+    )
 
 
 def test_one_curve_each_its_wind_and_a_smaller_bound():
     first, second = _log(1), _other_wind(_log(2), 4.0, -3.0)
-    alone, results, (single,) = calibrate(first), calibrate_together([first, second]), calibrate_together([first])
+    alone, results, (single,) = (
+        calibrate(first),
+        calibrate_together([first, second]),
+        calibrate_together([first]),
+    )
     np.testing.assert_array_equal(results[0].curve.correction, results[1].curve.correction)
     assert results[1].wind.north.value - results[0].wind.north.value == pytest.approx(4.0, abs=0.6)
     ratio = np.mean(results[0].curve.two_sigma) / np.mean(alone.curve.two_sigma)
@@ -77,7 +91,8 @@ def test_the_common_bound_covers():
     for seed in PAIRS:
         curve = calibrate_together([_log(seed), _other_wind(_log(seed + 100), 2.0, 5.0)])[0].curve
         inside.append(
-            np.abs(curve.correction - fixture.true_correction(curve.indicated_airspeed)) <= curve.two_sigma
+            np.abs(curve.correction - fixture.true_correction(curve.indicated_airspeed))
+            <= curve.two_sigma
         )
     assert np.mean(np.concatenate(inside)) >= 0.88
 
@@ -90,7 +105,13 @@ def test_a_sensor_in_common_does_not_average_out():
 
 def test_logs_that_disagree_say_so():
     other = _log(2)
-    bent = replace(other, impact_pressure=other.impact_pressure * np.linspace(1.05, 0.97, len(other)))
+    bent = replace(
+        other, impact_pressure=other.impact_pressure * np.linspace(1.05, 0.97, len(other))
+    )
     results = calibrate_together([_log(1), bent])
-    assert all(any("disagree about the curve" in text for text in result.warnings) for result in results)
-    assert not any("disagree about" in text for text in calibrate_together([_log(1), other])[0].warnings)
+    assert all(
+        any("disagree about the curve" in text for text in result.warnings) for result in results
+    )
+    assert not any(
+        "disagree about" in text for text in calibrate_together([_log(1), other])[0].warnings
+    )

@@ -20,13 +20,17 @@ def test_one_reading_errs_by_half_a_step_and_many_average_out():
     steps = {"ground_speed_mps": KNOT}
     assert display_two_sigma(one, at, steps)[0] == pytest.approx(2.0 * KNOT / np.sqrt(12.0))
     # A full turn of 100 different readings at each airspeed.
-    assert display_two_sigma(log, at, steps)[0] == pytest.approx(2.0 * KNOT / np.sqrt(1200.0), rel=0.05)
+    assert display_two_sigma(log, at, steps)[0] == pytest.approx(
+        2.0 * KNOT / np.sqrt(1200.0), rel=0.05
+    )
     assert display_two_sigma(log, at, {})[0] == 0.0
 
 
 def test_the_bound_widens_and_says_so():
     log = fixture.fly(fixture.circles(1), 1, 1, fixture.Air(pressure=3.0))
-    shown = replace(log, header={**log.header, "display": {"airspeed_mps": KNOT, "ground_speed_mps": KNOT}})
+    shown = replace(
+        log, header={**log.header, "display": {"airspeed_mps": KNOT, "ground_speed_mps": KNOT}}
+    )
     plain, wide = calibrate(log), calibrate(shown)
     np.testing.assert_allclose(plain.curve.correction, wide.curve.correction)
     added = display_two_sigma(shown, wide.curve.indicated_airspeed, shown.header["display"])
@@ -40,16 +44,24 @@ TIME = np.arange(60.0)
 def swung(kind, scatter, rng, seconds):
     """What moves a reading, in steps, over whole seconds."""
     if kind == "gusts":
-        return lfilter([0.45], [1, -0.895], scatter * rng.standard_normal(seconds + 60))[60:]  # 9 s correlation
+        return lfilter([0.45], [1, -0.895], scatter * rng.standard_normal(seconds + 60))[
+            60:
+        ]  # 9 s correlation
     if kind == "noise":
         return scatter * rng.standard_normal(seconds)
-    return scatter * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.arange(seconds) / 20.0 + rng.uniform(0.0, 6.3))
+    return (
+        scatter
+        * np.sqrt(2.0)
+        * np.sin(2.0 * np.pi * np.arange(seconds) / 20.0 + rng.uniform(0.0, 6.3))
+    )
 
 
 @pytest.mark.parametrize("kind", ["noise", "gusts", "swing"])
 @pytest.mark.parametrize("scatter", [0.0, 0.1, 0.2, 0.3, 0.5, 0.8])
 def test_the_share_that_stays_is_not_below_the_mean_rounding_error(kind, scatter):
-    """Steady legs of a minute: against the mean rounding error over an hour, with the level anywhere in a step."""
+    """Steady legs of a minute: against the mean rounding error over an hour, with the level
+    anywhere in a step.
+    """
     rng = np.random.default_rng(7)
     errors, shares = [], []
     for _ in range(200):
@@ -63,7 +75,9 @@ def test_the_share_that_stays_is_not_below_the_mean_rounding_error(kind, scatter
 def test_a_reading_at_rest_keeps_its_error_and_one_in_gusts_loses_it():
     rng = np.random.default_rng(8)
     np.testing.assert_allclose(share_that_stays(TIME, np.full(60, 120.0)), 1.0)
-    np.testing.assert_allclose(share_that_stays(4.0 * TIME, np.round(120.0 + rng.standard_normal(60))), 1.0)
+    np.testing.assert_allclose(
+        share_that_stays(4.0 * TIME, np.round(120.0 + rng.standard_normal(60))), 1.0
+    )
     shares = share_that_stays(TIME, np.round(120.4 + rng.standard_normal(60)))
     assert np.mean(shares) < 0.15
     # The second half at rest keeps its error: one window does not speak for another.

@@ -1,4 +1,6 @@
-"""The checks of a fit: the size of its curve apart from its bound, and what lies far outside what was assumed."""
+"""The checks of a fit: the size of its curve apart from its bound, and what lies far outside what
+was assumed.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -22,7 +24,9 @@ SURE = np.full(7, 0.005)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("size", "kind"), [(0.09, "plausible"), (0.15, "doubtful"), (0.25, "impossible")])
+@pytest.mark.parametrize(
+    ("size", "kind"), [(0.09, "plausible"), (0.15, "doubtful"), (0.25, "impossible")]
+)
 def test_one_point_decides_and_either_sign_counts(sign, size, kind):
     error = np.zeros(7)
     error[4] = sign * size
@@ -71,7 +75,9 @@ def test_a_zero_offset_beyond_its_accuracy_is_named_with_its_size():
 def test_gusts_of_another_scale_are_named_with_their_length():
     """A wave of 300 s, some 20 km, where gusts of 533 m are expected."""
     log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.0, pressure=2.0))
-    slow = replace(log, velocity_north=log.velocity_north + 1.5 * np.sin(2.0 * np.pi * log.time / 300.0))
+    slow = replace(
+        log, velocity_north=log.velocity_north + 1.5 * np.sin(2.0 * np.pi * log.time / 300.0)
+    )
     result = calibrate(slow, CalibrationOptions(wind="constant"))
     assert any("gusts' length" in warning for warning in _outside(result)), result.diagnostics
 
@@ -82,7 +88,9 @@ def test_a_flight_as_assumed_warns_of_nothing(maneuver):
 
 
 def test_a_temperature_that_the_log_hardly_knows_is_named_all_the_same():
-    """The prior of 0.75 K holds an error of 5 K down to some 1 K, which such a log would find in 1 % of cases."""
+    """The prior of 0.75 K holds an error of 5 K down to some 1 K, which such a log would find in 1
+    % of cases.
+    """
     usual = CalibrationOptions(accuracies=Accuracies(temperature_k=1.5))
     log = static_flights.fly("rapid_decel", 3, conditions=static_flights.Conditions(gust=0.3))
     off = replace(log, total_temperature=log.total_temperature + 5.0)
@@ -92,8 +100,12 @@ def test_a_temperature_that_the_log_hardly_knows_is_named_all_the_same():
 
 
 def test_estimates_scatter_as_the_prior_and_the_log_let_them():
-    """One number with a prior of 1, seen by logs with errors of 3: estimates are 0.1 of it, scattered by √0.1."""
-    structure = SimpleNamespace(nuisances=(Nuisance("temperature_k", 1.0, None),), model=SimpleNamespace(count=0))
+    """One number with a prior of 1, seen by logs with errors of 3: estimates are 0.1 of it,
+    scattered by √0.1.
+    """
+    structure = SimpleNamespace(
+        nuisances=(Nuisance("temperature_k", 1.0, None),), model=SimpleNamespace(count=0)
+    )
 
     def said(seen, error):
         known = 1.0 / (1.0 + error**2)

@@ -1,4 +1,6 @@
-"""Fixed-speed points: worked examples, recovery of a known answer, the bound over many flights, refusals."""
+"""Fixed-speed points: worked examples, recovery of a known answer, the bound over many flights,
+refusals.
+"""
 
 from dataclasses import replace
 
@@ -31,7 +33,9 @@ def legs_path(*headings_deg, speeds_kt=(110.0, 140.0), seconds=20):
 
 
 def circle_path(speed_kt=120.0, seconds=90):
-    return np.full(seconds * RATE, speed_kt) * KNOT, np.linspace(0.0, 400.0, seconds * RATE) * DEGREE
+    return np.full(seconds * RATE, speed_kt) * KNOT, np.linspace(
+        0.0, 400.0, seconds * RATE
+    ) * DEGREE
 
 
 def test_a_wrong_time_stamp_takes_no_memory():
@@ -45,7 +49,9 @@ def test_a_wrong_time_stamp_takes_no_memory():
 
 
 def error_kt(point):
-    return (point.correction - fixture.true_correction(np.array([point.indicated_airspeed]))[0]) / KNOT
+    return (
+        point.correction - fixture.true_correction(np.array([point.indicated_airspeed]))[0]
+    ) / KNOT
 
 
 @pytest.mark.parametrize(
@@ -86,9 +92,13 @@ def test_labels_are_believed():
 
 @pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), circle_path()])
 def test_the_bound_covers_and_is_not_idle(path):
-    """40 or 20 points in gusts: at least 80 % inside 2σ (95 less three standard errors), 2σ below 4 times rms."""
+    """40 or 20 points in gusts: at least 80 % inside 2σ (95 less three standard errors), 2σ below 4
+    times rms.
+    """
     found = [
-        p for seed in range(20) for p in fixed_speed_points(fixture.fly(path, RATE, RATE, fixture.Air(), seed))
+        p
+        for seed in range(20)
+        for p in fixed_speed_points(fixture.fly(path, RATE, RATE, fixture.Air(), seed))
     ]
     error, bound = np.array([[error_kt(point), point.two_sigma / KNOT] for point in found]).T
     assert np.mean(np.abs(error) <= bound) >= 0.80
@@ -96,12 +106,16 @@ def test_the_bound_covers_and_is_not_idle(path):
 
 
 def test_a_static_source_error_is_taken_from_the_static_pressure():
-    """q_ci = q − Δp and p_i = p + Δp: total pressure is right, and 10 % of q come back as the correction."""
+    """q_ci = q − Δp and p_i = p + Δp: total pressure is right, and 10 % of q come back as the
+    correction.
+    """
     log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
     impact = fixture.TRUTH.impact_pressure(log.impact_pressure)
     pressure_error = 0.1 * impact
     wrong = replace(
-        log, impact_pressure=impact - pressure_error, static_pressure=log.static_pressure + pressure_error
+        log,
+        impact_pressure=impact - pressure_error,
+        static_pressure=log.static_pressure + pressure_error,
     )
     (point,) = fixed_speed_points(wrong, CalibrationOptions(error_location="static"))
     expected = air.calibrated_airspeed(impact.mean()) - air.calibrated_airspeed(0.9 * impact.mean())
@@ -123,7 +137,9 @@ def test_a_circle_of_the_simulator_agrees_with_its_truth(smooth_flights):
     assert all(abs(point.wind_north - wind[0]) < 0.03 * KNOT for point in points)
 
 
-@pytest.mark.parametrize("path", [fixture.straight(RATE), fixture.step_decrease(RATE), legs_path(0, 180)])
+@pytest.mark.parametrize(
+    "path", [fixture.straight(RATE), fixture.step_decrease(RATE), legs_path(0, 180)]
+)
 def test_logs_without_three_tracks_or_a_turn_are_refused_with_what_to_fly(path):
     log = fixture.fly(path, RATE, RATE, fixture.CALM)
     with pytest.raises(NoAnswerError, match="fly four legs 90° apart"):
@@ -136,8 +152,12 @@ def test_logs_without_three_tracks_or_a_turn_are_refused_with_what_to_fly(path):
     ("channel", "name", "off"),
     [("total_temperature", "temperature_k", 1.0), ("static_pressure", "static_pressure_pa", 40.0)],
 )
-def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(channel, name, off, location):
-    """The log with that very error moves the correction by the share, which adds to the bound as a square."""
+def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(
+    channel, name, off, location
+):
+    """The log with that very error moves the correction by the share, which adds to the bound as a
+    square.
+    """
     log = fixture.fly(legs_path(0, 90, 180, 270), RATE, RATE, fixture.Air())
     wrong = replace(log, **{channel: getattr(log, channel) + off})
     options = CalibrationOptions(error_location=location, accuracies=Accuracies(**{name: off}))
@@ -152,10 +172,14 @@ def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(channel, 
 
 @pytest.mark.parametrize("location", ["impact", "static"])
 def test_a_zero_offset_belongs_to_the_correction_and_hardly_widens_it(location):
-    """Raw reading plus correction is the calibrated airspeed, whatever the offset: GPS does not feel it."""
+    """Raw reading plus correction is the calibrated airspeed, whatever the offset: GPS does not
+    feel it.
+    """
     log = fixture.fly(legs_path(0, 90, 180, 270), RATE, RATE, fixture.Air())
     raw = replace(log, impact_pressure=log.impact_pressure + 60.0)
-    options = CalibrationOptions(error_location=location, accuracies=Accuracies(impact_pressure_zero_pa=400.0))
+    options = CalibrationOptions(
+        error_location=location, accuracies=Accuracies(impact_pressure_zero_pa=400.0)
+    )
     plain = fixed_speed_points(log, replace(options, accuracies=Accuracies()))
     for here, there in zip(plain, fixed_speed_points(raw, options), strict=True):
         assert there.indicated_airspeed - here.indicated_airspeed > 0.5 * KNOT

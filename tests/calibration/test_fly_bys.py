@@ -1,4 +1,6 @@
-"""Tower fly-bys: the altimeter beside the tower's barometer gives the position error, with a bound that covers."""
+"""Tower fly-bys: the altimeter beside the tower's barometer gives the position error, with a bound
+that covers.
+"""
 
 import json
 
@@ -15,12 +17,21 @@ from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
 from pitotlab.takehome import fly_by_card, fly_by_rows
 
 EXACT = dict.fromkeys(
-    ("indicated_airspeed", "pressure_altitude", "grid_height", "tower_pressure", "tower_temperature"), 0.0
+    (
+        "indicated_airspeed",
+        "pressure_altitude",
+        "grid_height",
+        "tower_pressure",
+        "tower_temperature",
+    ),
+    0.0,
 )
 
 
 def standard_pass(**changes):
-    """A pass 200 ft above a tower that stands 1,000 ft high on a standard day, by an airplane without an error."""
+    """A pass 200 ft above a tower that stands 1,000 ft high on a standard day, by an airplane
+    without an error.
+    """
     found = {
         "row": 1, "point": "1", "configuration": "", "indicated_airspeed": 100.0 * KNOT,
         "pressure_altitude": 1200.0 * FOOT, "grid_height": 200.0 * FOOT,
@@ -32,7 +43,9 @@ def standard_pass(**changes):
 
 @pytest.mark.parametrize("error", [0.0, 0.03])
 def test_a_known_error_is_found_in_feet_in_knots_and_as_a_share(error):
-    """The static source reads 3 % of the impact pressure too high: the altimeter reads low, the airspeed too."""
+    """The static source reads 3 % of the impact pressure too high: the altimeter reads low, the
+    airspeed too.
+    """
     right, true = air.impact_pressure(100.0 * KNOT), air.standard_pressure(1200.0 * FOOT)
     read = float(air.pressure_altitude(true + error * right))
     indicated = float(air.calibrated_airspeed((1.0 - error) * right))
@@ -40,15 +53,23 @@ def test_a_known_error_is_found_in_feet_in_knots_and_as_a_share(error):
     (point,) = reduce_fly_bys([flown], EXACT, Accuracies())
     assert point.normalized_pressure_error == pytest.approx(error, rel=1e-3, abs=1e-5)
     assert point.correction == pytest.approx(100.0 * KNOT - indicated, rel=1e-3, abs=1e-4)
-    assert point.altitude_correction == pytest.approx(1200.0 * FOOT - read, abs=1e-3 if error == 0.0 else 2e-3)
+    assert point.altitude_correction == pytest.approx(
+        1200.0 * FOOT - read, abs=1e-3 if error == 0.0 else 2e-3
+    )
 
 
 def test_the_bound_of_one_step_alone_is_that_of_a_uniform_error():
-    """95.45 % of a uniform error lie within 0.9545 of half its step; of normal ones within two deviations."""
+    """95.45 % of a uniform error lie within 0.9545 of half its step; of normal ones within two
+    deviations.
+    """
     assert _of_readings(np.array([10.0, 0.0]), 0.0) == pytest.approx(9.545, rel=0.02)
     assert _of_readings(np.array([0.0, 0.0]), 3.0) == pytest.approx(6.0, rel=1e-3)
-    assert _of_readings(np.array([1.0, 1.0, 1.0, 1.0]), 0.0) == pytest.approx(2.0 * np.sqrt(4.0 / 3.0), rel=0.05)
-    (point,) = reduce_fly_bys([standard_pass()], {**EXACT, "pressure_altitude": 20.0 * FOOT}, Accuracies())
+    assert _of_readings(np.array([1.0, 1.0, 1.0, 1.0]), 0.0) == pytest.approx(
+        2.0 * np.sqrt(4.0 / 3.0), rel=0.05
+    )
+    (point,) = reduce_fly_bys(
+        [standard_pass()], {**EXACT, "pressure_altitude": 20.0 * FOOT}, Accuracies()
+    )
     assert point.altitude_two_sigma == pytest.approx(9.545 * FOOT, rel=0.02)
 
 
@@ -71,7 +92,9 @@ def test_the_command_reads_a_card_and_prints_feet(tmp_path, capsys):
     assert main(["fixed-speed", str(path), "--json"]) == 0
     points = json.loads(capsys.readouterr().out)["points"]
     assert {"altitude_correction_ft", "two_sigma_ft", "normalized_pressure_error"} <= set(points[0])
-    found, bound = (np.array([p[name] for p in points]) for name in ("altitude_correction_ft", "two_sigma_ft"))
+    found, bound = (
+        np.array([p[name] for p in points]) for name in ("altitude_correction_ft", "two_sigma_ft")
+    )
     assert np.all(np.abs(found - truth) < 2.0 * bound)
     assert main(["fixed-speed", str(path)]) == 0
     assert "altitude" in capsys.readouterr().out
@@ -83,8 +106,14 @@ HEAD = "indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (HEAD.replace("pressure_altitude_ft,", "") + "100,200,28.86,13\n", "missing column pressure_altitude_ft"),
-        (HEAD.replace("inhg", "ft") + "100,1200,200,28.86,13\n", "'tower_pressure_ft': a pressure; name it"),
+        (
+            HEAD.replace("pressure_altitude_ft,", "") + "100,200,28.86,13\n",
+            "missing column pressure_altitude_ft",
+        ),
+        (
+            HEAD.replace("inhg", "ft") + "100,1200,200,28.86,13\n",
+            "'tower_pressure_ft': a pressure; name it",
+        ),
         (HEAD + "100,1200,5000,28.86,13\n", "grid height above the tower's barometer"),
         (HEAD + "100,1200,200,29.92,13\n", "not the altimeter setting"),
         (HEAD + "100,1200,200,-1,13\n", "above zero"),

@@ -39,8 +39,13 @@ def as_rows(card):
         ([140, 112, 120], [192, 283, 20], 129.9985, None, (20.63, 314.76)),  # Gray 1998
     ],
 )
-def test_published_examples_to_the_last_digit(tmp_path, capsys, speeds, tracks, airspeed, spread, wind):
-    rows = [("1", "clean", 150, 5000, 5, speed, track) for speed, track in zip(speeds, tracks, strict=True)]
+def test_published_examples_to_the_last_digit(
+    tmp_path, capsys, speeds, tracks, airspeed, spread, wind
+):
+    rows = [
+        ("1", "clean", 150, 5000, 5, speed, track)
+        for speed, track in zip(speeds, tracks, strict=True)
+    ]
     assert main(["fixed-speed", str(write(tmp_path / "points.csv", rows)), "--json"]) == 0
     (point,) = json.loads(capsys.readouterr().out)["points"]
     assert point["true_airspeed_kt"] == pytest.approx(airspeed, abs=5e-5)
@@ -50,7 +55,9 @@ def test_published_examples_to_the_last_digit(tmp_path, capsys, speeds, tracks, 
 
 
 def test_the_correction_is_that_of_the_true_airspeed(tmp_path):
-    """Without wind every leg says it: 6 kt at 100 KIAS, 8,000 ft, +3 °C; unequal airspeeds leave no trace."""
+    """Without wind every leg says it: 6 kt at 100 KIAS, 8,000 ft, +3 °C; unequal airspeeds leave no
+    trace.
+    """
     rows = []
     for held, track in ((100, 10), (104, 130), (97, 250)):
         speed = true_airspeed_kt(held, 6.0, 8000.0, 276.15)
@@ -59,7 +66,8 @@ def test_the_correction_is_that_of_the_true_airspeed(tmp_path):
     (point,) = reduce_card(legs, steps).points
     assert point.correction / KT == pytest.approx(6.0, abs=0.02)
     assert point.wind_speed / KT == pytest.approx(0.0, abs=0.05)
-    # q_c rises by 204 Pa from 100 to 106 kt; the static source reads as much too high: 71 ft at 9.4 Pa a meter.
+    # q_c rises by 204 Pa from 100 to 106 kt; the static source reads as much too high: 71 ft at 9.4
+    # Pa a meter.
     assert point.altitude_correction / FT == pytest.approx(71.0, abs=3.0)
     assert point.legs == 3
 
@@ -75,18 +83,30 @@ def test_errors_have_the_size_of_their_bounds():
             error = point.correction / KT - card.correction_kt(point.indicated_airspeed / KT)
             errors.append(error / (point.two_sigma / KT))
         curve = found.curves["clean"]
-        error = curve.correction / KT - np.array([card.correction_kt(v / KT) for v in curve.indicated_airspeed])
+        error = curve.correction / KT - np.array(
+            [card.correction_kt(v / KT) for v in curve.indicated_airspeed]
+        )
         shares.append(error / (curve.two_sigma / KT))
     assert len(errors) == 300
-    assert 0.4 < np.sqrt(np.mean(np.square(errors))) < 0.6  # 0.5 for a true 2σ; the points of a card err together
+    assert (
+        0.4 < np.sqrt(np.mean(np.square(errors))) < 0.6
+    )  # 0.5 for a true 2σ; the points of a card err together
     assert 0.4 < np.sqrt(np.mean(np.square(shares))) < 0.6
 
 
 SLIPS = {  # seed: row, what is written wrong; what was meant is what stood there
-    2001: (2, "track", lambda v: v + 400 if v < 100 else v + 360),  # 439 for 79: a digit too many, no track at all
+    2001: (
+        2,
+        "track",
+        lambda v: v + 400 if v < 100 else v + 360,
+    ),  # 439 for 79: a digit too many, no track at all
     2002: (7, "track", lambda v: float(str(round(v))[:-1] or 0)),  # a digit lost
     2003: (11, "track", lambda v: (v + 180) % 360),  # the reciprocal
-    2004: (5, "ground_speed", lambda v: float("".join([*str(round(v))[:-2], *str(round(v))[:-3:-1]]))),  # exchanged
+    2004: (
+        5,
+        "ground_speed",
+        lambda v: float("".join([*str(round(v))[:-2], *str(round(v))[:-3:-1]])),
+    ),  # exchanged
     2005: (14, "ground_speed", lambda v: v + 20),  # a digit misread
     2006: (3, "ground_speed", lambda v: v - 10),
     2007: (9, "indicated_airspeed", lambda v: v + 20),
@@ -143,7 +163,10 @@ def test_two_legs_left_or_one_track_are_no_point_but_serve_the_curve(tmp_path):
 
 def test_a_curve_for_each_configuration():
     clean, flaps = make_card(2013).legs, make_card(2014).legs
-    other = [replace(leg, row=leg.row + 20, point=f"f{leg.point}", configuration="flaps") for leg in flaps]
+    other = [
+        replace(leg, row=leg.row + 20, point=f"f{leg.point}", configuration="flaps")
+        for leg in flaps
+    ]
     found = reduce_card([*clean, *other], STEPS)
     assert set(found.curves) == {"clean", "flaps"}
     assert len(found.points) == 10
@@ -160,7 +183,9 @@ def test_a_curve_for_each_configuration():
 )
 def test_cards_that_cannot_be_read(tmp_path, capsys, rows, words):
     path = tmp_path / "points.csv"
-    card = write(path, rows) if rows else write(path, [(1, 100)], ("point", "indicated_airspeed_kt"))
+    card = (
+        write(path, rows) if rows else write(path, [(1, 100)], ("point", "indicated_airspeed_kt"))
+    )
     assert main(["fixed-speed", str(card)]) == 2
     assert words in capsys.readouterr().err
 
@@ -173,7 +198,10 @@ def test_the_headings_of_the_sheet_are_those_of_the_card(tmp_path):
     assert text.count("<tr") == 25
     assert all(name in text for name in NAMES)
     headings = [h.replace("<br>", " ") for h in re.findall(r"<th>(.*?)</th>", text)]
-    rows = [("1", "clean", 150, 5000, 5, speed, track) for speed, track in ((140, 192), (112, 283), (120, 20))]
+    rows = [
+        ("1", "clean", 150, 5000, 5, speed, track)
+        for speed, track in ((140, 192), (112, 283), (120, 20))
+    ]
     typed = write(tmp_path / "typed.csv", [(*row, "") for row in rows], headings)
     assert read_points(typed) == read_points(write(tmp_path / "points.csv", rows))
     assert main(["fixed-speed", "--sheet", str(tmp_path / "sheet.pdf")]) == 2
@@ -187,7 +215,9 @@ def test_a_plan_by_hand_keeps_its_word(capsys):
     assert fly["two_sigma_kt"] <= 1.0
     assert all(card["two_sigma_kt"] > 1.0 for card in cards if card["minutes"] < fly["minutes"])
     five = [make_card(seed, legs=4, points=5) for seed in range(3001, 3011)]
-    flown = np.mean([reduce_card(card.legs, STEPS).curves["clean"].two_sigma.mean() / KT for card in five])
+    flown = np.mean(
+        [reduce_card(card.legs, STEPS).curves["clean"].two_sigma.mean() / KT for card in five]
+    )
     planned = [card["two_sigma_kt"] for card in cards if 35.0 <= card["minutes"] <= 40.0]
     assert planned
     assert 0.6 * planned[-1] < flown < 1.6 * planned[-1]

@@ -1,4 +1,6 @@
-"""The noise of fixed-speed points, held against dense linear algebra that knows nothing of groups or recursions."""
+"""The noise of fixed-speed points, held against dense linear algebra that knows nothing of groups
+or recursions.
+"""
 
 import tracemalloc
 from dataclasses import replace
@@ -10,7 +12,13 @@ from tests.calibration.test_fixed_speed_points import RATE, circle_path, legs_pa
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from pitotbench.calibration import leg_points
-from pitotbench.calibration.leg_points import LegLikelihood, answer_variances, circle_fit, circle_gain, two_sigma
+from pitotbench.calibration.leg_points import (
+    LegLikelihood,
+    answer_variances,
+    circle_fit,
+    circle_gain,
+    two_sigma,
+)
 from pitotbench.calibration.legs import steady_groups
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import CalibrationOptions
@@ -21,7 +29,9 @@ NOISES = np.log([[0.8, 533.0, 0.2], [0.1, 200.0, 0.4], [2.0, 1500.0, 0.05]])
 
 def solved(path, seed=1):
     log = fixture.fly(path, RATE, RATE, fixture.Air(), seed)
-    return [leg_points._solve(group) for group in steady_groups(log, observe(log, CalibrationOptions()))]
+    return [
+        leg_points._solve(group) for group in steady_groups(log, observe(log, CalibrationOptions()))
+    ]
 
 
 def groups_of(path, seed=1):
@@ -29,8 +39,8 @@ def groups_of(path, seed=1):
 
 
 def dense_covariance(groups, noise):
-    """Of the means over all pairs of seconds, by the double integral of exp(−|t − s|/τ) in closed form; the
-    airspeed, which changes a little from group to group, is the mean of the pair's."""
+    """Of the means over all pairs of seconds, by the double integral of exp(−|t − s|/τ) in closed
+    form; the airspeed, which changes a little from group to group, is the mean of the pair's."""
     deviation, length, white = np.exp(noise)
     time = np.concatenate([group.time for group in groups])
     along = np.concatenate([group.along for group in groups])
@@ -57,7 +67,9 @@ def dense_likelihood(groups, covariance):
     normal = regressors.T @ inverse @ regressors
     estimate = np.linalg.solve(normal, regressors.T @ inverse @ residual)
     rest = residual - regressors @ estimate
-    return -0.5 * (np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1] + rest @ inverse @ rest)
+    return -0.5 * (
+        np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1] + rest @ inverse @ rest
+    )
 
 
 @pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), circle_path()])
@@ -68,10 +80,15 @@ def test_the_likelihood_is_that_of_dense_generalized_least_squares_with_independ
         assert LegLikelihood(groups).of(noise) == pytest.approx(sum(each), rel=1e-7, abs=1e-5)
 
 
-@pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), legs_path(0, 72, 144, 216, 288), circle_path()])
+@pytest.mark.parametrize(
+    "path", [legs_path(0, 90, 180, 270), legs_path(0, 72, 144, 216, 288), circle_path()]
+)
 def test_the_variance_of_an_answer_is_that_of_the_full_covariance(path):
     for group in groups_of(path):
-        dense = [np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain) for noise in NOISES]
+        dense = [
+            np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain)
+            for noise in NOISES
+        ]
         np.testing.assert_allclose(answer_variances(group, NOISES), dense, rtol=1e-5)
 
 
@@ -81,11 +98,16 @@ def test_gusts_that_two_groups_share_move_no_bound_by_a_percent(seed):
     groups = groups_of(legs_path(0, 90, 180, 270, speeds_kt=(110.0, 125.0, 140.0)), seed)
 
     def log_posterior(noise):
-        return dense_likelihood(groups, dense_covariance(groups, noise)) + leg_points._log_prior(noise)
+        return dense_likelihood(groups, dense_covariance(groups, noise)) + leg_points._log_prior(
+            noise
+        )
 
     noises, weights = weighted_noises(log_posterior, np.log([0.5, 533.0, 0.2]))
     for group, bound in zip(groups, two_sigma(groups), strict=True):
-        variances = [np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain) for noise in noises]
+        variances = [
+            np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain)
+            for noise in noises
+        ]
         expected = half_width(weights, np.zeros((len(weights), 3)), np.sqrt(variances))
         np.testing.assert_allclose(bound, expected, rtol=0.01)
 
@@ -104,19 +126,29 @@ def test_the_order_in_which_legs_are_joined_does_not_matter():
 
 
 @pytest.mark.parametrize(
-    "path", [legs_path(0, 90, 180, 270), legs_path(0, 120, 240), legs_path(0, 72, 144, 216, 288), circle_path()]
+    "path",
+    [
+        legs_path(0, 90, 180, 270),
+        legs_path(0, 120, 240),
+        legs_path(0, 72, 144, 216, 288),
+        circle_path(),
+    ],
 )
 def test_the_gain_is_what_a_second_moved_along_its_path_does_to_the_answer(path):
     for one in solved(path):
         along, gain = one.linearized.along, one.linearized.gain
         for second in range(0, len(along), 7):
             step = 1e-3 * (np.arange(len(along)) == second)[:, None] * along
-            ahead, behind = (leg_points._answer(one.group, one.velocity + sign * step)[0] for sign in (1, -1))
+            ahead, behind = (
+                leg_points._answer(one.group, one.velocity + sign * step)[0] for sign in (1, -1)
+            )
             np.testing.assert_allclose(gain[second], (ahead - behind) / 2e-3, rtol=1e-4, atol=1e-7)
 
 
 def test_the_gain_of_a_circle_counts_that_the_path_turns_when_the_wind_moves():
-    """Far from a circle the residuals are large: without their curvature the gain would be off by a fifth."""
+    """Far from a circle the residuals are large: without their curvature the gain would be off by a
+    fifth.
+    """
 
     def settled(velocity, answer):
         """By sixty Gauss-Newton steps: the usual six do not settle on such an oval."""
@@ -156,7 +188,10 @@ def test_memory_grows_with_the_number_of_groups_and_not_with_its_square():
 def test_a_long_turn_needs_no_matrix_of_all_its_pairs_of_seconds():
     """Two hours of circling in gusts: 7,200² numbers are 415 MB."""
     (one,) = groups_of(circle_path())
-    columns = {name: np.resize(getattr(one, name), (7200, *getattr(one, name).shape[1:])) for name in COLUMNS}
+    columns = {
+        name: np.resize(getattr(one, name), (7200, *getattr(one, name).shape[1:]))
+        for name in COLUMNS
+    }
     columns |= {"time": np.arange(7200.0), "gain": columns["gain"] * len(one.time) / 7200.0}
     assert peak_memory([replace(one, **columns)]) < 40e6
 

@@ -1,4 +1,6 @@
-"""`--model auto` and the fixed-speed methods treat the location of the error as the default fit does."""
+"""`--model auto` and the fixed-speed methods treat the location of the error as the default fit
+does.
+"""
 
 from dataclasses import replace
 
@@ -38,7 +40,9 @@ def total(bare):
 
 @pytest.fixture(scope="module")
 def turns(light_flights):
-    """A flight of turns with the error at the static source, as a log that is not marked as synthetic."""
+    """A flight of turns with the error at the static source, as a log that is not marked as
+    synthetic.
+    """
     flight = light_flights["circle"]
     spec = replace(flight.case.pressure_error, location="static")
     log = bench.sense(replace(flight, case=replace(flight.case, pressure_error=spec)), "20/1")
@@ -46,7 +50,9 @@ def turns(light_flights):
 
 
 def test_models_without_height_allow_for_the_other_location(bare, total):
-    free, static = (calibrate(bare, _stated(name, model="auto")).curve for name in ("auto", "static"))
+    free, static = (
+        calibrate(bare, _stated(name, model="auto")).curve for name in ("auto", "static")
+    )
     apart = total.correction - static.correction
     np.testing.assert_allclose(free.correction, static.correction, atol=1e-9)
     np.testing.assert_allclose(free.two_sigma, np.hypot(static.two_sigma, 2.0 * apart), rtol=0.05)
@@ -54,7 +60,9 @@ def test_models_without_height_allow_for_the_other_location(bare, total):
 
 
 def test_models_are_mixed_over_both_locations_where_the_height_is_undecided(total, monkeypatch):
-    """With the probability set to a half, the answer lies midway between those of the two locations."""
+    """With the probability set to a half, the answer lies midway between those of the two
+    locations.
+    """
     reduce_log, log = model_average.reduce_log, fixture.fly("circle", 5)
 
     def undecided(*arguments):
@@ -64,17 +72,27 @@ def test_models_are_mixed_over_both_locations_where_the_height_is_undecided(tota
     static = calibrate(log, _stated("static", model="auto")).curve
     monkeypatch.setattr(model_average, "reduce_log", undecided)
     mixed = calibrate(log, _stated("auto", model="auto")).curve
-    np.testing.assert_allclose(mixed.correction, 0.5 * (static.correction + total.correction), atol=0.01)
+    np.testing.assert_allclose(
+        mixed.correction, 0.5 * (static.correction + total.correction), atol=0.01
+    )
     assert np.mean(static.two_sigma) < np.mean(mixed.two_sigma) < 1.1 * np.mean(total.two_sigma)
 
 
 def test_fixed_speed_points_and_the_cross_check_find_the_location_by_the_height(turns):
-    here, there, known = (fixed_speed_points(turns, _stated(name)) for name in ("static", "total", "auto"))
+    here, there, known = (
+        fixed_speed_points(turns, _stated(name)) for name in ("static", "total", "auto")
+    )
     assert len(here) >= 3
     for point, static, total in zip(known, here, there, strict=True):
         # A share of some percent may remain for the other location.
-        assert abs(point.correction - static.correction) <= 0.1 * abs(total.correction - static.correction)
-        assert static.two_sigma <= point.two_sigma < static.two_sigma + abs(total.correction - static.correction)
+        assert abs(point.correction - static.correction) <= 0.1 * abs(
+            total.correction - static.correction
+        )
+        assert (
+            static.two_sigma
+            <= point.two_sigma
+            < static.two_sigma + abs(total.correction - static.correction)
+        )
     found = calibrate(turns)
     assert found.error_location == "static"
     checked = [p.correction for p in cross_check(turns, None, found)]

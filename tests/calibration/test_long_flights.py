@@ -1,4 +1,6 @@
-"""Long flights: the parts used, the windows of a drifting wind, height alone, and what contradicts itself."""
+"""Long flights: the parts used, the windows of a drifting wind, height alone, and what contradicts
+itself.
+"""
 
 from dataclasses import replace
 
@@ -29,7 +31,9 @@ def usual_wind(time):
 
 
 def circling(seconds=HOUR, wind=usual_wind, seed=3):
-    """A flight that turns once in four minutes at slowly changing airspeeds, carried by a wind of the time."""
+    """A flight that turns once in four minutes at slowly changing airspeeds, carried by a wind of
+    the time.
+    """
     rng, time = np.random.default_rng(seed), np.arange(0.0, seconds, 1.0 / RATE)
     height = 1500.0 + 100.0 * np.sin(time / 400.0)
     static = np.asarray(air.standard_pressure(height))
@@ -60,7 +64,8 @@ def on_the_ground(log, before, after):
         held["velocity_north"], held["velocity_east"] = 0.8 * 60.0 * share, np.zeros(n)
         parts.append(held)
     joined = {
-        name: np.concatenate([parts[0][name], values, parts[1][name]]) for name, values in log.channels().items()
+        name: np.concatenate([parts[0][name], values, parts[1][name]])
+        for name, values in log.channels().items()
     }
     joined["time"] = np.arange(len(joined["time"])) / RATE
     return FlightLog(**joined)
@@ -112,7 +117,9 @@ def correction_error(curve):
 
 
 def test_a_wind_that_drifts_far_bends_nothing():
-    """Ten times the drift: a problem linearized around its mean alone would be off by a meter a second."""
+    """Ten times the drift: a problem linearized around its mean alone would be off by a meter a
+    second.
+    """
     log = circling(wind=lambda t: (20.0 * t / HOUR, 15.0 * np.sin(2.0 * np.pi * t / HOUR)))
     curve = calibrate(log, CHECKED).curve
     assert np.all(correction_error(curve) <= 1.2 * curve.two_sigma)
@@ -135,10 +142,15 @@ def test_a_long_flight_is_not_asked_for_one_wind():
 def test_models_are_weighed_along_the_path_of_the_wind_too():
     """A wind that drifts, with and without a height, for the mixture of models as for one model."""
     for log in (circling(1900.0), fixture.fly("race_track", 2)):
-        options = CalibrationOptions(model="auto", wind="checked" if log.altitude is None else "drifting")
+        options = CalibrationOptions(
+            model="auto", wind="checked" if log.altitude is None else "drifting"
+        )
         found = calibrate(log, options).curve
         named = calibrate(log, replace(options, model="inverse+")).curve
-        assert np.all(np.abs(found.correction - named.correction) <= np.hypot(found.two_sigma, named.two_sigma))
+        assert np.all(
+            np.abs(found.correction - named.correction)
+            <= np.hypot(found.two_sigma, named.two_sigma)
+        )
 
 
 def one_heading(log):
@@ -205,7 +217,9 @@ def test_a_fixed_speed_point_far_from_the_curve_is_told(correction, told):
 
 
 def test_the_c172s_of_a_whole_hour_agrees_with_its_handbook():
-    """Pilot's Operating Handbook, flaps up: 100 KIAS are 97 KCAS, 110 are 107, ±3 kt for one airplane."""
+    """Pilot's Operating Handbook, flaps up: 100 KIAS are 97 KCAS, 110 are 107, ±3 kt for one
+    airplane.
+    """
     found = calibrate(read_log(real_log("garmin", "c172s-g1000-2011.csv.gz")), CHECKED)
     indicated = np.array([60.0, 70.0, 80.0, 90.0, 100.0, 110.0])
     handbook = np.array([2.0, 0.0, -2.0, -3.0, -3.0, -3.0])
@@ -221,7 +235,9 @@ def test_the_c172s_of_a_whole_hour_agrees_with_its_handbook():
 
 @pytest.mark.parametrize("name", ["CLASS55", "CLASS65"])
 def test_height_alone_agrees_with_a_balloon(name):
-    """Δp/q_c by the balloon's pressure at GPS height: 0.035 to 0.037 at 340 KIAS; 0.5 hPa are its own doubt."""
+    """Δp/q_c by the balloon's pressure at GPS height: 0.035 to 0.037 at 340 KIAS; 0.5 hPa are its
+    own doubt.
+    """
     log = read_log(real_log("jmoss", f"{name}.csv"), "jmoss")
     track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
     start = min(range(0, len(log) - 2000, 500), key=lambda row: np.ptp(track[row : row + 2000]))
@@ -230,5 +246,7 @@ def test_height_alone_agrees_with_a_balloon(name):
     found = calibrate(log.select(np.arange(start, start + 2000)), options)
     assert found.wind is None
     middle = len(found.curve.correction) // 2
-    bound = np.hypot(found.curve.normalized_two_sigma, 50.0 / air.impact_pressure(found.curve.indicated_airspeed))
+    bound = np.hypot(
+        found.curve.normalized_two_sigma, 50.0 / air.impact_pressure(found.curve.indicated_airspeed)
+    )
     assert abs(found.curve.normalized_pressure_error[middle] - 0.036) <= bound[middle]

@@ -1,4 +1,6 @@
-"""What is taken for likely before a log is read, and evidence and mixture of hypotheses against dense formulas."""
+"""What is taken for likely before a log is read, and evidence and mixture of hypotheses against
+dense formulas.
+"""
 
 from dataclasses import replace
 
@@ -38,10 +40,12 @@ def setup():
 
 
 def dense(problem, noise, thought):
-    """Log-density of the response, and mean and covariance of θ, with a wide prior in place of a flat one.
+    """Log-density of the response, and mean and covariance of θ, with a wide prior in place of a
+    flat one.
 
-    By one orthogonal factorization of the whitened regressors over the prior's: a difference of covariances,
-    prior − gain X prior, would lose the wide prior's six digits, and which ones depends on the processor.
+    By one orthogonal factorization of the whitened regressors over the prior's: a difference of
+    covariances, prior − gain X prior, would lose the wide prior's six digits, and which ones
+    depends on the processor.
     """
     X = problem.regressors
     prior = np.diag([*np.diag(thought.covariance), WIDE**2])
@@ -49,7 +53,9 @@ def dense(problem, noise, thought):
     white = np.linalg.inv(np.linalg.cholesky(covariance))
     q, r = np.linalg.qr(np.concatenate([white @ X, np.diag(1.0 / np.sqrt(np.diag(prior)))]))
     root = np.linalg.inv(r)
-    density = multivariate_normal.logpdf(problem.response, np.zeros(N), covariance + X @ prior @ X.T)
+    density = multivariate_normal.logpdf(
+        problem.response, np.zeros(N), covariance + X @ prior @ X.T
+    )
     return density, root @ (q[:N].T @ (white @ problem.response)), root @ root.T
 
 
@@ -61,7 +67,9 @@ def test_mixture_is_the_dense_one(setup):
     )
     cases = [(t, n, m) for t in thoughts for n, m in zip(noises, masses, strict=True)]
     found = [dense(problem, n, t) for t, n, _ in cases]
-    logs = np.array([d + m + np.log(t.probability) for (d, _, _), (t, _, m) in zip(found, cases, strict=True)])
+    logs = np.array(
+        [d + m + np.log(t.probability) for (d, _, _), (t, _, m) in zip(found, cases, strict=True)]
+    )
     weights = np.exp(logs - logs.max())
     weights /= weights.sum()
     np.testing.assert_allclose(shares, weights.reshape(2, 2).sum(axis=1), rtol=1e-5)
@@ -83,7 +91,8 @@ def test_where_it_is_linearized_does_not_matter(setup):
     theta = np.array([0.2, -0.4, 1.0])
     moved = replace(problem, response=problem.response - problem.regressors @ theta)
     here, there = (
-        weigh_models(thoughts, [moments(p, t, noises[0], 0.0)]) for p, t in ((problem, ZERO), (moved, theta))
+        weigh_models(thoughts, [moments(p, t, noises[0], 0.0)])
+        for p, t in ((problem, ZERO), (moved, theta))
     )
     np.testing.assert_allclose(here[0].mean, there[0].mean, atol=1e-10)
     np.testing.assert_allclose(here[1], there[1], rtol=1e-8)
@@ -122,8 +131,12 @@ def test_probabilities_sum_to_one_half_are_lawless_and_the_scale_of_the_terms_do
     assert sum(t.probability for t in thoughts if t.name == "spline") == pytest.approx(0.5)
     assert sum(t.probability for t in hypotheses([], X)) == pytest.approx(1.0)
     linear = MODELS["linear"]
-    stretched = replace(linear, terms=(linear.terms[0], (lambda x: 1000.0 * x, lambda x: 1000.0 + 0.0 * x)))
-    one, other = (np.stack([t.covariance for t in hypotheses([law], X)]) for law in (linear, stretched))
+    stretched = replace(
+        linear, terms=(linear.terms[0], (lambda x: 1000.0 * x, lambda x: 1000.0 + 0.0 * x))
+    )
+    one, other = (
+        np.stack([t.covariance for t in hypotheses([law], X)]) for law in (linear, stretched)
+    )
     np.testing.assert_allclose(one, other, atol=1e-10)
 
 
@@ -137,7 +150,9 @@ def log_prior_at(height_pressure):
     return log_prior_of(STRUCTURE, observe(log, CalibrationOptions()))
 
 
-@pytest.mark.parametrize(("height_pressure", "factor"), [(81200.0, 2.5), (69000.0, 4.0), (30000.0, 4.0)])
+@pytest.mark.parametrize(
+    ("height_pressure", "factor"), [(81200.0, 2.5), (69000.0, 4.0), (30000.0, 4.0)]
+)
 def test_a_length_one_factor_off_is_one_standard_deviation_off(height_pressure, factor):
     """2.5 low, 4 above 10,000 ft (69,682 Pa): gusts of 2,000 m are then nothing unusual."""
     log_prior = log_prior_at(height_pressure)

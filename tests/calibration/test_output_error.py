@@ -1,4 +1,6 @@
-"""Output error: its Jacobian, recovery without noise, an independent solver, and its bound in white noise."""
+"""Output error: its Jacobian, recovery without noise, an independent solver, and its bound in white
+noise.
+"""
 
 from itertools import product
 
@@ -22,22 +24,34 @@ MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
 def test_recovers_the_truth_in_calm_air():
     log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.CALM)
     result = calibrate(log, CalibrationOptions(method="paper"))
-    np.testing.assert_allclose([p.value for p in result.parameters], fixture.TRUTH.parameters, atol=1e-6)
-    np.testing.assert_allclose([result.wind.north.value, result.wind.east.value], fixture.WIND, atol=1e-6)
+    np.testing.assert_allclose(
+        [p.value for p in result.parameters], fixture.TRUTH.parameters, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        [result.wind.north.value, result.wind.east.value], fixture.WIND, atol=1e-6
+    )
 
 
 def test_agrees_with_scipy_least_squares():
-    obs = observe(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), CalibrationOptions())
+    obs = observe(
+        fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), CalibrationOptions()
+    )
     outputs = airspeed_outputs(MODEL, obs)
     own = fit_output_error(outputs, np.zeros(5))
     other = least_squares(
-        lambda t: outputs(t)[0].ravel(), np.zeros(5), jac=lambda t: -outputs(t)[1][0], method="lm", x_scale="jac"
+        lambda t: outputs(t)[0].ravel(),
+        np.zeros(5),
+        jac=lambda t: -outputs(t)[1][0],
+        method="lm",
+        x_scale="jac",
     )
     np.testing.assert_allclose(own.theta, other.x, rtol=1e-5, atol=1e-6)
 
 
 def test_white_bound_covers_white_noise_only():
-    """In still air with white sensor noise the Cramér-Rao bound covers; in gusts it does not come near."""
+    """In still air with white sensor noise the Cramér-Rao bound covers; in gusts it does not come
+    near.
+    """
     inside = {0.0: [], 0.3: []}
     for gust, seed in product(inside, range(30)):
         log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(gust=gust, gps=0.0), seed)
@@ -53,7 +67,9 @@ def test_white_bound_covers_white_noise_only():
 def test_identical_regressors_are_no_answer():
     def outputs(theta):
         column = np.linspace(0.0, 1.0, 50)
-        return (column - column * (theta[0] + theta[1]))[None], np.stack([column, column], axis=1)[None]
+        return (column - column * (theta[0] + theta[1]))[None], np.stack([column, column], axis=1)[
+            None
+        ]
 
     with pytest.raises(NoAnswerError, match="do not distinguish the parameters"):
         fit_output_error(outputs, np.zeros(2))
@@ -61,8 +77,9 @@ def test_identical_regressors_are_no_answer():
 
 @pytest.mark.parametrize(("seed", "das"), [(100206, "20/1"), (100394, "20/1"), (100394, "50/50")])
 def test_a_first_step_far_too_long_is_brought_back(seed, das):
-    """In moderate turbulence the first step may leave the model's domain, or land where the curve bends back
-    on itself; undamped, with six steps to the indicated pressure, none of these was answered."""
+    """In moderate turbulence the first step may leave the model's domain, or land where the curve
+    bends back on itself; undamped, with six steps to the indicated pressure, none of these was
+    answered."""
     flight = bench.fly(random_case(Trial("step_decrease", "moderate", seed)))
     result = calibrate(bench.sense(flight, das), CalibrationOptions(method="paper"))
     truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
@@ -77,14 +94,21 @@ def calm():
 
 def theta_for(model):
     return np.concatenate(
-        [[-0.05, 0.01, 0.02, -0.01, 0.03][: model.error_count], [4.0, -3.0, 0.5][: model.count - model.error_count]]
+        [
+            [-0.05, 0.01, 0.02, -0.01, 0.03][: model.error_count],
+            [4.0, -3.0, 0.5][: model.count - model.error_count],
+        ]
     )
 
 
-def test_prediction_at_the_truth_is_what_was_sensed_and_its_slope_the_derivative_over_true_airspeed(calm):
+def test_prediction_at_the_truth_is_what_was_sensed_and_its_slope_the_derivative_over_true_airspeed(
+    calm,
+):
     model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
     theta = np.array([*fixture.TRUTH.parameters, *fixture.WIND])
-    np.testing.assert_allclose(model.predict(theta, calm).indicated, calm.impact_pressure, rtol=1e-9)
+    np.testing.assert_allclose(
+        model.predict(theta, calm).indicated, calm.impact_pressure, rtol=1e-9
+    )
     theta = theta_for(model)
     here = model.predict(theta, calm)
     toward = -(calm.velocity_north - theta[3]) / here.true_airspeed
@@ -101,11 +125,15 @@ def test_jacobian_is_the_derivative(calm, name, static_error):
         step = np.zeros(model.count)
         step[i] = 1e-5
         up, down = model.predict(theta + step, calm), model.predict(theta - step, calm)
-        np.testing.assert_allclose(jacobian[:, i], (up.indicated - down.indicated) / 2e-5, rtol=2e-5, atol=2e-4)
+        np.testing.assert_allclose(
+            jacobian[:, i], (up.indicated - down.indicated) / 2e-5, rtol=2e-5, atol=2e-4
+        )
 
 
 def test_static_source_error_moves_the_static_pressure(calm):
-    """With the error in the static source, p = p_i − Δp: total pressure is conserved at any Mach number."""
+    """With the error in the static source, p = p_i − Δp: total pressure is conserved at any Mach
+    number.
+    """
     model = PredictionModel(MODELS["bias"], REFERENCE_PRESSURE, static_error=True)
     f = 0.04
     here = model.predict(np.array([f, *fixture.WIND]), calm)

@@ -27,7 +27,10 @@ def _with(log, rows, factor):
 def _difference(result, reference):
     one, other = result.curve, reference.curve
     at = other.indicated_airspeed
-    return np.max(np.abs(np.interp(at, one.indicated_airspeed, one.correction) - other.correction)) / KNOT
+    return (
+        np.max(np.abs(np.interp(at, one.indicated_airspeed, one.correction) - other.correction))
+        / KNOT
+    )
 
 
 def test_healthy_rows_all_count_also_for_a_model_that_does_not_fit():
@@ -45,7 +48,9 @@ def test_a_burst_of_gusts_is_no_fault_of_the_rows():
     for seed in range(1, 7):
         log, rng = _log(seed), np.random.default_rng(seed)
         kept = float(np.exp(-1.0 / RATE / 5.0))  # 5 s
-        gust = lfilter([np.sqrt(1.0 - kept**2)], [1.0, -kept], rng.standard_normal((2, len(log))), axis=1)
+        gust = lfilter(
+            [np.sqrt(1.0 - kept**2)], [1.0, -kept], rng.standard_normal((2, len(log))), axis=1
+        )
         level = 0.4 * (1.0 + 3.0 * np.exp(-0.5 * ((log.time - 60.0) / 3.0) ** 2))
         carried = {"velocity_north": log.velocity_north + level * gust[0]}
         carried["velocity_east"] = log.velocity_east + level * gust[1]
@@ -80,5 +85,7 @@ def test_a_dropout_of_seconds_and_a_wild_gps_fix_are_left_out():
 def test_when_too_much_disagrees_there_is_no_answer():
     log = _log()
     rows = np.flatnonzero((log.time % 20.0) < 9.0)
-    with pytest.raises((BadInputError, NoAnswerError), match=r"disagree with the rest|gross errors"):
+    with pytest.raises(
+        (BadInputError, NoAnswerError), match=r"disagree with the rest|gross errors"
+    ):
         calibrate(_with(log, rows, 2.5))

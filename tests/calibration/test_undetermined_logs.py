@@ -15,7 +15,9 @@ def test_one_heading_or_one_speed_does_not_carry_three_parameters():
     with pytest.raises(NoAnswerError, match="headings lie within"):
         calibrate(fixture.fly(fixture.straight(10), 10, 10, fixture.Air()))
     speed, heading = fixture.step_decrease(10)
-    log = fixture.fly((np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1))
+    log = fixture.fly(
+        (np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1)
+    )
     with pytest.raises(NoAnswerError, match="--model bias"):
         calibrate(log)
     assert calibrate(log, CalibrationOptions(model="bias")).converged
@@ -32,14 +34,19 @@ def test_one_heading_or_one_speed_does_not_carry_three_parameters():
 )
 def test_a_log_without_what_is_needed_is_bad_input(changes, options, says):
     log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    filled = {name: value if value is None else np.full(len(log), value) for name, value in changes.items()}
+    filled = {
+        name: value if value is None else np.full(len(log), value)
+        for name, value in changes.items()
+    }
     with pytest.raises(BadInputError, match=says):
         calibrate(replace(log, **filled), CalibrationOptions(**options))
 
 
 def _in_knots_from_the_middle(log):
     factor = np.where(np.arange(len(log)) < len(log) // 2, 1.0, 1.0 / KNOT)
-    return replace(log, velocity_north=factor * log.velocity_north, velocity_east=factor * log.velocity_east)
+    return replace(
+        log, velocity_north=factor * log.velocity_north, velocity_east=factor * log.velocity_east
+    )
 
 
 def _in_any_order(log):
@@ -53,7 +60,10 @@ def _in_any_order(log):
     [
         (lambda log: replace(log, time=log.time / 3600.0), "unit of the time"),
         (lambda log: replace(log, time=log.time / 1000.0), "unit of the time"),
-        (lambda log: replace(log, velocity_east=np.zeros(len(log))), "toward east is zero in every row"),
+        (
+            lambda log: replace(log, velocity_east=np.zeros(len(log))),
+            "toward east is zero in every row",
+        ),
         (_in_any_order, "check the clock"),
         (_in_knots_from_the_middle, "units"),
     ],
@@ -68,7 +78,10 @@ def test_a_wrong_clock_or_velocity_gets_a_reason_and_no_answer(spoil, reason, wi
 
 def _round_and_round(rate):
     """Four turns, each at its speed."""
-    speed, heading = np.repeat([160.0, 140.0, 120.0, 100.0], 120 * rate), np.linspace(0.0, 1440.0, 480 * rate)
+    speed, heading = (
+        np.repeat([160.0, 140.0, 120.0, 100.0], 120 * rate),
+        np.linspace(0.0, 1440.0, 480 * rate),
+    )
     return speed * KNOT, np.deg2rad(heading)
 
 
@@ -82,8 +95,12 @@ def test_a_curve_that_is_doubtfully_large_warns_and_one_that_no_airplane_has_is_
     log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.1))
     assert not calibrate(log).warnings
     strong = replace(log, impact_pressure=0.85 * log.impact_pressure)
-    assert any("a certified airplane's is smaller" in warning for warning in calibrate(strong).warnings)
-    fast = replace(log, velocity_north=log.velocity_north / KNOT, velocity_east=log.velocity_east / KNOT)
+    assert any(
+        "a certified airplane's is smaller" in warning for warning in calibrate(strong).warnings
+    )
+    fast = replace(
+        log, velocity_north=log.velocity_north / KNOT, velocity_east=log.velocity_east / KNOT
+    )
     with pytest.raises(BadInputError, match=r"no airplane's is so large.*knots read as m/s"):
         calibrate(fast)
 
@@ -92,7 +109,9 @@ def test_a_curve_that_is_doubtfully_large_warns_and_one_that_no_airplane_has_is_
     "spoil",
     [
         lambda log: replace(log, velocity_east=np.minimum(log.velocity_east, 20.0)),
-        lambda log: replace(log, velocity_east=log.velocity_east + np.where(log.time < 200.0, 0.0, 10.0)),
+        lambda log: replace(
+            log, velocity_east=log.velocity_east + np.where(log.time < 200.0, 0.0, 10.0)
+        ),
     ],
     ids=["clipped", "jumps by 10 m/s"],
 )

@@ -15,18 +15,25 @@ CHECKED, CONSTANT = CalibrationOptions(wind="checked"), CalibrationOptions(wind=
 
 
 def flown(maneuver, seed, change=None, with_heading=True, gust=0.5):
-    """A flight in gusts, with its heading to 0.5°, carried by a wind that changes with time [m/s north, east]."""
+    """A flight in gusts, with its heading to 0.5°, carried by a wind that changes with time [m/s
+    north, east].
+    """
     log = flights.fly(maneuver, seed, conditions=flights.Conditions(gust=gust))
     heading = None
     if with_heading:
         rng = np.random.default_rng(seed)
         air = np.stack([log.velocity_north - flights.WIND[0], log.velocity_east - flights.WIND[1]])
-        heading = np.arctan2(air[1], air[0]) + 2.0 * DEGREE + 0.5 * DEGREE * rng.standard_normal(len(log))
+        heading = (
+            np.arctan2(air[1], air[0]) + 2.0 * DEGREE + 0.5 * DEGREE * rng.standard_normal(len(log))
+        )
     if change is None:
         return replace(log, heading=heading)
     fix = np.maximum.accumulate(np.where(log.gps_fresh, np.arange(len(log)), 0))
     north, east = (part[fix] for part in change(log.time))
-    moved = {"velocity_north": log.velocity_north + north, "velocity_east": log.velocity_east + east}
+    moved = {
+        "velocity_north": log.velocity_north + north,
+        "velocity_east": log.velocity_east + east,
+    }
     return replace(log, heading=heading, **moved)
 
 
@@ -55,7 +62,9 @@ def test_a_front_is_named_by_its_size_where_each_speed_is_flown_once(maneuver, s
 def test_the_heading_is_what_shows_it():
     change = front(150.0, 2.8, 2.8)
     evidence = [
-        calibrate(flown("step_decrease", 1, change, seen), CHECKED).diagnostics.wind_change.bayes_factor
+        calibrate(
+            flown("step_decrease", 1, change, seen), CHECKED
+        ).diagnostics.wind_change.bayes_factor
         for seen in (True, False)
     ]
     assert evidence[0] > 10.0 * evidence[1]
@@ -73,8 +82,14 @@ def test_a_steady_wind_costs_hardly_any_width():
 def test_the_bound_holds_the_curve_that_a_front_moves(seed):
     steady = calibrate(flown("step_decrease", seed), CONSTANT).curve
     log = flown("step_decrease", seed, front(150.0, 2.8, 2.8))
-    moved = {name: calibrate(log, CalibrationOptions(wind=name)).curve for name in ("constant", "checked")}
-    off = {name: np.abs(curve.correction - steady.correction) / curve.two_sigma for name, curve in moved.items()}
+    moved = {
+        name: calibrate(log, CalibrationOptions(wind=name)).curve
+        for name in ("constant", "checked")
+    }
+    off = {
+        name: np.abs(curve.correction - steady.correction) / curve.two_sigma
+        for name, curve in moved.items()
+    }
     assert np.max(off["constant"]) > 1.5
     assert np.max(off["checked"]) < 1.0
 
@@ -86,7 +101,10 @@ def test_the_mixture_of_models_is_averaged_over_changes_of_the_wind_too():
     right = calibrate(steady, CONSTANT).curve
     moved = calibrate(flown("step_decrease", 1, front(150.0, 2.8, 2.8)), auto).curve
     assert np.max(np.abs(moved.correction - right.correction) / moved.two_sigma) < 1.0
-    widths = [np.mean(calibrate(steady, each).curve.two_sigma) for each in (auto, replace(auto, wind="constant"))]
+    widths = [
+        np.mean(calibrate(steady, each).curve.two_sigma)
+        for each in (auto, replace(auto, wind="constant"))
+    ]
     assert 0.99 < widths[0] / widths[1] < 1.2
 
 
@@ -114,9 +132,16 @@ def test_a_late_gps_is_not_called_a_magnetic_compass(latency):
 
 
 def test_a_constant_wind_and_gusts_that_hide_every_change_are_named_in_few_flights():
-    """Without heading, in gusts of 1.5 m/s, the factor is near 1: most exceed 1/3, few are more than chance."""
+    """Without heading, in gusts of 1.5 m/s, the factor is near 1: most exceed 1/3, few are more
+    than chance.
+    """
     for maneuver in ("step_decrease", "rapid_decel", "circle"):
-        assert sum(bool(named(calibrate(flown(maneuver, seed), CHECKED))) for seed in range(20, 23)) <= 1
-    found = [calibrate(flown("step_decrease", seed, None, False, 1.5), CHECKED) for seed in range(20, 26)]
+        assert (
+            sum(bool(named(calibrate(flown(maneuver, seed), CHECKED))) for seed in range(20, 23))
+            <= 1
+        )
+    found = [
+        calibrate(flown("step_decrease", seed, None, False, 1.5), CHECKED) for seed in range(20, 26)
+    ]
     assert sum(each.diagnostics.wind_change.bayes_factor > 1.0 / 3.0 for each in found) >= 3
     assert sum(bool(named(each)) for each in found) <= 1

@@ -1,4 +1,6 @@
-"""Logs from formulas, not from the simulator: straight legs and turns in gusty air with a known answer."""
+"""Logs from formulas, not from the simulator: straight legs and turns in gusty air with a known
+answer.
+"""
 
 from dataclasses import dataclass
 
@@ -15,7 +17,12 @@ STATIC_PRESSURE = 81200.0  # Pa, 6,000 ft
 AIR_TEMPERATURE = 276.3  # K
 WIND = (5.0, -6.0)  # m/s toward north, east
 GUST_LENGTH = 533.0  # m
-EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
+EXACT = {
+    "temperature_k": 0.0,
+    "recovery_factor": 0.0,
+    "static_pressure_pa": 0.0,
+    "velocity_mps": 0.0,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +38,15 @@ CALM = Air(gust=0.0, gps=0.0, pressure=0.0)
 
 
 def step_decrease(rate: int) -> tuple[Array, Array]:
-    """Calibrated airspeed [m/s] and heading [rad]: 160 to 130 kt north, a turn, 130 to 100 kt south."""
+    """Calibrated airspeed [m/s] and heading [rad]: 160 to 130 kt north, a turn, 130 to 100 kt
+    south.
+    """
     speed = np.concatenate(
-        [np.linspace(160, 130, 96 * rate), np.full(60 * rate, 130), np.linspace(130, 100, 80 * rate)]
+        [
+            np.linspace(160, 130, 96 * rate),
+            np.full(60 * rate, 130),
+            np.linspace(130, 100, 80 * rate),
+        ]
     )
     turn = np.linspace(0, 180, 60 * rate)
     heading = np.concatenate([np.zeros(96 * rate), turn, np.full(80 * rate, 180)])
@@ -65,7 +78,9 @@ def fly(
     n = len(speed)
     still = air.true_airspeed(air.impact_pressure(speed), STATIC_PRESSURE, AIR_TEMPERATURE)
     decay = float(np.exp(-np.mean(still) / rate / GUST_LENGTH))
-    gust = lfilter([np.sqrt(1 - decay**2)], [1, -decay], rng.standard_normal(n + 100 * rate))[100 * rate :]
+    gust = lfilter([np.sqrt(1 - decay**2)], [1, -decay], rng.standard_normal(n + 100 * rate))[
+        100 * rate :
+    ]
     airspeed = still + noise.gust * gust
     mach = airspeed / air.sound_speed(AIR_TEMPERATURE)
     impact = air.impact_pressure_from_mach(mach, STATIC_PRESSURE)
@@ -87,12 +102,15 @@ def fly(
         heading=heading.copy(),
         angle_of_attack=np.zeros(n),
         sideslip=np.zeros(n),
-        # Synthetic: the error corrupts the impact pressure alone, and the sensors have no constant error.
+        # Synthetic: the error corrupts the impact pressure alone, and the sensors have no constant
+        # error.
         header={"format": "pitotbench flight log 1", "accuracy": EXACT},
     )
 
 
-def true_correction(indicated_airspeed: Array, truth: PressureErrorCurve | TableCurve = TRUTH) -> Array:
+def true_correction(
+    indicated_airspeed: Array, truth: PressureErrorCurve | TableCurve = TRUTH
+) -> Array:
     """Calibrated minus indicated airspeed [m/s] of the truth."""
     impact = truth.impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed

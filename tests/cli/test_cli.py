@@ -37,13 +37,26 @@ def test_calibrate_json_holds_the_contract(log, capsys):
     """It is strict: this log says nothing of the latency, so that its bound is infinite."""
     assert main(["calibrate", str(log), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    keys = {"model", "parameters", "wind", "curve", "residual_two_sigma_kt", "samples", "converged", "warnings"}
+    keys = {
+        "model",
+        "parameters",
+        "wind",
+        "curve",
+        "residual_two_sigma_kt",
+        "samples",
+        "converged",
+        "warnings",
+    }
     assert keys <= set(answer)
     assert set(answer["wind"]) == WIND_KEYS
     assert all(set(point) == CURVE_KEYS for point in answer["curve"])
     assert [p["name"] for p in answer["parameters"]] == ["k1", "k2", "k3"]
     middle = answer["curve"][len(answer["curve"]) // 2]
-    truth = fixture.true_correction(np.array([middle["indicated_airspeed_kt"]]) * 1852 / 3600)[0] * 3600 / 1852
+    truth = (
+        fixture.true_correction(np.array([middle["indicated_airspeed_kt"]]) * 1852 / 3600)[0]
+        * 3600
+        / 1852
+    )
     assert abs(middle["correction_kt"] - truth) < 2 * middle["two_sigma_kt"]
 
 
@@ -57,7 +70,9 @@ def test_calibrate_prints_units_and_writes_a_page(log, tmp_path, capsys):
 def test_fixed_speed_of_a_log_and_beside_the_curve(tmp_path, capsys):
     rate = 10
     heading = np.linspace(0.0, 400.0, 90 * rate) * np.pi / 180.0
-    speed = np.concatenate([np.full(90 * rate, 55.0), np.linspace(55.0, 75.0, 60 * rate), np.full(90 * rate, 75.0)])
+    speed = np.concatenate(
+        [np.full(90 * rate, 55.0), np.linspace(55.0, 75.0, 60 * rate), np.full(90 * rate, 75.0)]
+    )
     path = speed, np.concatenate([heading, np.full(60 * rate, heading[-1]), heading])
     name = tmp_path / "turns.csv"
     write_log(fixture.fly(path, rate, rate, fixture.Air()), name)
@@ -68,21 +83,40 @@ def test_fixed_speed_of_a_log_and_beside_the_curve(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["fixed_speed"] == points
     assert main(["fixed-speed", str(name)]) == 0
     assert "[kt]" in capsys.readouterr().out
-    assert main(["fixed-speed", str(name), str(name), "--accuracy", "temperature_k=3", "--json"]) == 0
+    assert (
+        main(["fixed-speed", str(name), str(name), "--accuracy", "temperature_k=3", "--json"]) == 0
+    )
     one, other = (document["fixed_speed"] for document in json.loads(capsys.readouterr().out))
     assert one == other
-    assert all(wide["two_sigma_kt"] > point["two_sigma_kt"] for wide, point in zip(one, points, strict=True))
+    assert all(
+        wide["two_sigma_kt"] > point["two_sigma_kt"]
+        for wide, point in zip(one, points, strict=True)
+    )
 
 
 def test_fixed_speed_wants_a_log_with_legs_or_typed_legs(log, capsys):
-    for flags in ("", "--track-deg 1,2,3", "x.csv --track-deg 1", "--ground-speed-kt a --track-deg 1"):
+    for flags in (
+        "",
+        "--track-deg 1,2,3",
+        "x.csv --track-deg 1",
+        "--ground-speed-kt a --track-deg 1",
+    ):
         assert main(["fixed-speed", *flags.split()]) == 2
         assert "--ground-speed-kt" in capsys.readouterr().err
     assert main(["fixed-speed", str(log)]) == 3
     assert "four legs" in capsys.readouterr().err
     # The worked example of four legs.
     assert (
-        main(["fixed-speed", "--ground-speed-kt", "178,185,188,184", "--track-deg", "178,82,355,265", "--json"])
+        main(
+            [
+                "fixed-speed",
+                "--ground-speed-kt",
+                "178,185,188,184",
+                "--track-deg",
+                "178,82,355,265",
+                "--json",
+            ]
+        )
         == 0
     )
     answer = json.loads(capsys.readouterr().out)
@@ -100,7 +134,8 @@ def test_fly_gives_a_small_airplane_the_usual_curve_at_its_own_speeds(tmp_path, 
 def test_fly_writes_a_log_without_truth(tmp_path, capsys):
     case = tmp_path / "case.toml"
     case.write_text(
-        'maneuver = "rapid_decel"\nturbulence = "none"\n[pressure_error]\nparameters = [0.012345, 0.0, 0.0]\n'
+        'maneuver = "rapid_decel"\nturbulence = "none"\n[pressure_error]\nparameters = [0.012345, '
+        "0.0, 0.0]\n"
     )
     out = tmp_path / "log.csv"
     assert main(["fly", str(case), "-o", str(out)]) == 0
@@ -142,7 +177,16 @@ def test_campaign_refuses_wrong_names_and_leaves_nothing(flags, says, tmp_path, 
 
 
 def test_a_campaign_of_one_flight_says_what_its_page_says(tmp_path, capsys):
-    flags = ["--maneuver", "rapid_decel", "--das", "20/1", "--jobs", "1", "--out", str(tmp_path / "out")]
+    flags = [
+        "--maneuver",
+        "rapid_decel",
+        "--das",
+        "20/1",
+        "--jobs",
+        "1",
+        "--out",
+        str(tmp_path / "out"),
+    ]
     assert main(["campaign", *flags]) == 0
     first, *_, last = capsys.readouterr().out.splitlines()
     (log,) = (tmp_path / "out" / "logs").iterdir()
@@ -168,27 +212,41 @@ def test_help_lists_every_maneuver(capsys):
 
 
 def test_a_mapping_advises_and_a_flag_decides(log, tmp_path, capsys):
-    columns = next(line for line in log.read_text().splitlines() if not line.startswith("#")).split(",")
+    columns = next(line for line in log.read_text().splitlines() if not line.startswith("#")).split(
+        ","
+    )
     mapping = tmp_path / "mine.toml"
     for advice, flags, model in (
         ('model = "linear"', [], "linear"),
         ('model = "linear"', ["--model", "bias"], "bias"),
         ('modle = "linear"', [], None),
     ):
-        mapping.write_text("\n".join(["[columns]", *(f'{n} = "{n}"' for n in columns), "[calibrate]", advice]))
+        mapping.write_text(
+            "\n".join(["[columns]", *(f'{n} = "{n}"' for n in columns), "[calibrate]", advice])
+        )
         code = main(["calibrate", str(log), "--mapping", str(mapping), "--json", *flags])
         said = capsys.readouterr()
         assert code == (2 if model is None else 0)
-        assert "Did you mean 'model'" in said.err if model is None else json.loads(said.out)["model"] == model
+        assert (
+            "Did you mean 'model'" in said.err
+            if model is None
+            else json.loads(said.out)["model"] == model
+        )
 
 
 def test_a_word_for_several_maneuvers_means_the_same_everywhere():
     """`all` is the paper's five, `every` the whole table, for campaigns and plans alike."""
     parse = command_line().parse_args
-    for word, flown in (("all", PAPER_MANEUVERS), ("every", tuple(MANEUVERS)), ("circle,circle", ("circle",))):
+    for word, flown in (
+        ("all", PAPER_MANEUVERS),
+        ("every", tuple(MANEUVERS)),
+        ("circle,circle", ("circle",)),
+    ):
         assert maneuvers_named(word) == flown
         assert plan_request(parse(["plan", "--maneuver", word])).maneuvers == flown
-        tasks = [*plan_of_names(Case(), word, "20/1", "bias", range(1, 2), CalibrationOptions()).tasks()]
+        tasks = [
+            *plan_of_names(Case(), word, "20/1", "bias", range(1, 2), CalibrationOptions()).tasks()
+        ]
         assert tuple(task.case.maneuver for task in tasks) == flown
     assert maneuvers_named("all,cloverleaf") == (*PAPER_MANEUVERS, "cloverleaf")
     for wrong in ("", " , "):
@@ -246,7 +304,9 @@ TABLE = "───"
 
 @pytest.fixture(scope="module")
 def ended_log(tmp_path_factory):
-    """Turns of which the fastest stands at the end of the sensor's range; the static pressure never changes."""
+    """Turns of which the fastest stands at the end of the sensor's range; the static pressure never
+    changes.
+    """
     at = np.array([0.0, 90.0, 150.0, 240.0, 300.0, 390.0])
     time = np.arange(390 * RATE) / RATE
     speed = np.interp(time, at, [100.0, 100.0, 130.0, 130.0, 160.0, 160.0]) * KNOT
@@ -268,7 +328,9 @@ def test_warnings_stand_between_the_answer_and_its_table(ended_log, capsys, comm
     assert main([command, str(ended_log), "--json"]) == 0
     document = capsys.readouterr().out
     for words in ("never changes", "end of the sensor's range"):
-        places = [i for i, line in enumerate(lines) if line.startswith("warning: ") and words in line]
+        places = [
+            i for i, line in enumerate(lines) if line.startswith("warning: ") and words in line
+        ]
         assert len(places) == 1, lines
         assert answer < places[0] < table
         assert words in " ".join(json.loads(document)["warnings"])

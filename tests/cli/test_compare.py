@@ -17,7 +17,9 @@ from pitotbench.units import KNOT
 
 def curve(low_kt, high_kt, correction_kt, two_sigma_kt=0.3):
     speed = np.arange(low_kt, high_kt + 1.0, 5.0)
-    value = np.broadcast_to(correction_kt(speed) if callable(correction_kt) else correction_kt, speed.shape)
+    value = np.broadcast_to(
+        correction_kt(speed) if callable(correction_kt) else correction_kt, speed.shape
+    )
     bound, zero = np.full(len(speed), two_sigma_kt) * KNOT, np.zeros(len(speed))
     return ErrorCurve(speed * KNOT, value * KNOT, bound, bound, bound, zero, zero)
 
@@ -37,9 +39,14 @@ def test_the_sentence_says_where_it_reads_lower_and_where_no_difference_shows():
     other = curve(60, 160, lambda v: np.interp(v, [60.0, 100.0, 140.0], [1.0, 1.8, 0.0]))
     found = curve_difference("the old port", curve(60, 160, 0.0), "the new port", other)
     assert found.differs
-    said = "the new port reads 1.8 ± 0.4 kt lower at 100 KIAS than the old port; no difference above 130 (± is 2σ)."
+    said = (
+        "the new port reads 1.8 ± 0.4 kt lower at 100 KIAS than the old port; no difference "
+        "above 130 (± is 2σ)."
+    )
     assert difference_sentence(found) == said
-    found = curve_difference("A", curve(60, 160, 0.0), "B", curve(60, 160, lambda v: (110.0 - v) / 50.0 * 1.5))
+    found = curve_difference(
+        "A", curve(60, 160, 0.0), "B", curve(60, 160, lambda v: (110.0 - v) / 50.0 * 1.5)
+    )
     said = difference_sentence(found)
     assert "lower at 60 KIAS" in said
     assert "higher at 160 KIAS" in said
@@ -54,22 +61,30 @@ def test_the_sentence_says_where_it_reads_lower_and_where_no_difference_shows():
 def logs(tmp_path_factory):
     """Two flights of one airplane: the second one's static port errs otherwise by a known amount."""
     folder = tmp_path_factory.mktemp("logs")
-    worse = PressureErrorCurve(fixture.TRUTH.model, (-0.09, 0.01, 0.14), fixture.TRUTH.reference_pressure)
+    worse = PressureErrorCurve(
+        fixture.TRUTH.model, (-0.09, 0.01, 0.14), fixture.TRUTH.reference_pressure
+    )
     for name, truth, seed in (("old", fixture.TRUTH, 1), ("new", worse, 2)):
         write_log(
-            fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed, truth), folder / f"{name}.csv"
+            fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed, truth),
+            folder / f"{name}.csv",
         )
     return folder, worse
 
 
-def test_two_logs_and_their_two_calibrations_give_one_answer_that_holds_the_truth(logs, capsys, tmp_path):
+def test_two_logs_and_their_two_calibrations_give_one_answer_that_holds_the_truth(
+    logs, capsys, tmp_path
+):
     folder, worse = logs
     for name in ("old", "new"):
         assert main(["calibrate", str(folder / f"{name}.csv"), "--json"]) == 0
         (tmp_path / f"{name}.json").write_text(capsys.readouterr().out, encoding="utf-8")
     answers = []
     for place, suffix in ((folder, "csv"), (tmp_path, "json")):
-        assert main(["compare", str(place / f"old.{suffix}"), str(place / f"new.{suffix}"), "--json"]) == 0
+        assert (
+            main(["compare", str(place / f"old.{suffix}"), str(place / f"new.{suffix}"), "--json"])
+            == 0
+        )
         answers.append(json.loads(capsys.readouterr().out))
     for one, other in zip(answers[0].pop("curve"), answers[1]["curve"], strict=True):
         assert one == pytest.approx(other, abs=1e-6)
@@ -80,7 +95,9 @@ def test_two_logs_and_their_two_calibrations_give_one_answer_that_holds_the_trut
     assert set(rows[0]) == {"indicated_airspeed_kt", "difference_kt", "two_sigma_kt"}
     speed = np.array([row["indicated_airspeed_kt"] for row in rows]) * KNOT
     true = (fixture.true_correction(speed, worse) - fixture.true_correction(speed)) / KNOT
-    found, bound = (np.array([row[key] for row in rows]) for key in ("difference_kt", "two_sigma_kt"))
+    found, bound = (
+        np.array([row[key] for row in rows]) for key in ("difference_kt", "two_sigma_kt")
+    )
     assert np.all(np.abs(found - true) < 2.0 * bound)
 
 
@@ -99,7 +116,11 @@ def test_what_is_no_pair_is_refused(logs, capsys, tmp_path):
     other.write_text('{"curve": 3}', encoding="utf-8")
     for first, second, says in (
         (log, str(other), "give two alike"),
-        (str(other), str(other), "not a calibration; write one with: pitotbench calibrate LOG --json"),
+        (
+            str(other),
+            str(other),
+            "not a calibration; write one with: pitotbench calibrate LOG --json",
+        ),
         (str(tmp_path / "none.json"), str(other), "cannot be read"),
     ):
         assert main(["compare", first, second]) == 2
@@ -111,13 +132,16 @@ def test_what_is_no_pair_is_refused(logs, capsys, tmp_path):
 
 
 def test_the_2sigma_of_a_difference_covers_no_difference_of_equal_curves():
-    """Twenty pairs with independent errors of the stated size: the band holds all airspeeds in nearly all."""
+    """Twenty pairs with independent errors of the stated size: the band holds all airspeeds in
+    nearly all.
+    """
     rng = np.random.default_rng(5)
     quiet = 0
     for _ in range(20):
         shift = rng.standard_normal(2) * 0.15
         one, other = (
-            replace(curve(60, 160, s), simultaneous_two_sigma=curve(60, 160, 0.0).two_sigma) for s in shift
+            replace(curve(60, 160, s), simultaneous_two_sigma=curve(60, 160, 0.0).two_sigma)
+            for s in shift
         )
         quiet += not curve_difference("A", one, "B", other).differs
     assert quiet >= 15  # 19 are meant; fewer than 15 happen once in 10,000

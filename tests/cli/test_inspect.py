@@ -1,4 +1,6 @@
-"""`pitotbench inspect`: what a log holds, what it lacks, and a bound to expect that the calibration then gives."""
+"""`pitotbench inspect`: what a log holds, what it lacks, and a bound to expect that the calibration
+then gives.
+"""
 
 import json
 import re
@@ -19,7 +21,9 @@ from pitotbench.units import KNOT
 def circles():
     """A flight in gusts of the level of light turbulence, with fine sensors."""
     light = gust_deviation(Case(turbulence="light"))
-    return fixture.fly(fixture.circles(2), 2, 2, fixture.Air(gust=light, gps=0.02, pressure=2.0), seed=7)
+    return fixture.fly(
+        fixture.circles(2), 2, 2, fixture.Air(gust=light, gps=0.02, pressure=2.0), seed=7
+    )
 
 
 def test_the_account_is_that_of_the_flight():
@@ -46,10 +50,13 @@ def test_the_account_is_that_of_the_flight():
     assert not found.questions[0].answered
 
 
-@pytest.mark.parametrize("options", [{}, {"model": "bias", "accuracies": {"impact_pressure_zero_pa": 400.0}}])
+@pytest.mark.parametrize(
+    "options", [{}, {"model": "bias", "accuracies": {"impact_pressure_zero_pa": 400.0}}]
+)
 def test_the_bound_to_expect_is_about_that_of_the_calibration(options):
-    """For known noise it is the smaller one; the calibration has to estimate the noise. A zero that is to be
-    estimated and the curve are nearly one unknown: the bound of their sum is small, as the card's is."""
+    """For known noise it is the smaller one; the calibration has to estimate the noise. A zero that
+    is to be estimated and the curve are nearly one unknown: the bound of their sum is small, as the
+    card's is."""
     log, stated = circles(), CalibrationOptions(**options)
     speeds, expected = inspect_log(log, stated).expected
     curve = calibrate(log, stated).curve
@@ -76,12 +83,17 @@ def test_the_command_prints_and_draws(tmp_path, capsys):
 
 
 def test_a_limit_that_leaves_one_heading_is_named_by_calibrate_and_inspect():
-    """All turns were flown above the limit: neither may promise a curve, and the advice is another limit."""
+    """All turns were flown above the limit: neither may promise a curve, and the advice is another
+    limit.
+    """
     parts = zip(fixture.circles(2, (150, 160)), fixture.straight(2, 100.0, 115.0), strict=True)
     path = tuple(np.append(turns, slow) for turns, slow in parts)
     log = fixture.fly(path, 2, 2, fixture.Air(gps=0.02, pressure=2.0), seed=7)
     options = CalibrationOptions(mach_max=0.2)
-    says = r"all headings lie within .*; the limit of Mach 0.2 \(--mach-max\) leaves out \d\d% of the rows"
+    says = (
+        r"all headings lie within .*; the limit of Mach 0.2 \(--mach-max\) leaves out \d\d% of "
+        r"the rows"
+    )
     with pytest.raises(NoAnswerError, match=says):
         calibrate(log, options)
     found = inspect_log(log, options)

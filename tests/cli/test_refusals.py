@@ -1,4 +1,6 @@
-"""Every error is one line and an exit code; no input is overwritten; no output is found impossible too late."""
+"""Every error is one line and an exit code; no input is overwritten; no output is found impossible
+too late.
+"""
 
 import io
 import json
@@ -58,7 +60,11 @@ def refused(arguments, capsys, code=2):
         (MemoryError("290 TiB"), 2, "290 TiB"),
         (RecursionError("maximum depth"), 2, "nested too deeply"),
         (KeyboardInterrupt(), 130, "interrupted"),
-        (KeyError("swings"), 1, "unexpected: KeyError: 'swings'; run again with --debug for the traceback"),
+        (
+            KeyError("swings"),
+            1,
+            "unexpected: KeyError: 'swings'; run again with --debug for the traceback",
+        ),
         (RuntimeError("two\nlines"), 1, "RuntimeError: two lines"),
     ],
 )
@@ -73,7 +79,9 @@ def test_every_error_is_one_line_and_an_exit_code(error, code, says, capsys):
     assert found.out == ""
 
 
-@pytest.mark.parametrize("arguments", [["--debug", "calibrate", "no.csv"], ["calibrate", "no.csv", "--debug"]])
+@pytest.mark.parametrize(
+    "arguments", [["--debug", "calibrate", "no.csv"], ["calibrate", "no.csv", "--debug"]]
+)
 def test_debug_shows_the_traceback_of_any_error_before_or_behind_the_command(arguments, capsys):
     assert main(arguments) == 2
     assert "Traceback" in (error := capsys.readouterr().err)
@@ -81,7 +89,14 @@ def test_debug_shows_the_traceback_of_any_error_before_or_behind_the_command(arg
 
 
 def test_a_reader_that_closes_the_pipe_hears_nothing():
-    legs = ["fixed-speed", "--ground-speed-kt", "178,185,188", "--track-deg", "178,82,355", "--json"]
+    legs = [
+        "fixed-speed",
+        "--ground-speed-kt",
+        "178,185,188",
+        "--track-deg",
+        "178,82,355",
+        "--json",
+    ]
     command = [sys.executable, "-m", "pitotbench", *legs]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
@@ -94,10 +109,15 @@ def test_version_names_the_bench_and_the_simulator(arguments, capsys):
     with pytest.raises(SystemExit) as stop:
         main(arguments)
     assert stop.value.code == 0
-    assert capsys.readouterr().out == f"pitotbench {pitotbench.__version__}, JSBSim {version('jsbsim')}\n"
+    assert (
+        capsys.readouterr().out
+        == f"pitotbench {pitotbench.__version__}, JSBSim {version('jsbsim')}\n"
+    )
 
 
-@pytest.mark.parametrize("stated", [("--from", "90:00"), ("--from", "2:00", "--to", "1:00"), ("--to", "noon")])
+@pytest.mark.parametrize(
+    "stated", [("--from", "90:00"), ("--from", "2:00", "--to", "1:00"), ("--to", "noon")]
+)
 def test_a_part_that_the_log_does_not_hold_is_refused_with_its_times(stated, log, capsys):
     assert main(["calibrate", str(log), *stated]) == 2
     assert "0:00 to 3:56" in (says := capsys.readouterr().err) or "such as 12:30" in says
@@ -113,7 +133,9 @@ def test_a_stated_part_is_the_log_of_its_rows(log, capsys):
 
 
 @pytest.mark.parametrize("report", ["", ".", "page.csv", "no-folder/page.html", "/proc/page.html"])
-def test_a_report_is_refused_before_the_work_and_overwrites_no_log(report, log, tmp_path, monkeypatch, capsys):
+def test_a_report_is_refused_before_the_work_and_overwrites_no_log(
+    report, log, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     error = refused(["calibrate", "no-such-log.csv", "--report", report], capsys)
     assert "no-such-log" not in error
@@ -132,11 +154,17 @@ def test_a_log_that_cannot_be_written_is_refused_before_the_flight(out, case, mo
 
 @pytest.mark.parametrize(
     "command",
-    [["plan"], ["campaign", "--maneuver", "circle", "--das", "20/1"], ["reconcile", "no-such-log.csv"]],
+    [
+        ["plan"],
+        ["campaign", "--maneuver", "circle", "--das", "20/1"],
+        ["reconcile", "no-such-log.csv"],
+    ],
     ids=lambda command: command[0],
 )
 @pytest.mark.parametrize("out", ["taken", "taken/below", "/proc/out"])
-def test_a_folder_that_cannot_be_made_is_refused_before_the_work(command, out, tmp_path, monkeypatch, capsys):
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
+    command, out, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("mine")
     assert out in refused([*command, "--out", out], capsys)
@@ -146,7 +174,9 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(command, out, t
 def test_a_reconciliation_does_not_overwrite_its_card(log, case, capsys):
     card = case.rename(case.with_name("patch.toml"))
     # A script may still leave out the next flight, which is no longer planned.
-    error = refused(["reconcile", log, "--card", card, "--out", card.parent, "--no-next-flight"], capsys)
+    error = refused(
+        ["reconcile", log, "--card", card, "--out", card.parent, "--no-next-flight"], capsys
+    )
     assert "patch.toml: this is an input" in error
 
 
@@ -164,7 +194,9 @@ def test_what_is_no_case_is_called_what_it_is(name, says, tmp_path, capsys):
     assert says in refused(["fly", path, "-o", tmp_path / "x.csv"], capsys)
 
 
-@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, ".".join("x" * 30_000) + " = 1"])
+@pytest.mark.parametrize(
+    "text", ["x = " + "[" * 3000, "x = " + "1" * 5000, ".".join("x" * 30_000) + " = 1"]
+)
 def test_a_monstrous_case_or_mapping_is_refused(text, case, log, capsys):
     case.write_text(text)
     if "." not in text:
@@ -201,7 +233,9 @@ def test_names_from_a_log_reach_the_terminal_as_they_are_written(log, tmp_path, 
     """Neither rich markup nor escape codes of a column or file name act; both can be read."""
     path = tmp_path / "[red]a[bold] :bomb:\x1b[31m.csv"
     head, *rows = rows_of(log)
-    path.write_text("\n".join([f"{head},[bold red]x[/bold]\x1b]0;title\x07", *(f"{row},1" for row in rows)]))
+    path.write_text(
+        "\n".join([f"{head},[bold red]x[/bold]\x1b]0;title\x07", *(f"{row},1" for row in rows)])
+    )
     assert main(["calibrate", str(path), "--model", "bias"]) == 0
     text = capsys.readouterr().out
     assert "[red]a[bold] :bomb:\\x1b[31m.csv" in text
@@ -241,7 +275,8 @@ def test_a_file_name_that_is_not_utf_8_reaches_the_page(log, tmp_path, capsys):
 def test_only_debug_shows_the_warnings_of_python(flags, tmp_path):
     """A user reads no line of source; the tests of this project raise them as errors."""
     (tmp_path / "sitecustomize.py").write_text(
-        "import atexit, warnings; atexit.register(lambda: warnings.warn('told', UserWarning, stacklevel=2))"
+        "import atexit, warnings; atexit.register(lambda: warnings.warn('told', UserWarning, "
+        "stacklevel=2))"
     )
     command = [sys.executable, "-m", "pitotbench", "calibrate", "no.csv", *flags]
     settings = os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT / 'src'}"}
@@ -253,7 +288,9 @@ def test_only_debug_shows_the_warnings_of_python(flags, tmp_path):
 @pytest.mark.parametrize("name", list(BAD_LOGS))
 def test_a_bad_log_is_refused_in_one_line(name, tmp_path, capsys):
     (make, says), page = BAD_LOGS[name], tmp_path / "page.html"
-    assert re.search(says, refused(["calibrate", make(tmp_path), "--json", "--report", page], capsys))
+    assert re.search(
+        says, refused(["calibrate", make(tmp_path), "--json", "--report", page], capsys)
+    )
     assert not page.exists()
 
 

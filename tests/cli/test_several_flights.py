@@ -1,4 +1,6 @@
-"""A file with two flights: one curve for both, a wind for each, told as text, as JSON and on the page."""
+"""A file with two flights: one curve for both, a wind for each, told as text, as JSON and on the
+page.
+"""
 
 import json
 from contextlib import redirect_stdout
@@ -20,7 +22,10 @@ def after(first: FlightLog, second: FlightLog, pause: float) -> FlightLog:
     """Two logs in one, the second so many seconds after the first."""
     shifted = replace(second, time=second.time - second.time[0] + first.time[-1] + pause)
     return FlightLog(
-        **{name: np.concatenate([v, shifted.channels()[name]]) for name, v in first.channels().items()},
+        **{
+            name: np.concatenate([v, shifted.channels()[name]])
+            for name, v in first.channels().items()
+        },
         header=first.header,
     )
 
@@ -28,7 +33,10 @@ def after(first: FlightLog, second: FlightLog, pause: float) -> FlightLog:
 @pytest.fixture(scope="module")
 def flights(light_flights):
     first, second = (bench.sense(light_flights[name], "20/1") for name in ("rapid_decel", "circle"))
-    more = {"velocity_north": second.velocity_north + NORTH, "velocity_east": second.velocity_east + EAST}
+    more = {
+        "velocity_north": second.velocity_north + NORTH,
+        "velocity_east": second.velocity_east + EAST,
+    }
     return first, replace(second, **more)
 
 
@@ -47,10 +55,15 @@ def documents(path):
     return json.loads(printed.getvalue())
 
 
-def test_one_curve_covers_and_is_narrower_than_that_of_each_alone(documents, flights, light_flights):
+def test_one_curve_covers_and_is_narrower_than_that_of_each_alone(
+    documents, flights, light_flights
+):
     first, second = documents
     for point, other in zip(first["curve"], second["curve"], strict=True):
-        assert {**point, "white_two_sigma_kt": 0.0} == {**other, "white_two_sigma_kt": 0.0}  # of each log's own fit
+        assert {**point, "white_two_sigma_kt": 0.0} == {
+            **other,
+            "white_two_sigma_kt": 0.0,
+        }  # of each log's own fit
     speed, correction, bound = (
         np.array([point[key] for point in first["curve"]])
         for key in ("indicated_airspeed_kt", "correction_kt", "two_sigma_kt")
@@ -66,9 +79,16 @@ def test_each_flight_has_its_own_wind_and_says_which_it_is(documents):
     first, second = (document["wind"] for document in documents)
     for axis, more in (("north", NORTH), ("east", EAST)):
         bound = np.hypot(first[f"{axis}_two_sigma_kt"], second[f"{axis}_two_sigma_kt"])
-        assert second[f"{axis}_kt"] - first[f"{axis}_kt"] == pytest.approx(more / KNOT, abs=1.5 * bound)
+        assert second[f"{axis}_kt"] - first[f"{axis}_kt"] == pytest.approx(
+            more / KNOT, abs=1.5 * bound
+        )
     first, second = (document["flight"] for document in documents)
-    assert (first["number"], second["number"], first["of"], first["flights_of_the_curve"]) == (1, 2, 2, 2)
+    assert (first["number"], second["number"], first["of"], first["flights_of_the_curve"]) == (
+        1,
+        2,
+        2,
+        2,
+    )
     assert second["from_s"] - first["to_s"] == pytest.approx(PAUSE)
 
 
@@ -89,7 +109,9 @@ def test_a_flight_that_determines_nothing_is_left_out_and_said(flights):
     three = after(after(first, leg, PAUSE), second, PAUSE)
     found = bench.calibrate_flights([three])
     assert [(each.number, each.count, each.joined) for each in found] == [(1, 3, 2), (3, 3, 2)]
-    assert all(any("flight 2 of this log" in text for text in each.calibration.warnings) for each in found)
+    assert all(
+        any("flight 2 of this log" in text for text in each.calibration.warnings) for each in found
+    )
 
 
 def test_legs_that_are_recorded_apart_are_one_flight(flights):
@@ -103,6 +125,8 @@ def test_legs_that_are_recorded_apart_are_one_flight(flights):
 
 
 def test_models_are_weighed_for_each_flight_alone(flights):
-    found = bench.calibrate_flights([after(*flights, PAUSE)], bench.CalibrationOptions(model="auto"))
+    found = bench.calibrate_flights(
+        [after(*flights, PAUSE)], bench.CalibrationOptions(model="auto")
+    )
     assert [each.joined for each in found] == [1, 1]
     assert all(any("its own curve" in text for text in each.calibration.warnings) for each in found)

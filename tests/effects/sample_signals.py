@@ -24,7 +24,11 @@ def turning(seconds: float = 120.0, rate: float = 50.0, pause: float = 0.0) -> S
     }
     engine = {
         f"{name}_{side}": level * (1.0 + 0.2 * np.sin(time / 11.0))
-        for name, level in (("manifold_pressure", 9e4), ("propeller_speed", 270.0), ("throttle", 0.5))
+        for name, level in (
+            ("manifold_pressure", 9e4),
+            ("propeller_speed", 270.0),
+            ("throttle", 0.5),
+        )
         for side in ("left", "right")
     }
     return Signals(

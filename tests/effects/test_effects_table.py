@@ -1,4 +1,6 @@
-"""What an effect of the table says of itself is so, also for a part of a flight; a case's effects, or one error."""
+"""What an effect of the table says of itself is so, also for a part of a flight; a case's effects,
+or one error.
+"""
 
 from dataclasses import replace
 from typing import get_args
@@ -56,7 +58,9 @@ def test_an_effect_survives_a_case_file(name):
 def test_a_sensor_effect_changes_what_it_says_and_nothing_else(name):
     effect, signals = EFFECTS[name], turning()
     felt = effect.apply(signals, effect.typical())
-    changed = {channel for channel in signals if not np.array_equal(felt[channel], signals[channel])}
+    changed = {
+        channel for channel in signals if not np.array_equal(felt[channel], signals[channel])
+    }
     assert changed == {*effect.changes, *effect.also}
     assert set(felt) == set(signals)
     assert np.array_equal(felt.time, signals.time)
@@ -71,16 +75,29 @@ def test_zero_size_is_identity(name):
     assert all(np.array_equal(felt[channel], signals[channel]) for channel in signals)
 
 
-@pytest.mark.parametrize("name", [n for n in SENSORS if n not in ("saturation", "quantization", "dropped_samples")])
+@pytest.mark.parametrize(
+    "name", [n for n in SENSORS if n not in ("saturation", "quantization", "dropped_samples")]
+)
 def test_a_small_effect_is_small(name):
-    """No effect jumps at zero: a thousandth of the typical size does at most a hundredth of its work."""
+    """No effect jumps at zero: a thousandth of the typical size does at most a hundredth of its
+    work.
+    """
     effect, signals = EFFECTS[name], turning(60.0)
     shapes = {p.name: p.typical for p in effect.parameters if p.shape}
     small = {p.name: 1e-3 * p.typical for p in effect.parameters if not p.shape}
-    full, slight = effect.apply(signals, effect.typical()), effect.apply(signals, {**small, **shapes})
+    full, slight = (
+        effect.apply(signals, effect.typical()),
+        effect.apply(signals, {**small, **shapes}),
+    )
     for channel in effect.changes:
-        work, little = np.ptp(full[channel] - signals[channel]), np.ptp(slight[channel] - signals[channel])
-        mean, trifle = np.mean(full[channel] - signals[channel]), np.mean(slight[channel] - signals[channel])
+        work, little = (
+            np.ptp(full[channel] - signals[channel]),
+            np.ptp(slight[channel] - signals[channel]),
+        )
+        mean, trifle = (
+            np.mean(full[channel] - signals[channel]),
+            np.mean(slight[channel] - signals[channel]),
+        )
         assert little <= 1e-2 * work + 1e-9
         assert abs(trifle) <= 1e-2 * max(abs(mean), work) + 1e-9
 
@@ -108,12 +125,16 @@ def test_an_effect_on_top_of_itself_is_one_of_both_sizes(name):
     effect, model = EFFECTS[name], aircraft_model("navajo")
 
     def of(share):
-        return effect.overlay({p.name: share * p.typical for p in effect.parameters}, model.baseline)
+        return effect.overlay(
+            {p.name: share * p.typical for p in effect.parameters}, model.baseline
+        )
 
     both, whole = of(0.25) + of(1.0), of(1.25)
     assert dict(both.sizes) == pytest.approx(dict(whole.sizes))
     assert both.temperature_offset == pytest.approx(whole.temperature_offset)
-    assert replace(both, sizes=(), temperature_offset=0.0) == replace(whole, sizes=(), temperature_offset=0.0)
+    assert replace(both, sizes=(), temperature_offset=0.0) == replace(
+        whole, sizes=(), temperature_offset=0.0
+    )
 
 
 LAG = EffectSpec("pitot_lag", {"lag_s": 0.3})
@@ -123,9 +144,15 @@ BAD = {
         r"pitot_lag: unknown parameter 'lag_ms'.*lag_s",
     ),
     "missing": ([EffectSpec("pitot_lag")], r"pitot_lag: lag_s is missing \(typically 0.4"),
-    "too large": ([EffectSpec("pitot_lag", {"lag_s": 50.0})], r"pitot_lag: lag_s = 50 is not within 0.01 to 3"),
+    "too large": (
+        [EffectSpec("pitot_lag", {"lag_s": 50.0})],
+        r"pitot_lag: lag_s = 50 is not within 0.01 to 3",
+    ),
     "wrong sign": ([EffectSpec("pitot_lag", {"lag_s": -0.2})], r"lag_s = -0.2 is not within"),
-    "not a number": ([EffectSpec("pitot_lag", {"lag_s": float("nan")})], r"lag_s = nan is not within"),
+    "not a number": (
+        [EffectSpec("pitot_lag", {"lag_s": float("nan")})],
+        r"lag_s = nan is not within",
+    ),
     "all at once": (
         [EffectSpec("pitot_lag"), EffectSpec("belly_pod", {"drag_area_m2": 9.0})],
         r"pitot_lag: lag_s is missing.*belly_pod: drag_area_m2 = 9",
@@ -143,7 +170,9 @@ def test_each_problem_is_named(what):
 
 
 def test_shapes_may_be_left_out_and_zero_is_none():
-    (choice,) = chosen([EffectSpec("second_order_line", {"lag_s": 0.3}), EffectSpec("pitot_lag", {"lag_s": 0.0})])
+    (choice,) = chosen(
+        [EffectSpec("second_order_line", {"lag_s": 0.3}), EffectSpec("pitot_lag", {"lag_s": 0.0})]
+    )
     assert choice.effect.complete(choice.sizes) == {"lag_s": 0.3, "damping": 0.6}
 
 
@@ -173,7 +202,11 @@ def test_an_effect_with_a_defining_size_is_its_neighbor_without_it():
 
 TIMED = [name for name in EFFECTS if f"{name}_for_a_time" in FORMS]
 TIMED_SENSORS = [name for name in TIMED if EFFECTS[name].acts_on == "sensors"]
-WINDS = [name for name in TIMED if isinstance(EFFECTS[name], AirEffect) and EFFECTS[name].wind is not None]
+WINDS = [
+    name
+    for name in TIMED
+    if isinstance(EFFECTS[name], AirEffect) and EFFECTS[name].wind is not None
+]
 BETWEEN = {"from_s": 40.0, "to_s": 80.0}
 
 
@@ -187,7 +220,10 @@ def test_a_sensor_effect_acts_between_its_times_only(name, times):
     signals = turning()
     since, end = signals.time - signals.time[0], times.get("to_s", np.inf)
     (choice,) = chosen([EffectSpec(name, {**EFFECTS[name].typical(), **times})])
-    whole, part = EFFECTS[name].apply(signals, EFFECTS[name].typical()), choice.effect.apply(signals, choice.sizes)
+    whole, part = (
+        EFFECTS[name].apply(signals, EFFECTS[name].typical()),
+        choice.effect.apply(signals, choice.sizes),
+    )
     outside, inside = (since <= 40.0) | (since >= end), (since >= 42.0) & (since <= end - 2.0)
     for channel in signals:
         np.testing.assert_array_equal(part[channel][outside], signals[channel][outside])
@@ -196,7 +232,9 @@ def test_a_sensor_effect_acts_between_its_times_only(name, times):
 
 def test_a_heading_fades_in_across_north_the_short_way():
     signals = turning(60.0)
-    signals = signals.with_channels(heading=np.mod(0.02 * (signals.time - signals.time[0]) - 0.63, 2.0 * np.pi))
+    signals = signals.with_channels(
+        heading=np.mod(0.02 * (signals.time - signals.time[0]) - 0.63, 2.0 * np.pi)
+    )
     (choice,) = chosen([EffectSpec("gps_latency", {"latency_s": 0.3, "from_s": 30.0})])
     (turned,) = chosen([EffectSpec("inertial_unit_misalignment", {
         "roll_deg": 0.0, "pitch_deg": 0.0, "yaw_deg": 5.0, "from_s": 30.0})])  # fmt: skip
@@ -222,13 +260,22 @@ def test_a_force_of_the_airplane_grows_and_fades_with_its_share():
     (choice,) = chosen([EffectSpec("belly_pod", {"drag_area_m2": 0.2, **BETWEEN})])
     overlay = choice.effect.overlay(choice.sizes, Baseline("none", (0.0, 0.0, 0.0)))
     time = np.array([0.0, 40.0, 41.0, 60.0, 79.5, 80.0, 200.0])
-    there = {"simulation/sim-time-sec": 500.0 + time, "bench/recording-start-s": 500.0, "aero/qbar-psf": 10.0}
+    there = {
+        "simulation/sim-time-sec": 500.0 + time,
+        "bench/recording-start-s": 500.0,
+        "aero/qbar-psf": 10.0,
+    }
     drag = evaluate(overlay.functions[0].value, {**there, **dict(overlay.sizes)})
-    np.testing.assert_allclose(drag, 10.0 * 0.2 / 0.3048**2 * np.array([0.0, 0.0, 0.5, 1.0, 0.25, 0.0, 0.0]))
+    np.testing.assert_allclose(
+        drag, 10.0 * 0.2 / 0.3048**2 * np.array([0.0, 0.0, 0.5, 1.0, 0.25, 0.0, 0.0])
+    )
 
 
 def test_a_case_file_names_the_times_beside_the_sizes():
-    text = '[[effects]]\nname = "flap_not_up"\nparameters = { extension = 0.2, from_s = 60.0, to_s = 140.0 }\n'
+    text = (
+        '[[effects]]\nname = "flap_not_up"\nparameters = { extension = 0.2, from_s = 60.0, '
+        "to_s = 140.0 }\n"
+    )
     case = read_case(text)
     assert read_case(write_case(case)) == case
     (choice,) = chosen(case.effects)
@@ -239,7 +286,11 @@ def test_a_case_file_names_the_times_beside_the_sizes():
 @pytest.mark.parametrize(
     ("name", "parameters", "message"),
     [
-        ("pitot_lag", {"lag_s": 0.3, "from_s": 80.0, "to_s": 60.0}, "to_s is not later than from_s"),
+        (
+            "pitot_lag",
+            {"lag_s": 0.3, "from_s": 80.0, "to_s": 60.0},
+            "to_s is not later than from_s",
+        ),
         ("pitot_lag", {"lag_s": 0.3, "to_s": 60.0}, "unknown parameter 'to_s'"),
         ("pitot_lag", {"lag_s": 0.3, "from_s": -5.0}, "from_s = -5 is not within"),
         ("nonstandard_temperature", {"warmer_k": 5.0, "from_s": 9.0}, "unknown parameter 'from_s'"),

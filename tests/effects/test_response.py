@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pitotbench.effects.response import Signals, delayed, first_order, first_order_varying, second_order
+from pitotbench.effects.response import (
+    Signals,
+    delayed,
+    first_order,
+    first_order_varying,
+    second_order,
+)
 
 
 def on(time: np.ndarray) -> Signals:
@@ -20,14 +26,18 @@ def test_a_ramp_is_late_by_the_lag(rate, lag):
     time = np.arange(0.0, 60.0, 1.0 / rate)
     assert (time - first_order(on(time), time, lag))[-1] == pytest.approx(lag, rel=1e-6)
     assert (time - second_order(on(time), time, lag, 0.6))[-1] == pytest.approx(lag, rel=1e-6)
-    assert (time - first_order_varying(on(time), time, np.full_like(time, lag)))[-1] == pytest.approx(lag, rel=1e-6)
+    assert (time - first_order_varying(on(time), time, np.full_like(time, lag)))[
+        -1
+    ] == pytest.approx(lag, rel=1e-6)
 
 
 def test_the_whole_response_to_a_ramp_is_the_analytic_one():
     time = np.arange(0.0, 5.0, 0.05)
     exact = time - 0.7 * (1.0 - np.exp(-time / 0.7))
     np.testing.assert_allclose(first_order(on(time), time, 0.7), exact, atol=1e-12)
-    np.testing.assert_allclose(first_order_varying(on(time), time, np.full_like(time, 0.7)), exact, atol=1e-12)
+    np.testing.assert_allclose(
+        first_order_varying(on(time), time, np.full_like(time, 0.7)), exact, atol=1e-12
+    )
 
 
 def test_the_second_order_line_against_integration():
@@ -46,7 +56,9 @@ def test_the_second_order_line_against_integration():
         found = solve_ivp(rates, span, states[-1], "DOP853", rtol=1e-9, atol=1e-12, args=sample)
         states.append(found.y[:, -1])
     exact = np.array(states)[:, 0]
-    np.testing.assert_allclose(second_order(on(time), drive, lag, damping), exact, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(
+        second_order(on(time), drive, lag, damping), exact, rtol=0.0, atol=1e-8
+    )
 
 
 @pytest.mark.parametrize(

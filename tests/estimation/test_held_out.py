@@ -27,7 +27,9 @@ def setup():
     rng = np.random.default_rng(5)
     X = np.column_stack([np.ones(N), np.linspace(-1.0, 1.0, N)])
     loading = np.ones((N, 1))
-    noise = MarkovNoise(INTERVALS, np.full(N, 0.3), [MarkovProcess(0.8, np.full(N + 1, 6.0), loading)])
+    noise = MarkovNoise(
+        INTERVALS, np.full(N, 0.3), [MarkovProcess(0.8, np.full(N + 1, 6.0), loading)]
+    )
     covariance = np.linalg.inv(noise.weigh(np.eye(N)))
     y = X @ [0.5, -1.0] + np.linalg.cholesky(covariance) @ rng.standard_normal(N)
     return Regression(y, X, X, np.zeros(X.shape[1])), noise, covariance
@@ -45,22 +47,30 @@ def test_density_is_that_of_leaving_out(setup):
         gain = joint[np.ix_(out, kept)] @ np.linalg.inv(joint[np.ix_(kept, kept)])
         mean = gain @ problem.response[kept]
         spread = joint[np.ix_(out, out)] - gain @ joint[np.ix_(kept, out)]
-        assert score == pytest.approx(multivariate_normal.logpdf(problem.response[out], mean, spread), abs=1e-8)
+        assert score == pytest.approx(
+            multivariate_normal.logpdf(problem.response[out], mean, spread), abs=1e-8
+        )
     # Without a prior it is the limit of a wide one.
-    flat, wide = (held_out_log_density(problem, noise, each * np.eye(2), SEGMENT) for each in (0.0, 1e-9))
+    flat, wide = (
+        held_out_log_density(problem, noise, each * np.eye(2), SEGMENT) for each in (0.0, 1e-9)
+    )
     np.testing.assert_allclose(flat, wide, atol=1e-6)
 
 
 def test_a_wrong_model_predicts_worse(setup):
     problem, noise, _ = setup
-    level = Regression(problem.response, problem.regressors[:, :1], problem.instruments[:, :1], np.zeros(1))
+    level = Regression(
+        problem.response, problem.regressors[:, :1], problem.instruments[:, :1], np.zeros(1)
+    )
     steep = replace(level, response=problem.response + 20.0 * problem.regressors[:, 1])
     assert held_out_log_density(steep, noise, np.zeros((1, 1)), SEGMENT).sum() < -50.0
     assert held_out_log_density(problem, noise, np.zeros((2, 2)), SEGMENT).sum() > -50.0
 
 
 def test_likelihood_is_the_dense_one_and_the_criteria_are_those_of_the_source(setup):
-    """Burnham and Anderson, Model Selection, 2002, eqs. 2.15 and 6.6: -2 ln L + 2K + 2K(K+1)/(n-K-1), K ln n."""
+    """Burnham and Anderson, Model Selection, 2002, eqs. 2.15 and 6.6: -2 ln L + 2K +
+    2K(K+1)/(n-K-1), K ln n.
+    """
     problem, noise, covariance = setup
     X, weight = problem.regressors, np.linalg.inv(covariance)
     best = X @ np.linalg.solve(X.T @ weight @ X, X.T @ weight @ problem.response)
@@ -80,7 +90,9 @@ def problem(seed=1):
         intervals = Intervals(np.arange(n + 1.0), np.arange(n))
         gusts = MarkovProcess(0.8, np.full(n + 1, 7.0), np.ones((n, 1)))
         noise = MarkovNoise(intervals, np.full(n, 0.3), [gusts])
-        parts.append(EvidencePart(*(rng.standard_normal(shape) for shape in ((n,), (n, 3), (n, 4))), noise))
+        parts.append(
+            EvidencePart(*(rng.standard_normal(shape) for shape in ((n,), (n, 3), (n, 4))), noise)
+        )
     return parts
 
 
@@ -106,7 +118,9 @@ def test_the_bayes_factor_is_the_ratio_of_two_normal_densities(deviations):
     with_them = multivariate_normal.logpdf(response, zero, covariance_of(parts, deviations))
     without = multivariate_normal.logpdf(response, zero, covariance_of(parts, np.zeros(0)))
     chosen = np.arange(len(deviations))
-    assert found.log_bayes_factor(chosen, deviations) == pytest.approx(with_them - without, abs=1e-6)
+    assert found.log_bayes_factor(chosen, deviations) == pytest.approx(
+        with_them - without, abs=1e-6
+    )
 
 
 def test_the_estimates_move_as_those_of_a_fit_with_the_further_columns_taken_off():
@@ -114,9 +128,12 @@ def test_the_estimates_move_as_those_of_a_fit_with_the_further_columns_taken_off
     found = column_evidence(parts, np.full(3, WIDE))
 
     def fitted(responses):
-        normal = sum(part.regressors.T @ part.noise.weigh(part.regressors) for part in parts) + WIDE * np.eye(3)
+        normal = sum(
+            part.regressors.T @ part.noise.weigh(part.regressors) for part in parts
+        ) + WIDE * np.eye(3)
         pull = sum(
-            part.regressors.T @ part.noise.weigh(y[:, None])[:, 0] for part, y in zip(parts, responses, strict=True)
+            part.regressors.T @ part.noise.weigh(y[:, None])[:, 0]
+            for part, y in zip(parts, responses, strict=True)
         )
         return np.linalg.solve(normal, pull)
 
@@ -134,4 +151,6 @@ def test_without_the_columns_the_bayes_factor_is_one_in_the_mean():
     small = 0.5 / np.sqrt(np.diag(found.precision))
     factors = np.exp(found.log_bayes_factors(found.drawn(20_000, 1), chosen, small))
     assert np.mean(factors) == pytest.approx(1.0, abs=4.0 * np.std(factors) / np.sqrt(len(factors)))
-    assert np.mean(np.exp(found.log_bayes_factors(2.0 * found.drawn(20_000, 1), chosen, small))) > 1.2
+    assert (
+        np.mean(np.exp(found.log_bayes_factors(2.0 * found.drawn(20_000, 1), chosen, small))) > 1.2
+    )

@@ -1,4 +1,6 @@
-"""Noise as recursions: against dense covariances, and a stack of noises against the same one by one."""
+"""Noise as recursions: against dense covariances, and a stack of noises against the same one by
+one.
+"""
 
 from dataclasses import dataclass
 
@@ -8,7 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
-from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimation.point_noise import (
+    PointNoise,
+    UnknownColumns,
+    ornstein_uhlenbeck,
+    random_walk,
+)
 from pitotbench.estimation.restricted_likelihood import Regression, noise_posterior
 
 POINTS = 60
@@ -36,7 +43,10 @@ def dense(intervals, white, processes):
 
 @settings(max_examples=20, deadline=None)
 @given(
-    seed=st.integers(0, 10**6), count=st.integers(0, 3), deviation=st.floats(1e-3, 5.0), scale=st.floats(0.5, 500.0)
+    seed=st.integers(0, 10**6),
+    count=st.integers(0, 3),
+    deviation=st.floats(1e-3, 5.0),
+    scale=st.floats(0.5, 500.0),
 )
 def test_products_and_determinant_match_the_dense_covariance(seed, count, deviation, scale):
     rng = np.random.default_rng(seed)
@@ -44,7 +54,9 @@ def test_products_and_determinant_match_the_dense_covariance(seed, count, deviat
     n, states = len(intervals.left), len(intervals.edges)
     white = rng.uniform(0.05, 0.3, n)
     processes = [
-        MarkovProcess(deviation * (j + 1), np.full(states, scale * 3.0**j), rng.uniform(-1, 1, (n, 1 + j % 2)))
+        MarkovProcess(
+            deviation * (j + 1), np.full(states, scale * 3.0**j), rng.uniform(-1, 1, (n, 1 + j % 2))
+        )
         for j in range(count)
     ]
     noise, covariance = MarkovNoise(intervals, white, processes), dense(intervals, white, processes)
@@ -55,7 +67,9 @@ def test_products_and_determinant_match_the_dense_covariance(seed, count, deviat
 
 
 def test_a_memory_that_changes_is_that_of_a_process_in_its_own_time():
-    """With the correlation time constant from edge to edge, the process is one of unit memory in time over it."""
+    """With the correlation time constant from edge to edge, the process is one of unit memory in
+    time over it.
+    """
     intervals, rng = spread(5), np.random.default_rng(5)
     n, time = len(intervals.left), rng.uniform(0.5, 20.0, len(intervals.edges))
     own = np.concatenate([[0.0], np.cumsum(np.diff(intervals.edges) / time[:-1])])
@@ -93,7 +107,11 @@ def test_two_outputs_see_one_process_from_two_sides():
     both = np.concatenate([along, across])
     start, length = intervals.edges[intervals.left], intervals.length
     inside = (start[:, None] + length[:, None] * (np.arange(POINTS) + 0.5) / POINTS).ravel()
-    kernel = np.exp(-np.abs(inside[:, None] - inside) / 9.0).reshape(n, POINTS, n, POINTS).mean(axis=(1, 3))
+    kernel = (
+        np.exp(-np.abs(inside[:, None] - inside) / 9.0)
+        .reshape(n, POINTS, n, POINTS)
+        .mean(axis=(1, 3))
+    )
     covariance = np.diag(white.ravel()) + 0.49 * (both @ both.T) * np.tile(kernel, (2, 2))
     noise, data = MarkovNoise(intervals, white, processes), rng.standard_normal((2 * n, 3))
     wanted = np.linalg.solve(covariance, data)
@@ -112,14 +130,20 @@ def markov(levels, memories):
     """Two outputs that see gusts, and a slow wind whose memory is the same in every noise."""
     across = np.stack([-ALONG[:, 1], ALONG[:, 0]], axis=1)
     seen, edges = np.stack([ALONG, across]), np.ones(N + 2)
-    white = np.stack([WHITE + levels[..., None] ** 2, WHITE * np.ones_like(levels)[..., None]], axis=-2)
+    white = np.stack(
+        [WHITE + levels[..., None] ** 2, WHITE * np.ones_like(levels)[..., None]], axis=-2
+    )
     gusts = MarkovProcess(levels, memories[..., None] * edges, seen)
     return MarkovNoise(INTERVALS, white, [gusts, MarkovProcess(0.5 * levels, 900.0 * edges, seen)])
 
 
 def heights(levels, memories):
     """Heights and fixes at some of the points, a walk and a slow error, and two unknown columns."""
-    time, first, fix = np.arange(N) * 2.0, np.arange(N) % 30 == 0, np.where(np.arange(N) % 4, np.inf, 0.3)
+    time, first, fix = (
+        np.arange(N) * 2.0,
+        np.arange(N) % 30 == 0,
+        np.where(np.arange(N) % 4, np.inf, 0.3),
+    )
     white = np.broadcast_to(np.stack([WHITE, fix]), (*np.shape(levels), 2, N))
     processes = [
         random_walk(time, 0.1 * levels, first, (1.0, -1.0)),
@@ -140,7 +164,9 @@ def test_a_stack_has_the_numbers_of_each_noise(family, rows):
         alone = family(LEVELS[place], MEMORIES[place])
         np.testing.assert_allclose(weighed[place], alone.weigh(data), rtol=1e-10, atol=1e-12)
         assert stack.log_determinants[place] == pytest.approx(alone.log_determinant, abs=1e-9)
-    assert np.ptp(stack.log_determinants) > 1.0  # noises that differ: one in place of another would be seen
+    assert (
+        np.ptp(stack.log_determinants) > 1.0
+    )  # noises that differ: one in place of another would be seen
 
 
 @dataclass(frozen=True)
@@ -177,7 +203,10 @@ def test_a_search_is_the_same_with_noises_made_together(refused):
     def prior(phi):
         return -0.5 * float(phi @ phi)
 
-    found = [noise_posterior(problem, of(refused), prior, np.log([0.2, 0.2])) for of in (OneByOne, Together)]
+    found = [
+        noise_posterior(problem, of(refused), prior, np.log([0.2, 0.2]))
+        for of in (OneByOne, Together)
+    ]
     assert len(found[0]) == 9
     for one, other in zip(*found, strict=True):
         assert one.weight == pytest.approx(other.weight, rel=1e-9)

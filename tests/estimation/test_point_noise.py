@@ -1,24 +1,35 @@
-"""White noise plus recursions, and the joint likelihood of two sets of rows, against dense matrices."""
+"""White noise plus recursions, and the joint likelihood of two sets of rows, against dense
+matrices.
+"""
 
 import numpy as np
 import pytest
 
 from pitotbench.estimation.noise import Intervals, JointNoiseOf, MarkovNoise, MarkovProcess
-from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimation.point_noise import (
+    PointNoise,
+    UnknownColumns,
+    ornstein_uhlenbeck,
+    random_walk,
+)
 from pitotbench.estimation.restricted_likelihood import Regression, restricted_log_likelihood, solve
 
 N = 40
 RNG = np.random.default_rng(7)
 TIME = np.cumsum(RNG.uniform(1.0, 3.0, N))
 FIRST = np.isin(np.arange(N), [0, 25])
-WHITE = np.stack([RNG.uniform(0.01, 0.02, N), np.where(np.arange(N) % 5 == 0, np.inf, RNG.uniform(0.05, 0.1, N))])
+WHITE = np.stack(
+    [RNG.uniform(0.01, 0.02, N), np.where(np.arange(N) % 5 == 0, np.inf, RNG.uniform(0.05, 0.1, N))]
+)
 TIED = np.isfinite(WHITE[1])
 COLUMNS = np.concatenate([RNG.standard_normal((N, 3)), np.zeros((int(TIED.sum()), 3))])
 PRECISION = np.array([0.0, 1.0, 4.0])
 
 
 def _walk_and_slow(rate: float, level: float, memory: float) -> np.ndarray:
-    """Dense covariance of (walk, slow − walk) of one flight, the walk beginning at zero in each stretch."""
+    """Dense covariance of (walk, slow − walk) of one flight, the walk beginning at zero in each
+    stretch.
+    """
     part = np.cumsum(FIRST)
     start = np.array([TIME[FIRST][p - 1] for p in part])
     walk = rate**2 * np.minimum.outer(TIME - start, TIME - start) * np.equal.outer(part, part)
@@ -31,15 +42,22 @@ def _walk_and_slow(rate: float, level: float, memory: float) -> np.ndarray:
 
 
 def _dense(rate: float, level: float, memory: float) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance with what is known of the columns, and the columns of which nothing is: beginnings, the first."""
+    """Covariance with what is known of the columns, and the columns of which nothing is:
+    beginnings, the first.
+    """
     begins = np.stack([(np.cumsum(FIRST) == p).astype(float) for p in (1, 2)], axis=1)
     begins = np.concatenate([begins, -begins[TIED]])
     known = COLUMNS[:, 1:] / np.sqrt(PRECISION[1:])
-    return _walk_and_slow(rate, level, memory) + known @ known.T, np.column_stack([begins, COLUMNS[:, 0]])
+    return _walk_and_slow(rate, level, memory) + known @ known.T, np.column_stack(
+        [begins, COLUMNS[:, 0]]
+    )
 
 
 def _noise(rate: float, level: float, memory: float) -> PointNoise:
-    processes = [random_walk(TIME, rate, FIRST, (1.0, -1.0)), ornstein_uhlenbeck(TIME, level, memory, (0.0, 1.0))]
+    processes = [
+        random_walk(TIME, rate, FIRST, (1.0, -1.0)),
+        ornstein_uhlenbeck(TIME, level, memory, (0.0, 1.0)),
+    ]
     return PointNoise(WHITE, processes, UnknownColumns(COLUMNS, PRECISION))
 
 
@@ -63,7 +81,9 @@ def test_determinants_differ_as_those_of_dense_matrices():
 
 
 def _joint() -> tuple[Regression, JointNoiseOf, np.ndarray]:
-    """Forty means in gusts and the altitude rows above, three shared coefficients of which one is a wind's."""
+    """Forty means in gusts and the altitude rows above, three shared coefficients of which one is a
+    wind's.
+    """
     edges = np.arange(N + 1.0)
     intervals = Intervals(edges, np.arange(N))
     second = N + int(TIED.sum())
@@ -71,7 +91,9 @@ def _joint() -> tuple[Regression, JointNoiseOf, np.ndarray]:
     X[N:, 2] = 0.0
     X[2 * N :] = 0.0
     y = RNG.standard_normal(N + second)
-    problem = Regression(y, X, X + 0.01 * RNG.standard_normal(X.shape) * (X != 0.0), np.array([0.0, 0.0, 2.0]))
+    problem = Regression(
+        y, X, X + 0.01 * RNG.standard_normal(X.shape) * (X != 0.0), np.array([0.0, 0.0, 2.0])
+    )
 
     def gusts(phi: np.ndarray) -> MarkovNoise:
         level, memory = np.exp(phi)
@@ -89,7 +111,9 @@ PHI = np.log([0.5, 6.0, 0.05, 2.0, 60.0])
 OTHER = np.log([0.8, 9.0, 0.1, 1.0, 90.0])
 
 
-def _dense_joint(problem: Regression, gusts: np.ndarray, phi: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def _dense_joint(
+    problem: Regression, gusts: np.ndarray, phi: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
     """Restricted log-likelihood, estimate and covariance with every matrix formed."""
     first = np.linalg.inv(gusts(phi[:2]).weigh(np.eye(N)))
     second, free = _dense(*np.exp(phi[2:]))

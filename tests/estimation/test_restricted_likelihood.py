@@ -1,4 +1,6 @@
-"""Restricted likelihood against its dense textbook form; the mixture and its design against identities."""
+"""Restricted likelihood against its dense textbook form; the mixture and its design against
+identities.
+"""
 
 import numpy as np
 import pytest
@@ -47,9 +49,13 @@ def test_restricted_likelihood_matches_the_dense_form():
 
 
 def test_the_likelihood_takes_the_instruments_for_regressors():
-    """Measurement noise of a regressor is in the response as well, and must not pass for something explained."""
+    """Measurement noise of a regressor is in the response as well, and must not pass for something
+    explained.
+    """
     problem, intervals = make_problem()
-    noisy = problem.regressors + 0.1 * np.random.default_rng(4).standard_normal(problem.regressors.shape)
+    noisy = problem.regressors + 0.1 * np.random.default_rng(4).standard_normal(
+        problem.regressors.shape
+    )
     measured = Regression(problem.response, noisy, problem.instruments, problem.prior_precision)
     noise = MarkovNoise(intervals, np.ones(60), [])
     assert restricted_log_likelihood(measured, noise) == restricted_log_likelihood(problem, noise)
@@ -64,14 +70,21 @@ def test_regressors_that_are_one_and_the_same_get_a_reason_and_no_answer():
 
 
 def test_white_noise_posterior_gives_student_like_bounds():
-    """With one unknown white level the mixture must be wider than the plug-in normal, as Student's t is."""
+    """With one unknown white level the mixture must be wider than the plug-in normal, as Student's
+    t is.
+    """
     problem, intervals = make_problem(n=12)
     nodes = noise_posterior(problem, level(intervals), lambda phi: 0.0, np.zeros(1))
     weights = np.array([node.weight for node in nodes])
     means = np.array([node.estimate[1:] for node in nodes])
     deviations = np.sqrt([[node.covariance[1, 1]] for node in nodes])
-    rest = problem.response - problem.regressors @ np.linalg.lstsq(problem.regressors, problem.response)[0]
-    plug_in = np.sqrt(rest @ rest / 10 * np.linalg.inv(problem.regressors.T @ problem.regressors)[1, 1])
+    rest = (
+        problem.response
+        - problem.regressors @ np.linalg.lstsq(problem.regressors, problem.response)[0]
+    )
+    plug_in = np.sqrt(
+        rest @ rest / 10 * np.linalg.inv(problem.regressors.T @ problem.regressors)[1, 1]
+    )
     student = 2.28  # 95.45 % two-sided quantile, 10 degrees of freedom
     assert half_width(weights, means, deviations)[0] == pytest.approx(student * plug_in, rel=0.08)
 
@@ -89,7 +102,11 @@ def test_design_has_the_moments_of_a_gaussian(dimensions):
 
 
 def test_half_width_of_a_mixture_holds_its_share():
-    weights, means, deviations = np.array([0.3, 0.7]), np.array([[0.0], [1.0]]), np.array([[1.0], [0.5]])
+    weights, means, deviations = (
+        np.array([0.3, 0.7]),
+        np.array([[0.0], [1.0]]),
+        np.array([[1.0], [0.5]]),
+    )
     h, center = half_width(weights, means, deviations)[0], 0.7
     inside = sum(
         w * (norm.cdf(center + h, m, s) - norm.cdf(center - h, m, s))
@@ -97,4 +114,6 @@ def test_half_width_of_a_mixture_holds_its_share():
     )
     assert inside == pytest.approx(TWO_SIGMA_SHARE, abs=1e-6)
     # Of one Gaussian it is two σ.
-    assert half_width(np.ones(1), np.array([[3.0]]), np.array([[0.7]]))[0] == pytest.approx(1.4, rel=1e-6)
+    assert half_width(np.ones(1), np.array([[3.0]]), np.array([[0.7]]))[0] == pytest.approx(
+        1.4, rel=1e-6
+    )

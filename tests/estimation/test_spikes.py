@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from pitotbench.estimation.noise import RIDGE, deviation_of_sizes, robust_deviation, spikes_among, yule_walker
+from pitotbench.estimation.noise import (
+    RIDGE,
+    deviation_of_sizes,
+    robust_deviation,
+    spikes_among,
+    yule_walker,
+)
 
 
 def test_the_scale_is_that_of_normal_noise_whatever_a_few_outliers_do():
@@ -35,7 +41,9 @@ def test_a_deviation_is_that_of_normal_noise_and_outliers_do_not_enlarge_it_with
 
 
 def test_a_process_of_second_order_is_found_from_its_autocovariance() -> None:
-    """x[i] = a x[i-1] + b x[i-2] + e with e of deviation s: its autocovariance follows in closed form."""
+    """x[i] = a x[i-1] + b x[i-2] + e with e of deviation s: its autocovariance follows in closed
+    form.
+    """
     a, b, s = 0.9, -0.4, 0.5
     first = a / (1.0 - b)
     variance = s**2 / (1.0 - a * first - b * (a * first + b))

@@ -1,10 +1,11 @@
-"""Hold the calibration of two jet flights against a weather balloon, with an independent reduction beside it.
+"""Hold the calibration of two jet flights against a weather balloon, with an independent reduction
+beside it.
 
     python -m tests.lab.balloon
 
-prints Δp/q_c at five airspeeds and the wind, each with its 2σ and whether the balloon's value is inside. A balloon
-meets other air than the airplane: its own wind changes by some knots over 500 ft of height, and that is added to
-the bound of the wind.
+prints Δp/q_c at five airspeeds and the wind, each with its 2σ and whether the balloon's value is
+inside. A balloon meets other air than the airplane: its own wind changes by some knots over 500 ft
+of height, and that is added to the bound of the wind.
 """
 
 import re
@@ -47,7 +48,9 @@ class Balloon:
         return np.exp(np.interp(height, self.height, np.log(self.pressure)))
 
     def wander(self) -> Array:
-        """Root mean square change of the wind over 500 ft of height, toward north and east [m/s], (2,)."""
+        """Root mean square change of the wind over 500 ft of height, toward north and east [m/s],
+        (2,).
+        """
         low, high = _BAND
         at = self.height[(self.height >= low) & (self.height <= high - _STEP)]
         return np.sqrt(np.mean((self.wind_at(at + _STEP) - self.wind_at(at)) ** 2, axis=0))
@@ -57,8 +60,8 @@ class Balloon:
 class Held:
     """One flight against the balloon; winds toward north and east [m/s], Δp/q_c at `AIRSPEEDS_KT`.
 
-    `reached` marks the airspeeds that the answer covers. `survey` is the published reduction, `freed` the same with
-    an unknown error of the direction.
+    `reached` marks the airspeeds that the answer covers. `survey` is the published reduction,
+    `freed` the same with an unknown error of the direction.
     """
 
     name: str
@@ -100,7 +103,9 @@ def read_balloon(path: Path) -> Balloon:
 
 
 def hold(name: str) -> Held:
-    """Calibrate a flight with the choices of its mapping, as `pitotbench calibrate --mapping jmoss` does."""
+    """Calibrate a flight with the choices of its mapping, as `pitotbench calibrate --mapping jmoss`
+    does.
+    """
     log, balloon = real_log("jmoss", f"{name}.csv"), read_balloon(real_log("jmoss", "WB.txt"))
     choices = options_from({"latency": "checked", **find_mapping("jmoss").calibrate})
     result, rows = calibrate(read_log(log, mapping="jmoss"), choices), self_survey.read(log)
@@ -126,14 +131,18 @@ def hold(name: str) -> Held:
 
 def _near(rows: Rows, values: Array) -> Array:
     """Means of values (n,) over the rows within 5 kt of each airspeed of `AIRSPEEDS_KT`."""
-    return np.array([values[np.abs(rows.indicated_airspeed - at) < _NEAR].mean() for at in AIRSPEEDS_KT * KNOT])
+    return np.array(
+        [values[np.abs(rows.indicated_airspeed - at) < _NEAR].mean() for at in AIRSPEEDS_KT * KNOT]
+    )
 
 
 def lines_of(held: Held) -> list[str]:
     """The comparison in lines of text."""
     lines = [f"{held.name}: Δp/q_c", "  KIAS  balloon  answer ± 2σ       inside  self survey"]
     for place, airspeed in enumerate(AIRSPEEDS_KT):
-        inside = "beyond" if not held.reached[place] else "yes" if held.error_inside[place] else "no"
+        inside = (
+            "beyond" if not held.reached[place] else "yes" if held.error_inside[place] else "no"
+        )
         lines.append(
             f"  {airspeed:4.0f}   {held.by_height[place]:.4f}   {held.found[place]:.4f} "
             f"± {held.two_sigma[place]:.4f}   {inside:6}  {held.survey_error[place]:.4f}"
@@ -150,8 +159,15 @@ def lines_of(held: Held) -> list[str]:
     off, bound = (held.wind - held.balloon_wind) / KNOT, held.wind_bound / KNOT
     for axis, name in enumerate(("north", "east")):
         inside = "inside" if abs(off[axis]) <= bound[axis] else "outside"
-        lines.append(f"  answer less balloon, {name:13} {off[axis]:+5.1f}        ± {bound[axis]:.1f}: {inside}")
-    told("self survey, as published", held.survey.wind, f"  residual {held.survey.residual / KNOT:.2f}")
+        lines.append(
+            f"  answer less balloon, {name:13} {off[axis]:+5.1f}        ± {bound[axis]:.1f}: "
+            f"{inside}"
+        )
+    told(
+        "self survey, as published",
+        held.survey.wind,
+        f"  residual {held.survey.residual / KNOT:.2f}",
+    )
     turned = f"{np.degrees(held.freed.direction):+.2f}°"
     rest = f"  residual {held.freed.residual / KNOT:.2f}, direction off by {turned}"
     told("self survey, direction unknown", held.freed.wind, rest)

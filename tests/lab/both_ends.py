@@ -1,11 +1,12 @@
-"""Hide every effect of the table alone, at both ends of its range, and count the logs that get no answer.
+"""Hide every effect of the table alone, at both ends of its range, and count the logs that get no
+answer.
 
     python -m tests.lab.both_ends [NAME …]
 
-flies one short card for each effect and end, records it, and reconciles the log without null flights.
-The log is cut to two minutes, so that it costs seconds. A log counts as failed where anything raises, where
-the verdict is none of the four, or where the patch cannot be read as a case. A flight that the simulator
-refuses is counted apart.
+flies one short card for each effect and end, records it, and reconciles the log without null
+flights. The log is cut to two minutes, so that it costs seconds. A log counts as failed where
+anything raises, where the verdict is none of the four, or where the patch cannot be read as a case.
+A flight that the simulator refuses is counted apart.
 """
 
 import sys
@@ -34,7 +35,9 @@ ENDS = ("low", "high")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one effect at one end: the verdict, or the error, or that the flight was refused."""
+    """What came of one effect at one end: the verdict, or the error, or that the flight was
+    refused.
+    """
 
     effect: str
     end: str
@@ -45,7 +48,9 @@ class Outcome:
 
 def at_end(name: str, end: str) -> EffectSpec:
     """Return an effect with every size at an end of its range; shapes are typical."""
-    return EffectSpec(name, {p.name: p.typical if p.shape else getattr(p, end) for p in EFFECTS[name].parameters})
+    return EffectSpec(
+        name, {p.name: p.typical if p.shape else getattr(p, end) for p in EFFECTS[name].parameters}
+    )
 
 
 @cache
@@ -55,7 +60,9 @@ def plain_flight() -> Flight:
 
 
 def log_with(spec: EffectSpec) -> FlightLog:
-    """Return the first minutes of a log with an effect in it, without a header: no card, so no null flights."""
+    """Return the first minutes of a log with an effect in it, without a header: no card, so no null
+    flights.
+    """
     case = replace(CARD, effects=(spec,))
     on_sensors = EFFECTS[spec.name].acts_on == "sensors"
     flight = replace(plain_flight(), case=case) if on_sensors else fly(case)
@@ -93,7 +100,10 @@ def main(names: Sequence[str]) -> int:
     done = []
     for each in outcomes(names or list(EFFECTS)):
         done.append(each)
-        print(f"{each.effect} {each.end}: {each.verdict or each.error or 'refused: ' + each.refused}", flush=True)
+        print(
+            f"{each.effect} {each.end}: {each.verdict or each.error or 'refused: ' + each.refused}",
+            flush=True,
+        )
     failed, refused = sum(bool(o.error) for o in done), sum(bool(o.refused) for o in done)
     print(f"{failed} of {len(done)} without an answer; {refused} not flown, refused with a reason")
     return int(failed > 0)

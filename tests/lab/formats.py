@@ -2,8 +2,9 @@
 
     python -m tests.lab.formats
 
-prints a table (Markdown): the largest difference of each quantity, also in steps of the file's digits, and how far
-the corrections are apart. A file whose clock shows whole seconds holds the rows of whole seconds, as does its CSV.
+prints a table (Markdown): the largest difference of each quantity, also in steps of the file's
+digits, and how far the corrections are apart. A file whose clock shows whole seconds holds the rows
+of whole seconds, as does its CSV.
 """
 
 import argparse
@@ -36,7 +37,9 @@ Flown = dict[str, Array]
 
 @dataclass(frozen=True)
 class Readings:
-    """Steps or differences: airspeed [kt], pressure altitude [ft], temperature [K], ground speed [kt] and track."""
+    """Steps or differences: airspeed [kt], pressure altitude [ft], temperature [K], ground speed
+    [kt] and track.
+    """
 
     airspeed: float
     altitude: float
@@ -47,7 +50,9 @@ class Readings:
 
 @dataclass(frozen=True)
 class Format:
-    """How a format is written, the steps of its digits for a flight, and whether its clock shows whole seconds."""
+    """How a format is written, the steps of its digits for a flight, and whether its clock shows
+    whole seconds.
+    """
 
     write: Callable[[Path, Flown], Path]
     steps: Callable[[Flown], Readings]
@@ -57,7 +62,9 @@ class Format:
 
 @dataclass(frozen=True)
 class Result:
-    """What a format gave: rows, differences and steps, differences of the correction [kt] and their share of 2σ."""
+    """What a format gave: rows, differences and steps, differences of the correction [kt] and their
+    share of 2σ.
+    """
 
     name: str
     rows: int
@@ -71,11 +78,23 @@ def flight() -> Flown:
     """The channels [SI] of a simulated flight in light turbulence, from the record of its sensors."""
     log = record(fly(CASE), data_system(SYSTEM), 1)
     assert log.total_temperature is not None
-    names = ("impact_pressure", "static_pressure", "velocity_north", "velocity_east", "altitude", "heading")
+    names = (
+        "impact_pressure",
+        "static_pressure",
+        "velocity_north",
+        "velocity_east",
+        "altitude",
+        "heading",
+    )
     channels = {name: np.array(getattr(log, name)) for name in names}
     down = np.zeros(len(log)) if log.velocity_down is None else np.array(log.velocity_down)
     temperature = np.asarray(air.air_temperature(log.total_temperature, _mach(log)))
-    return {"time": log.time - log.time[0], "air_temperature": temperature, "velocity_down": down, **channels}
+    return {
+        "time": log.time - log.time[0],
+        "air_temperature": temperature,
+        "velocity_down": down,
+        **channels,
+    }
 
 
 def _mach(log: FlightLog) -> Array:
@@ -90,12 +109,22 @@ def shown(*steps: float) -> Callable[[Flown], Readings]:
 def binary32(flown: Flown) -> Readings:
     """The steps of 32-bit numbers."""
     names = ("impact_pressure", "static_pressure", "air_temperature", "velocity_north")
-    return measured(flown, *(float(np.max(np.spacing(np.abs(flown[name]).astype(np.float32)))) for name in names))
+    return measured(
+        flown,
+        *(float(np.max(np.spacing(np.abs(flown[name]).astype(np.float32)))) for name in names),
+    )
 
 
-def measured(flown: Flown, impact: float, static: float, temperature: float, velocity: float) -> Readings:
-    """The steps of a file of pressures [Pa], a temperature [K] and velocities [m/s], where they matter most."""
-    slowest, lowest = float(np.min(flown["impact_pressure"])), float(np.min(flown["static_pressure"]))
+def measured(
+    flown: Flown, impact: float, static: float, temperature: float, velocity: float
+) -> Readings:
+    """The steps of a file of pressures [Pa], a temperature [K] and velocities [m/s], where they
+    matter most.
+    """
+    slowest, lowest = (
+        float(np.min(flown["impact_pressure"])),
+        float(np.min(flown["static_pressure"])),
+    )
     ground_speed = np.hypot(flown["velocity_north"], flown["velocity_east"])
     return Readings(
         float(air.calibrated_airspeed(slowest + impact) - air.calibrated_airspeed(slowest)) / KNOT,
@@ -178,14 +207,17 @@ def corrections(found: Calibration) -> tuple[Array, Array]:
     """The corrections at three airspeeds and their 2σ [kt], (3,) each."""
     curve = found.curve
     at = curve.indicated_airspeed_kt
-    return np.interp(SPEEDS_KT, at, curve.correction_kt), np.interp(SPEEDS_KT, at, curve.two_sigma_kt)
+    return np.interp(SPEEDS_KT, at, curve.correction_kt), np.interp(
+        SPEEDS_KT, at, curve.two_sigma_kt
+    )
 
 
 def compare(name: str, flown: Flown, folder: Path) -> Result:
-    """Write the flight in a format, read it, calibrate it, and compare it with the CSV of its rows and channels.
+    """Write the flight in a format, read it, calibrate it, and compare it with the CSV of its rows
+    and channels.
 
-    A file may lack a channel that the CSV holds, such as the vertical velocity, and the complete rows of its start.
-    What the lack of these does to the correction is no question of the format.
+    A file may lack a channel that the CSV holds, such as the vertical velocity, and the complete
+    rows of its start. What the lack of these does to the correction is no question of the format.
     """
     form = FORMATS[name]
     whole = np.abs(flown["time"] - np.round(flown["time"])) < 1e-6
@@ -195,11 +227,15 @@ def compare(name: str, flown: Flown, folder: Path) -> Result:
     log = read_log(path, mapping if mapping.exists() else None)
     left = {key: values[len(rows["time"]) - len(log) :] for key, values in rows.items()}
     reference = read_log(foreign.plain(folder / "reference.csv", left))
-    reference = replace(reference, **dict.fromkeys(reference.channels().keys() - log.channels().keys()))
+    reference = replace(
+        reference, **dict.fromkeys(reference.channels().keys() - log.channels().keys())
+    )
     assert np.allclose(np.diff(log.time), np.diff(reference.time), atol=1e-5), name
     (ours, _), (theirs, two_sigma) = corrections(calibrate(log)), corrections(calibrate(reference))
     apart = np.abs(ours - theirs)
-    return Result(name, len(log), difference(log, reference), form.steps(rows), apart, apart / two_sigma)
+    return Result(
+        name, len(log), difference(log, reference), form.steps(rows), apart, apart / two_sigma
+    )
 
 
 def compare_all(names: Iterable[str] = FORMATS) -> list[Result]:
@@ -215,7 +251,14 @@ def compare_all(names: Iterable[str] = FORMATS) -> list[Result]:
 def table(results: Sequence[Result]) -> str:
     """The results as Markdown."""
     speeds = ", ".join(f"{speed:.0f}" for speed in SPEEDS_KT)
-    names = ["format", "rows", "airspeed [kt]", "pressure altitude [ft]", "temperature [°C]", "ground speed [kt]"]
+    names = [
+        "format",
+        "rows",
+        "airspeed [kt]",
+        "pressure altitude [ft]",
+        "temperature [°C]",
+        "ground speed [kt]",
+    ]
     names += ["track [°]", f"correction at {speeds} KIAS [kt]", "in 2σ, at most"]
     lines = [names, ["---"] * len(names)]
     for r in results:
@@ -241,7 +284,9 @@ def _number(value: float) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table of docs/log.md."""
-    argparse.ArgumentParser(prog="python -m tests.lab.formats", description=__doc__).parse_args(arguments)
+    argparse.ArgumentParser(prog="python -m tests.lab.formats", description=__doc__).parse_args(
+        arguments
+    )
     print(table(compare_all()))
 
 

@@ -1,4 +1,5 @@
-"""Good logs, none of which may be refused: all maneuvers, systems and air, and the cells of the outside generator.
+"""Good logs, none of which may be refused: all maneuvers, systems and air, and the cells of the
+outside generator.
 
     python -m tests.lab.good_logs [--seeds 2] [--outside 3] [--log FILE --mapping NAME]
 
@@ -32,7 +33,11 @@ def simulated(seeds: Sequence[int]) -> Iterator[tuple[str, Columns]]:
     for maneuver in MANEUVERS:
         for turbulence in TURBULENCE:
             for seed in seeds:
-                flight = fly(Case(maneuver=maneuver, turbulence=turbulence, truth_seed=seed, sensor_seed=seed))
+                flight = fly(
+                    Case(
+                        maneuver=maneuver, turbulence=turbulence, truth_seed=seed, sensor_seed=seed
+                    )
+                )
                 for das in SYSTEMS:
                     log = record(flight, data_system(das), seed)
                     yield f"{maneuver} {turbulence} {das} seed {seed}", good_columns(log)
@@ -46,7 +51,10 @@ def said_of_outside(flights: int) -> Iterator[tuple[str, str, tuple[str, ...]]]:
             with TemporaryDirectory() as folder:
                 path = Path(folder) / "log.csv"
                 write_csv(flight, path)
-                yield f"outside {cell.name} {flight.maneuver} seed {seed}", *said_of_file(path, None)
+                yield (
+                    f"outside {cell.name} {flight.maneuver} seed {seed}",
+                    *said_of_file(path, None),
+                )
 
 
 def said_of_file(path: Path, mapping: str | None) -> tuple[str, tuple[str, ...]]:
@@ -75,16 +83,24 @@ def _all(choice: argparse.Namespace) -> Iterator[tuple[str, str, tuple[str, ...]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 1 where a good log is refused."""
-    parser = argparse.ArgumentParser(prog="python -m tests.lab.good_logs", description=__doc__.split("\n")[0])
-    parser.add_argument("--seeds", type=int, default=2, help="flights of each maneuver in each turbulence")
-    parser.add_argument("--outside", type=int, default=3, help="flights of each of the outside generator's cells")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.lab.good_logs", description=__doc__.split("\n")[0]
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=2, help="flights of each maneuver in each turbulence"
+    )
+    parser.add_argument(
+        "--outside", type=int, default=3, help="flights of each of the outside generator's cells"
+    )
     parser.add_argument("--log", action="append", default=[], help="a measured log as well")
     parser.add_argument("--mapping", help="of the measured logs")
     logs = refused = warned = 0
     for name, refusal, warnings in _all(parser.parse_args(arguments)):
         logs, refused, warned = logs + 1, refused + bool(refusal), warned + bool(warnings)
         if refusal or warnings:
-            print(f"{name}: {'REFUSED ' + refusal if refusal else ' | '.join(warnings)}", flush=True)
+            print(
+                f"{name}: {'REFUSED ' + refusal if refusal else ' | '.join(warnings)}", flush=True
+            )
     print(f"{logs} good logs: {refused} refused, {warned} warned of")
     return 1 if refused else 0
 

@@ -1,7 +1,7 @@
 """Coverage of the bounds of hand-written cards, counted.
 
-python -m tests.lab.hand_card_figures --first 4001 --cards 200
-Half of the cards have three legs a point, half four. Cards are made by `hand_cards`, whose formulas are their own.
+python -m tests.lab.hand_card_figures --first 4001 --cards 200 Half of the cards have three legs a
+point, half four. Cards are made by `hand_cards`, whose formulas are their own.
 """
 
 import argparse
@@ -15,7 +15,9 @@ from pitotbench.calibration.hand_card import reduce_card
 
 @dataclass(frozen=True)
 class Coverage:
-    """Errors and bounds [kt] of the points, (p,), and of the curves, (c, v); the number of legs called a slip."""
+    """Errors and bounds [kt] of the points, (p,), and of the curves, (c, v); the number of legs
+    called a slip.
+    """
 
     point_errors: np.ndarray
     point_bounds: np.ndarray
@@ -48,22 +50,39 @@ def coverage(first: int, cards: int) -> Coverage:
         curve = found.curves["clean"]
         truth = np.array([card.correction_kt(v / KT) for v in curve.indicated_airspeed])
         curves.append((np.abs(curve.correction / KT - truth), curve.two_sigma / KT))
-    return Coverage(*np.array(points).T, *(np.array(each) for each in zip(*curves, strict=True)), slips)
+    return Coverage(
+        *np.array(points).T, *(np.array(each) for each in zip(*curves, strict=True)), slips
+    )
 
 
 def main() -> None:
     """Print the figures of docs/fixed-speed.md."""
-    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     made.add_argument("--first", type=int, default=4001, help="first seed")
     made.add_argument("--cards", type=int, default=200)
     options = made.parse_args()
     found = coverage(options.first, options.cards)
     for what, inside, errors, bounds in (
-        (f"{len(found.point_errors):,} points", found.points_inside, found.point_errors, found.point_bounds),
-        (f"{len(found.curve_errors):,} curves", found.curves_inside, found.curve_errors, found.curve_bounds),
+        (
+            f"{len(found.point_errors):,} points",
+            found.points_inside,
+            found.point_errors,
+            found.point_bounds,
+        ),
+        (
+            f"{len(found.curve_errors):,} curves",
+            found.curves_inside,
+            found.curve_errors,
+            found.curve_bounds,
+        ),
     ):
         rms = float(np.sqrt(np.mean(errors**2)))
-        print(f"{what}: {inside:.1%} inside 2σ, mean 2σ {np.mean(bounds):.2f} kt, rms error {rms:.2f} kt")
+        print(
+            f"{what}: {inside:.1%} inside 2σ, mean 2σ {np.mean(bounds):.2f} kt, rms error "
+            f"{rms:.2f} kt"
+        )
     print(f"legs called a slip: {found.slips}")
 
 

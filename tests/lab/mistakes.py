@@ -1,11 +1,13 @@
-"""The mistakes of units and columns that people make in flight logs, each as a change to one good log.
+"""The mistakes of units and columns that people make in flight logs, each as a change to one good
+log.
 
     python -m tests.lab.mistakes [--each] [--faults] [--maneuver circle]
 
-spoils the log of a simulated flight (maneuver `circle`, air data at 20 Hz, GPS at 1 Hz) in every way of `MISTAKES`,
-calibrates what can be read, holds the answer against the truth and prints how many mistakes are refused, warned
-of, harmless, or accepted with a wrong answer. `--each` prints one line a mistake as well. `--faults` takes those of
-`FAULTS` instead: sensors that fail in flight, which a log often cannot show.
+spoils the log of a simulated flight (maneuver `circle`, air data at 20 Hz, GPS at 1 Hz) in every
+way of `MISTAKES`, calibrates what can be read, holds the answer against the truth and prints how
+many mistakes are refused, warned of, harmless, or accepted with a wrong answer. `--each` prints one
+line a mistake as well. `--faults` takes those of `FAULTS` instead: sensors that fail in flight,
+which a log often cannot show.
 """
 
 import argparse
@@ -57,7 +59,10 @@ NORTH, EAST = "velocity_north_mps", "velocity_east_mps"
 IMPACT, STATIC, PROBE = "impact_pressure_pa", "static_pressure_pa", "total_temperature_k"
 
 ZERO = "a zero offset of a few percent looks like the pressure error that is sought"
-WARM_DAY = "a day so much warmer or colder than standard exists, and a probe may be off by as much in any log"
+WARM_DAY = (
+    "a day so much warmer or colder than standard exists, and a probe may be off by as "
+    "much in any log"
+)
 MACH_SMALL = "the two formulas differ by 1.5 % at this speed"
 ONE_RECEIVER = "nothing else in a log measures the ground speed to a few percent"
 
@@ -135,7 +140,9 @@ def read(columns: Columns) -> FlightLog:
 
 def rewrite(column: str, new: str, values: Callable[[NDArray[Any]], NDArray[Any]]) -> Change:
     """Write other values, perhaps under another name, in the place of a column."""
-    return lambda t: {new if k == column else k: values(v) if k == column else v for k, v in t.items()}
+    return lambda t: {
+        new if k == column else k: values(v) if k == column else v for k, v in t.items()
+    }
 
 
 def of(column: str, values: Callable[[NDArray[Any]], NDArray[Any]]) -> Change:
@@ -180,7 +187,9 @@ def swapped(one: str, other: str) -> Change:
 def with_total(t: Columns) -> Columns:
     """A log with total pressure in the place of impact pressure."""
     total = t[IMPACT] + t[STATIC]
-    return {"total_pressure_pa" if k == IMPACT else k: total if k == IMPACT else v for k, v in t.items()}
+    return {
+        "total_pressure_pa" if k == IMPACT else k: total if k == IMPACT else v for k, v in t.items()
+    }
 
 
 def reduced_to_sea_level(t: Columns) -> Columns:
@@ -220,15 +229,26 @@ def rows(choose: Callable[[int], NDArray[Any]]) -> Change:
 
 
 def _pressures() -> list[Mistake]:
-    """Pressures in one unit under the suffix of another; the suffixes are those that a log has long known."""
+    """Pressures in one unit under the suffix of another; the suffixes are those that a log has long
+    known.
+    """
     found = []
     exchanges = [(unit, "pa") for unit in PRESSURES if unit != "pa"]
-    exchanges += [("pa", "hpa"), ("pa", "psf"), ("pa", "inhg"), ("pa", "psi"), ("hpa", "psf"), ("psf", "hpa")]
+    exchanges += [
+        ("pa", "hpa"),
+        ("pa", "psf"),
+        ("pa", "inhg"),
+        ("pa", "psi"),
+        ("hpa", "psf"),
+        ("psf", "hpa"),
+    ]
     exchanges += [("inhg", "psi"), ("psi", "inhg"), ("mmhg", "hpa"), ("inh2o", "hpa")]
     for column in (IMPACT, STATIC, "total_pressure_pa"):
         first: tuple[Change, ...] = (with_total,) if column.startswith("total") else ()
         for unit, suffix in exchanges:
-            change = both(*first, scaled(column, 1.0 / PRESSURES[unit], column.replace("_pa", f"_{suffix}")))
+            change = both(
+                *first, scaled(column, 1.0 / PRESSURES[unit], column.replace("_pa", f"_{suffix}"))
+            )
             quantity = column.removesuffix("_pa")
             found.append(Mistake(f"{quantity}: {unit} written as {suffix}", change, (quantity,)))
     return found
@@ -246,19 +266,35 @@ def _pressure_columns() -> list[Mistake]:
         Mistake("impact in 12-bit counts", of(IMPACT, lambda v: np.round(v / 3.3665)), impact),
         Mistake("impact as ½ρV²", incompressible, impact, MACH_SMALL),
         Mistake("impact with the wrong sign", scaled(IMPACT, -1.0), impact),
-        Mistake("total in the impact column", lambda t: {**t, IMPACT: t[IMPACT] + t[STATIC]}, impact),
         Mistake(
-            "airspeed (kt) in the impact column", of(IMPACT, lambda v: air.calibrated_airspeed(v) / KNOT), impact
+            "total in the impact column", lambda t: {**t, IMPACT: t[IMPACT] + t[STATIC]}, impact
+        ),
+        Mistake(
+            "airspeed (kt) in the impact column",
+            of(IMPACT, lambda v: air.calibrated_airspeed(v) / KNOT),
+            impact,
         ),
         Mistake("impact and static exchanged", swapped(IMPACT, STATIC), impact + static),
-        Mistake("total and static exchanged", both(with_total, swapped("total_pressure_pa", STATIC)), total),
+        Mistake(
+            "total and static exchanged",
+            both(with_total, swapped("total_pressure_pa", STATIC)),
+            total,
+        ),
         Mistake("total +5 hPa", both(with_total, shifted("total_pressure_pa", 500.0)), total),
         Mistake("static as total", lambda t: {**t, STATIC: t[STATIC] + t[IMPACT]}, static),
         Mistake("static x 1.05", scaled(STATIC, 1.05), static),
         Mistake("static reduced to sea level", reduced_to_sea_level, static),
-        Mistake("static constant, 1013.25 hPa", of(STATIC, lambda v: np.full_like(v, 101325.0)), static),
-        Mistake("altitude (m) in the static column", lambda t: {**t, STATIC: t["altitude_m"]}, static),
-        Mistake("altitude (ft) in the static column", lambda t: {**t, STATIC: t["altitude_m"] / 0.3048}, static),
+        Mistake(
+            "static constant, 1013.25 hPa", of(STATIC, lambda v: np.full_like(v, 101325.0)), static
+        ),
+        Mistake(
+            "altitude (m) in the static column", lambda t: {**t, STATIC: t["altitude_m"]}, static
+        ),
+        Mistake(
+            "altitude (ft) in the static column",
+            lambda t: {**t, STATIC: t["altitude_m"] / 0.3048},
+            static,
+        ),
     ]
 
 
@@ -340,7 +376,10 @@ def _clocks() -> list[Mistake]:
         ("rows doubled", rows(lambda n: np.repeat(np.arange(n), 2))),
         ("rows shuffled", rows(shuffle.permutation)),
         ("every tenth row", rows(lambda n: np.arange(0, n, 10))),
-        ("gps_fresh never true", lambda t: {**t, "gps_fresh": np.zeros(len(t[clock]), dtype=np.bool_)}),
+        (
+            "gps_fresh never true",
+            lambda t: {**t, "gps_fresh": np.zeros(len(t[clock]), dtype=np.bool_)},
+        ),
     ]
     return [Mistake(f"clock: {name}", change, ("time", "gps_fresh")) for name, change in table]
 
@@ -352,7 +391,9 @@ def _others() -> list[Mistake]:
         column = f"{name}_rad"
         degrees = 180.0 / np.pi
         found.append(Mistake(f"{name}: ° written as rad", scaled(column, degrees), (name,)))
-        found.append(Mistake(f"{name}: rad written as °", scaled(column, 1.0, f"{name}_deg"), (name,)))
+        found.append(
+            Mistake(f"{name}: rad written as °", scaled(column, 1.0, f"{name}_deg"), (name,))
+        )
     for name in ("roll", "pitch", "angle_of_attack"):
         found.append(Mistake(f"{name} with the wrong sign", scaled(f"{name}_rad", -1.0), (name,)))
     magnetic = of("heading_rad", lambda v: (v - np.radians(12.0)) % (2.0 * np.pi))
@@ -365,18 +406,28 @@ def _others() -> list[Mistake]:
         )
     )
     found.append(Mistake("altitude ft as m", scaled("altitude_m", 1.0 / 0.3048), ("altitude",)))
-    found.append(Mistake("altitude m as ft", scaled("altitude_m", 1.0, "altitude_ft"), ("altitude",)))
+    found.append(
+        Mistake("altitude m as ft", scaled("altitude_m", 1.0, "altitude_ft"), ("altitude",))
+    )
     found.append(Mistake("mass lb as kg", scaled("mass_kg", 2.20462), ("mass",)))
     return found
 
 
 MISTAKES: Mapping[str, Mistake] = {
     m.name: m
-    for m in (*_pressures(), *_pressure_columns(), *_temperatures(), *_velocities(), *_clocks(), *_others())
+    for m in (
+        *_pressures(),
+        *_pressure_columns(),
+        *_temperatures(),
+        *_velocities(),
+        *_clocks(),
+        *_others(),
+    )
 }
 
 
-# Sensors and recorders that fail in flight, each at a size that harms. What a message may name is a stem of words.
+# Sensors and recorders that fail in flight, each at a size that harms. What a message may name is a
+# stem of words.
 
 
 def along(v: NDArray[Any]) -> NDArray[Any]:
@@ -448,7 +499,11 @@ def from_heading(north: float, east: float) -> Change:
     def run(t: Columns) -> Columns:
         mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
         speed = mach * air.sound_speed(air.air_temperature(t[PROBE], mach))
-        return {**t, NORTH: speed * np.cos(t["heading_rad"]) + north, EAST: speed * np.sin(t["heading_rad"]) + east}
+        return {
+            **t,
+            NORTH: speed * np.cos(t["heading_rad"]) + north,
+            EAST: speed * np.sin(t["heading_rad"]) + east,
+        }
 
     return run
 
@@ -477,7 +532,8 @@ V_WORDS = ("velocity", "GPS", "latency", "wind", "axes", "heading", "ground")
 C_WORDS = ("clock", "time", "latency", "trail", *V_WORDS)
 
 LEVEL_SCALE = (
-    "in level flight a factor of the airspeed is a factor of q_c, which is the pressure error that is sought"
+    "in level flight a factor of the airspeed is a factor of q_c, which is the pressure "
+    "error that is sought"
 )
 EACH_ONCE = "each speed is flown once: an error that goes with time is one that goes with speed"
 A_LEAK = "a share of q_c that goes with time, on a card that goes through its speeds in time"
@@ -489,7 +545,8 @@ ONE_AXIS = "nothing else in a log measures one component of the ground velocity 
 
 _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ("pitot ices x 0.85 in the last quarter", gain(IMPACT, 0.85, 0.85, 0.75), Q_WORDS, ""),
-    ("pitot ices slowly to x 0.85 in the last third", gain(IMPACT, 1.0, 0.85, 0.66), Q_WORDS, A_LEAK),
+    ("pitot ices slowly to x 0.85 in the last "
+     "third", gain(IMPACT, 1.0, 0.85, 0.66), Q_WORDS, A_LEAK),
     ("pitot x 0.95 in the first third", gain(IMPACT, 0.95, 0.95, 0.0, 0.33), Q_WORDS, ""),
     ("pitot x 0.92 for 60 s", gain(IMPACT, 0.92, 0.92, 0.5, 0.62), Q_WORDS, ""),
     ("q_c zero drifts by -100 Pa", ramp(IMPACT, -100.0), Q_WORDS, EACH_ONCE),
@@ -554,12 +611,15 @@ _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ("east ends at 55 m/s", of(EAST, lambda v: np.clip(v, -55.0, 55.0)), V_WORDS, ""),
     ("the log pasted twice", pasted_twice, C_WORDS, ""),
     (
-        "pressure height as geometric height", lambda t: {**t, "altitude_m": air.pressure_altitude(t[STATIC])},
+        "pressure height as geometric "
+        "height", lambda t: {**t, "altitude_m": air.pressure_altitude(t[STATIC])},
         S_WORDS, "a height of the static pressure fits it",
     ),
     ("height x 1.03", scaled("altitude_m", 1.03), S_WORDS, ""),
 ]  # fmt: skip
-FAULTS: Mapping[str, Mistake] = {name: Mistake(name, change, names, why) for name, change, names, why in _FAULTS}
+FAULTS: Mapping[str, Mistake] = {
+    name: Mistake(name, change, names, why) for name, change, names, why in _FAULTS
+}
 
 
 def check(mistake: Mistake, maneuver: str = "circle") -> tuple[FlightLog | None, str]:
@@ -583,7 +643,9 @@ def judge(mistake: Mistake, maneuver: str = "circle", wind: str = "constant") ->
     except Exception as error:  # a traceback is an outcome of its kind
         return Outcome(mistake, "crashed", f"{type(error).__name__}: {error}")
     headlines = (each.words for each in found.disagreements)
-    said = dict.fromkeys([*headlines, *map(str, spoiled.header.get("warnings", ())), *map(str, found.warnings)])
+    said = dict.fromkeys(
+        [*headlines, *map(str, spoiled.header.get("warnings", ())), *map(str, found.warnings)]
+    )
     case = flight(maneuver).case
     curve = compare_curve(found.curve, case.pressure_error)
     of_wind = compare_wind(found.wind, wind_toward(case.wind)[:2])
@@ -593,7 +655,9 @@ def judge(mistake: Mistake, maneuver: str = "circle", wind: str = "constant") ->
     return _kind(mistake, " | ".join(said), float(np.max(size)) / KNOT, ratio, wind_ratio, maneuver)
 
 
-def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: float, maneuver: str) -> Outcome:
+def _kind(
+    mistake: Mistake, says: str, error_kt: float, ratio: float, wind: float, maneuver: str
+) -> Outcome:
     warned = any(name in says for name in mistake.names)
     if warned:
         kind = "hidden" if error_kt > _ABSURD else "warned"
@@ -607,13 +671,21 @@ def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: floa
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a warning."""
-    parser = argparse.ArgumentParser(prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0])
+    """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a
+    warning.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("--each", action="store_true", help="one line a mistake")
     parser.add_argument(
-        "--faults", action="store_true", help="sensors that fail in flight, as the command calibrates"
+        "--faults",
+        action="store_true",
+        help="sensors that fail in flight, as the command calibrates",
     )
-    parser.add_argument("--maneuver", default="circle", help="of the good log (default: %(default)s)")
+    parser.add_argument(
+        "--maneuver", default="circle", help="of the good log (default: %(default)s)"
+    )
     choice = parser.parse_args(arguments)
     found = []
     for mistake in (FAULTS if choice.faults else MISTAKES).values():
@@ -623,7 +695,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if choice.each:
             numbers = f"{outcome.error_kt:8.2f} kt {outcome.ratio:8.1f} {outcome.wind_ratio:8.1f}"
             lasted = time.perf_counter() - begun
-            print(f"{outcome.kind:<18} {numbers} {lasted:5.1f} s  {mistake.name}: {outcome.says}", flush=True)
+            print(
+                f"{outcome.kind:<18} {numbers} {lasted:5.1f} s  {mistake.name}: {outcome.says}",
+                flush=True,
+            )
     count = Counter(outcome.kind for outcome in found)
     print(f"{len(found)} mistakes: " + ", ".join(f"{kind} {count[kind]}" for kind in OUTCOMES))
     return 1 if count["silent"] or count["hidden"] or count["crashed"] else 0

@@ -1,8 +1,9 @@
-"""Causes outside the table: what is told of them, and how much of a held-out flight the formula closes.
+"""Causes outside the table: what is told of them, and how much of a held-out flight the formula
+closes.
 
-python -m tests.lab.outsiders [--only NAME] [--alone]
-With --alone the formula is looked for at once, without the table and without null flights: ten times as fast.
-Every cause is flown twice on different days: one log is explained, the other is held out. Null flights follow.
+python -m tests.lab.outsiders [--only NAME] [--alone] With --alone the formula is looked for at
+once, without the table and without null flights: ten times as fast. Every cause is flown twice on
+different days: one log is explained, the other is held out. Null flights follow.
 """
 
 import argparse
@@ -36,19 +37,29 @@ POWER = "propulsion/engine[0]/power-hp"
 def _static(log: FlightLog, share: np.ndarray) -> FlightLog:
     """The static pressure too high by a share of the impact pressure."""
     error = share * log.impact_pressure
-    return replace(log, static_pressure=log.static_pressure + error, impact_pressure=log.impact_pressure - error)
+    return replace(
+        log,
+        static_pressure=log.static_pressure + error,
+        impact_pressure=log.impact_pressure - error,
+    )
 
 
 def _horsepower(log: FlightLog) -> np.ndarray:
     """Manifold pressure times speed over that of the rating, about the share of the rated power."""
     return 0.5 * sum(
-        log.channels()[f"manifold_pressure_{s}"] / (40.0 * INCH) * log.channels()[f"propeller_speed_{s}"] / 269.7
+        log.channels()[f"manifold_pressure_{s}"]
+        / (40.0 * INCH)
+        * log.channels()[f"propeller_speed_{s}"]
+        / 269.7
         for s in ("left", "right")
     )
 
 
 def _mach(log: FlightLog) -> np.ndarray:
-    return np.sqrt(5.0 * ((np.maximum(log.impact_pressure, 0.0) / log.static_pressure + 1.0) ** (2.0 / 7.0) - 1.0))
+    return np.sqrt(
+        5.0
+        * ((np.maximum(log.impact_pressure, 0.0) / log.static_pressure + 1.0) ** (2.0 / 7.0) - 1.0)
+    )
 
 
 def _plus(name: str, error: Callable[[FlightLog], np.ndarray]) -> Callable[[FlightLog], FlightLog]:
@@ -64,12 +75,16 @@ def _fuel(log: FlightLog) -> FlightLog:
 
 OUTSIDERS: Mapping[str, Outsider] = {
     **FIRST,
-    "gear door that flutters": Outsider("drag", {"DRAG": times(AREA, "aero/qbar-psf", "aero/qbar-psf", 1.5e-6)}),
+    "gear door that flutters": Outsider(
+        "drag", {"DRAG": times(AREA, "aero/qbar-psf", "aero/qbar-psf", 1.5e-6)}
+    ),
     "cowl flaps with power": Outsider("drag", {"DRAG": times(AREA, POWER, 3e-5)}),
     "wing shaded in sideslip": Outsider("lift", {"LIFT": times(AREA, BETA, BETA, -8.0)}),
     "thrust line": Outsider("pitch moment", {"PITCH": times(CHORD, POWER, 8e-5)}),
     "slipstream on the fin": Outsider("yaw moment", {"YAW": times(SPAN, POWER, 1.2e-5)}),
-    "yaw by aileron": Outsider("yaw moment", {"YAW": times(SPAN, "fcs/left-aileron-pos-rad", 0.03)}),
+    "yaw by aileron": Outsider(
+        "yaw moment", {"YAW": times(SPAN, "fcs/left-aileron-pos-rad", 0.03)}
+    ),
     "static port behind the elevator": Outsider(
         "static pressure", sensor=lambda g: _static(g, 0.8 * (g.elevator - 0.02))
     ),
@@ -82,13 +97,20 @@ OUTSIDERS: Mapping[str, Outsider] = {
     "probe heated in slow air": Outsider(
         "temperature", sensor=_plus("total_temperature", lambda g: 25.0 * (0.25 - _mach(g)))
     ),
-    "vane in the slipstream": Outsider("sideslip", sensor=_plus("sideslip", lambda g: 0.04 * _horsepower(g))),
-    "gyro tilted in turns": Outsider("pitch", sensor=_plus("pitch", lambda g: 0.06 * np.sin(g.roll) ** 2)),
+    "vane in the slipstream": Outsider(
+        "sideslip", sensor=_plus("sideslip", lambda g: 0.04 * _horsepower(g))
+    ),
+    "gyro tilted in turns": Outsider(
+        "pitch", sensor=_plus("pitch", lambda g: 0.06 * np.sin(g.roll) ** 2)
+    ),
     "accelerometer tilted by side force": Outsider(
-        "longitudinal acceleration", sensor=_plus("specific_force_x", lambda g: 0.12 * g.specific_force_y)
+        "longitudinal acceleration",
+        sensor=_plus("specific_force_x", lambda g: 0.12 * g.specific_force_y),
     ),
     "fuel flow low at high power": Outsider("fuel flow", sensor=_fuel),
-    "gyro that feels the sideslip": Outsider("pitch rate", sensor=_plus("pitch_rate", lambda g: 0.1 * g.sideslip)),
+    "gyro that feels the sideslip": Outsider(
+        "pitch rate", sensor=_plus("pitch_rate", lambda g: 0.1 * g.sideslip)
+    ),
 }
 
 FIRST_DAY, FIRST_NULL = 3000, 3900
@@ -106,10 +128,16 @@ def explained(outsider: Outsider | None, number: int, folder: Path) -> FullRecon
 def alone(outsider: Outsider | None, number: int, folder: Path) -> FoundFormula | None:
     """The formula of a flight, in the noise that its log shows, with its closure on another flight."""
     model, setting = aircraft_model("navajo"), AnalysisSetting(day_known=True)
-    fit, held = (lay_out_with(flown(outsider, number + i, folder), model, setting, {}) for i in (0, 1))
+    fit, held = (
+        lay_out_with(flown(outsider, number + i, folder), model, setting, {}) for i in (0, 1)
+    )
     null = theoretical_distribution(fit)
     formula = find_formula(fit, null)
-    return None if formula is None else replace(formula, closure_holdout=closure_on(held, null, formula))
+    return (
+        None
+        if formula is None
+        else replace(formula, closure_holdout=closure_on(held, null, formula))
+    )
 
 
 def main() -> None:
@@ -124,7 +152,10 @@ def main() -> None:
     }
     causes |= {f"null {i}": (None, FIRST_NULL + 2 * i) for i in range(NULLS)}
     closed, right, wrong, told = [], 0, 0, 0
-    print("| hidden | verdict | named | formula | quantity | G fitted | G held out | CPU s |\n|" + "---|" * 8)
+    print(
+        "| hidden | verdict | named | formula | quantity | G fitted | G held out | CPU s |\n|"
+        + "---|" * 8
+    )
     with TemporaryDirectory() as folder:
         for name, (outsider, number) in causes.items():
             if only not in name:
@@ -135,7 +166,10 @@ def main() -> None:
             else:
                 outcome = explained(outsider, number, Path(folder))
                 verdict, formula = outcome.reconciliation.verdict, outcome.account.formula
-                kind, named = verdict.kind, [e.name for e in verdict.effects] if verdict.kind in SURE else []
+                kind, named = (
+                    verdict.kind,
+                    [e.name for e in verdict.effects] if verdict.kind in SURE else [],
+                )
             spent = time.process_time() - before
             quantities = {t.quantity for t in formula.terms} if formula else set()
             held = formula.closure_holdout.share if formula and formula.closure_holdout else 0.0
@@ -147,7 +181,11 @@ def main() -> None:
                 right += outsider.where in quantities
             text = formula_sentences(formula, "held out")[0] if formula else ""
             mark = (
-                "" if outsider is None or formula is None else "right" if outsider.where in quantities else "other"
+                ""
+                if outsider is None or formula is None
+                else "right"
+                if outsider.where in quantities
+                else "other"
             )
             shares = f"{formula.closure.share:.2f} | {held:.2f}" if formula else "| "
             cells = [name, kind, ", ".join(named), text, mark, shares, f"{spent:.0f}"]

@@ -1,9 +1,11 @@
-"""The self survey of Jurado and McGehee (Journal of Aircraft 56, 2019), written from its published equations.
+"""The self survey of Jurado and McGehee (Journal of Aircraft 56, 2019), written from its published
+equations.
 
-Five unknowns of a whole log: the offset of the ambient pressure, three components of a constant wind, and the
-recovery factor of the probe. The ambient pressure follows the geometric height by hydrostatics, the Mach number
-follows from it and the total pressure, the speed from Mach number and temperature. Attitude and sideslip turn the
-speed into a velocity through the air; with the wind it must be the GPS velocity, in three components.
+Five unknowns of a whole log: the offset of the ambient pressure, three components of a constant
+wind, and the recovery factor of the probe. The ambient pressure follows the geometric height by
+hydrostatics, the Mach number follows from it and the total pressure, the speed from Mach number and
+temperature. Attitude and sideslip turn the speed into a velocity through the air; with the wind it
+must be the GPS velocity, in three components.
 
 Nothing here comes from the product. Units are SI; angles are radians.
 """
@@ -48,17 +50,24 @@ class Rows:
 
     @property
     def indicated_airspeed(self) -> Array:
-        """Indicated airspeed: the speed at which a standard sea level gives the same impact pressure."""
+        """Indicated airspeed: the speed at which a standard sea level gives the same impact
+        pressure.
+        """
         sea = 101325.0
-        return mach_number(sea + self.total_pressure - self.static_pressure, np.full(len(self.time), sea)) * 340.294
+        return (
+            mach_number(
+                sea + self.total_pressure - self.static_pressure, np.full(len(self.time), sea)
+            )
+            * 340.294
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class Survey:
     """What the equations give.
 
-    Wind toward north, east and down; recovery factor; error of heading less sideslip; root mean square of the
-    residual velocity, a component; Δp/q_c in every row.
+    Wind toward north, east and down; recovery factor; error of heading less sideslip; root mean
+    square of the residual velocity, a component; Δp/q_c in every row.
     """
 
     wind: Array
@@ -90,7 +99,9 @@ def read(path: Path) -> Rows:
 
 
 def mach_number(total: Array, static: Array) -> Array:
-    """Mach number of total and static pressure: isentropic below 1, behind a normal shock above (Rayleigh)."""
+    """Mach number of total and static pressure: isentropic below 1, behind a normal shock above
+    (Rayleigh).
+    """
     ratio = total / static
     mach = np.sqrt(5.0 * (ratio ** (2.0 / 7.0) - 1.0))
     fast = mach > 1.0
@@ -102,7 +113,8 @@ def mach_number(total: Array, static: Array) -> Array:
 def survey(rows: Rows, free_direction: bool = False) -> Survey:
     """Solve the five unknowns by least squares over all rows.
 
-    `free_direction` adds a sixth that the published equations lack: a constant error of heading less sideslip.
+    `free_direction` adds a sixth that the published equations lack: a constant error of heading
+    less sideslip.
     """
     direction = _through_the_air(rows)
 
@@ -128,14 +140,20 @@ def _turned(direction: Array, angle: float) -> Array:
     """Directions (n, 3) turned to the right by an angle."""
     north, east, down = direction.T
     return np.stack(
-        [np.cos(angle) * north - np.sin(angle) * east, np.sin(angle) * north + np.cos(angle) * east, down], axis=1
+        [
+            np.cos(angle) * north - np.sin(angle) * east,
+            np.sin(angle) * north + np.cos(angle) * east,
+            down,
+        ],
+        axis=1,
     )
 
 
 def _ambient(rows: Rows, offset: float, recovery: float) -> tuple[Array, Array, Array]:
     """Mach number, ambient pressure and temperature in every row.
 
-    The ambient pressure begins at the indicated static one times exp(`offset`) and follows the height.
+    The ambient pressure begins at the indicated static one times exp(`offset`) and follows the
+    height.
     """
     ambient = rows.static_pressure
     for _ in range(_ROUNDS):
@@ -148,9 +166,11 @@ def _ambient(rows: Rows, offset: float, recovery: float) -> tuple[Array, Array, 
 
 
 def _through_the_air(rows: Rows) -> Array:
-    """Unit vectors of the velocity through the air, (n, 3): from attitude, flight path and sideslip.
+    """Unit vectors of the velocity through the air, (n, 3): from attitude, flight path and
+    sideslip.
 
-    The angle of attack is the pitch less the slope of the flight path, as published; the vane is not used.
+    The angle of attack is the pitch less the slope of the flight path, as published; the vane is
+    not used.
     """
     climb = np.arcsin(-rows.velocity[:, 2] / np.hypot(rows.velocity[:, 0], rows.velocity[:, 1]))
     attack = rows.pitch - climb

@@ -1,11 +1,12 @@
-"""Spoiled logs and mappings given to the commands: each must end in an answer or in one line that explains itself.
+"""Spoiled logs and mappings given to the commands: each must end in an answer or in one line that
+explains itself.
 
     python -m tests.lab.spoil --out FOLDER [--first 1] [--count 1000]
 
-spoils a good file of each format by a seed, runs a command on it in a process of its own, and counts what no input
-may bring about: exit code 1, a traceback, a hang, too much memory, output that nobody asked for, JSON that is none.
-One row an input goes into FOLDER/results.csv, which is read first, so that a run goes on where it stopped; inputs
-that fail are kept beside it.
+spoils a good file of each format by a seed, runs a command on it in a process of its own, and
+counts what no input may bring about: exit code 1, a traceback, a hang, too much memory, output that
+nobody asked for, JSON that is none. One row an input goes into FOLDER/results.csv, which is read
+first, so that a run goes on where it stopped; inputs that fail are kept beside it.
 """
 
 import argparse
@@ -45,7 +46,9 @@ COMMANDS = (
     ("fixed-speed", ("fixed-speed", "{log}")),
     ("a mapping", ("inspect", "{log}", "--mapping", "{mapping}")),
 )
-USUAL = np.array([0.3, 0.3, 0.1, 0.07, 0.05, 0.08, 0.1])  # shares of the commands: a calibration takes longest
+USUAL = np.array(
+    [0.3, 0.3, 0.1, 0.07, 0.05, 0.08, 0.1]
+)  # shares of the commands: a calibration takes longest
 MAPPING = """\
 [log]
 delimiter = ","
@@ -62,7 +65,8 @@ model = "bias"
 """
 VALUES = (
     '""', '"x"', "-1", "0", "1e400", "nan", "inf", "true", "[]", "{}", "[[1]]", "1979-05-27", '"\\u0000"', '"*"',
-    "[" * 60 + "]" * 60, "9" * 400, '{ a = { b = { c = 1 } } }', '"time_s"', '"impact_pressure_pa"', "'''a\nb'''",
+    "[" * 60 + "]" * 60, "9" * 400, '{ a = { b = { c = 1 } } '
+                                    '}', '"time_s"', '"impact_pressure_pa"', "'''a\nb'''",
 )  # fmt: skip
 CELLS = (
     "", "nan", "NaN", "inf", "-inf", "1e400", "-1e308", "1e-320", "0", "-0", "x", '"', '""', "'", ",", ";", "1,5",
@@ -71,10 +75,12 @@ CELLS = (
 )  # fmt: skip
 LINES = (
     "# a = [", "# mapping = 5", '# mapping = "jmoss"', "# accuracy = 3", "# accuracy = { temperature_k = -1 }",
-    "# " + "a." * 3000 + "b = 1", "# display = { airspeed_mps = -1 }", "# synthetic = 7", "# case = []", "#",
+    "# " + "a." * 3000 + "b = 1", "# display = { airspeed_mps = -1 "
+                                  "}", "# synthetic = 7", "# case = []", "#",
     "# time = 1e999", "# source = nan", "# [[[", "sep=;", "", ",,,,", "#" * 5000, "# aircraft = 1", "# \x00",
     "# warnings = 5",
-    "# flights = { a = 1 }", '# accuracy = { nothing = 1 }', "# parameters = 3", "# gps_latency_s = 1e30",
+    "# flights = { a = 1 }", '# accuracy = { nothing = 1 '
+                             '}', "# parameters = 3", "# gps_latency_s = 1e30",
 )  # fmt: skip
 
 
@@ -243,7 +249,9 @@ def _names(lines: list[str], rng: Random) -> list[str]:
     elif kind == 1:
         names[a] = names[b]
     elif kind == 2:
-        names[a] = names[a].rsplit("_", 1)[0] + str(rng.choice(["_kt", "_mps", "_hpa", "_degf", "_ft", "_ms", ""]))
+        names[a] = names[a].rsplit("_", 1)[0] + str(
+            rng.choice(["_kt", "_mps", "_hpa", "_degf", "_ft", "_ms", ""])
+        )
     else:
         names[a] = str(rng.choice(CELLS))
     lines[row] = mark.join(names)
@@ -252,7 +260,11 @@ def _names(lines: list[str], rng: Random) -> list[str]:
 
 def _endings(lines: list[str], rng: Random) -> list[str]:
     ending = str(rng.choice(["\r", "\r\n", "\r\r\n", "\x0b", "\u2028", "\x00"]))
-    return [ending.join(lines)] if rng.random() < 0.5 else [line + ending.strip("\n") for line in lines]
+    return (
+        [ending.join(lines)]
+        if rng.random() < 0.5
+        else [line + ending.strip("\n") for line in lines]
+    )
 
 
 def _marks(lines: list[str], rng: Random) -> list[str]:
@@ -262,11 +274,16 @@ def _marks(lines: list[str], rng: Random) -> list[str]:
 
 def recoded(data: bytes, rng: Random) -> bytes:
     text = data.decode("utf-8", "replace")
-    return text.encode(str(rng.choice(["utf-16", "utf-16-le", "utf-32", "latin-1", "utf-7", "cp037"])), "replace")
+    return text.encode(
+        str(rng.choice(["utf-16", "utf-16-le", "utf-32", "latin-1", "utf-7", "cp037"])), "replace"
+    )
 
 
 TEXT_DAMAGE = (
-    *(of_lines(each) for each in (_cells, _cells, _column, _rows_moved, _line_added, _names, _endings, _marks)),
+    *(
+        of_lines(each)
+        for each in (_cells, _cells, _column, _rows_moved, _line_added, _names, _endings, _marks)
+    ),
     recoded,
 )
 
@@ -278,7 +295,9 @@ def _mapping(rng: Random) -> tuple[str, bytes]:
         row = int(rng.integers(len(lines)))
         key, equals, _ = lines[row].partition("=")
         lines[row] = (
-            f"{key}= {rng.choice(VALUES)}" if equals else str(rng.choice(["[log", "[[columns]]", "[x]", "="]))
+            f"{key}= {rng.choice(VALUES)}"
+            if equals
+            else str(rng.choice(["[log", "[[columns]]", "[x]", "="]))
         )
     data = "\n".join(lines).encode("utf-8", "replace")
     return ("values", data) if rng.random() < 0.7 else ("bytes", flipped(data, rng))
@@ -304,7 +323,11 @@ def spoil(seed: int, files: Sequence[Path], folder: Path) -> tuple[Path, str, st
             words = ("calibrate", *words[1:])
     else:
         for _ in range(1 if rng.random() < 0.7 else 2):
-            kinds = (*BYTES_DAMAGE[:5], *TEXT_DAMAGE, *TEXT_DAMAGE) if good.suffix in TEXT else BYTES_DAMAGE
+            kinds = (
+                (*BYTES_DAMAGE[:5], *TEXT_DAMAGE, *TEXT_DAMAGE)
+                if good.suffix in TEXT
+                else BYTES_DAMAGE
+            )
             change = kinds[int(rng.integers(len(kinds)))]
             data = change(data, rng) if data else data
             damages.append(change.__name__)
@@ -329,7 +352,11 @@ def judge(seed: int, files: Sequence[Path], folder: Path) -> Result:
     at_fault = f"{said[:200]} | {told[:400]}" if fault else told[:120]
     if fault:
         shutil.copytree(folder / "input", folder / f"kept-{seed}", dirs_exist_ok=True)
-    file, megabytes, says = f"{good.parent.name}/{good.name}", used.ru_maxrss // 1024, " ".join(at_fault.split())
+    file, megabytes, says = (
+        f"{good.parent.name}/{good.name}",
+        used.ru_maxrss // 1024,
+        " ".join(at_fault.split()),
+    )
     return Result(seed, file, damage, name, code, round(lasted, 2), megabytes, fault, says)
 
 
@@ -362,8 +389,14 @@ def _become(words: Sequence[str], out: Path, err: Path) -> None:
 
 
 def _load(files: Sequence[Path]) -> None:
-    """Run commands once on good files, so that a fork has the modules loaded: most of the time of an input."""
-    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+    """Run commands once on good files, so that a fork has the modules loaded: most of the time of
+    an input.
+    """
+    with (
+        open(os.devnull, "w", encoding="utf-8") as nowhere,
+        redirect_stdout(nowhere),
+        redirect_stderr(nowhere),
+    ):
         for path in files:
             run_command(["inspect", str(path)])
         run_command(["calibrate", str(files[-3])])
@@ -383,7 +416,11 @@ def _fault(name: str, code: int, said: str, told: str, used: int) -> str:
         return "stray output"
     if "Warning" in told or (code == 0 and "json" not in name and not said):
         return "stray output"
-    if code == 0 and told and not all(line.startswith(("written", "#")) for line in told.splitlines()):
+    if (
+        code == 0
+        and told
+        and not all(line.startswith(("written", "#")) for line in told.splitlines())
+    ):
         return "stray output"
     if code == 0 and "json" in name:
         try:
@@ -398,7 +435,9 @@ def _no_json(text: str) -> None:
 
 
 def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
-    """Judge the inputs of seeds that the results of a folder do not hold yet; return those of all the seeds."""
+    """Judge the inputs of seeds that the results of a folder do not hold yet; return those of all
+    the seeds.
+    """
     out.mkdir(parents=True, exist_ok=True)
     files, table = good_files(out / "good"), out / "results.csv"
     kinds = {"seed": int, "code": int, "seconds": float, "megabytes": int}
@@ -424,7 +463,9 @@ def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 1 where an input brought a fault about."""
-    parser = argparse.ArgumentParser(prog="python -m tests.lab.spoil", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.lab.spoil", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--first", type=int, default=1, help="the first seed")
     parser.add_argument("--count", type=int, default=1000)
@@ -432,7 +473,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = judge_all(range(choice.first, choice.first + choice.count), choice.out)
     for each in found:
         if each.fault:
-            print(f"{each.fault}: seed {each.seed}, {each.file}, {each.damage}, {each.command}: {each.says[:300]}")
+            print(
+                f"{each.fault}: seed {each.seed}, {each.file}, {each.damage}, {each.command}: "
+                f"{each.says[:300]}"
+            )
     faults, codes = Counter(each.fault for each in found), Counter(each.code for each in found)
     print(f"{len(found):,} inputs: " + ", ".join(f"{name} {faults[name]}" for name in FAULTS))
     print("exit codes: " + ", ".join(f"{code} {codes[code]:,}" for code in sorted(codes)))

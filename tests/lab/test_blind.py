@@ -1,4 +1,6 @@
-"""The blind test itself: nothing leaks, the seal holds, bands and forms are as stated, and the score counts."""
+"""The blind test itself: nothing leaks, the seal holds, bands and forms are as stated, and the
+score counts.
+"""
 
 import ast
 import json
@@ -47,7 +49,9 @@ def signatures(strength: float = 60.0) -> SettingSignatures:
     names, time = tuple(all_effects()), np.arange(0.0, 140.0, 0.5)
     values = np.zeros((len(names), len(time), 1))
     unit = np.full((len(names), len(time)), strength**2 / len(time))
-    return SettingSignatures(names, ("a",), time, ("leg",) * len(time), values, np.full(len(names), strength), unit)
+    return SettingSignatures(
+        names, ("a",), time, ("leg",) * len(time), values, np.full(len(names), strength), unit
+    )
 
 
 def test_a_flight_that_its_effect_ends_is_told_and_has_no_log(tmp_path, monkeypatch, capsys):
@@ -55,7 +59,9 @@ def test_a_flight_that_its_effect_ends_is_told_and_has_no_log(tmp_path, monkeypa
         raise SimulationError("the aircraft departed")
 
     monkeypatch.setattr("pitotlab.blind.drawn.log_of", departs)
-    generator.write_cases(tmp_path, SEED, [generator.HiddenCase("none", ("C",), (), Environment())], [False], 1)
+    generator.write_cases(
+        tmp_path, SEED, [generator.HiddenCase("none", ("C",), (), Environment())], [False], 1
+    )
     assert "log-0000 cannot be flown: the aircraft departed" in capsys.readouterr().out
     assert not list(tmp_path.iterdir())
 
@@ -99,20 +105,31 @@ def test_logs_tell_nothing_of_the_truth_nor_of_day_pilot_and_loading(folder: Pat
         header = read_log(path).header
         assert set(header) <= {"format", "case"}
         assert not hidden & set(header["case"])
-    assert [p.stem for p in flights_of(folder / "logs" / "log-0003.parquet")] == ["log-0003", "log-0003-b"]
+    assert [p.stem for p in flights_of(folder / "logs" / "log-0003.parquet")] == [
+        "log-0003",
+        "log-0003-b",
+    ]
 
 
 def test_a_broken_seal_is_noticed(folder: Path, tmp_path: Path) -> None:
     assert len(opened(folder / "seal")["cases"]) == 4
     text = (folder / "seal" / "truth.json").read_text("utf-8")
-    (tmp_path / "truth.json").write_text(text.replace(f'"seed": {SEED}', '"seed": 1', 1), encoding="utf-8")
-    (tmp_path / "truth.sha256").write_text((folder / "seal" / "truth.sha256").read_text("utf-8"), encoding="utf-8")
+    (tmp_path / "truth.json").write_text(
+        text.replace(f'"seed": {SEED}', '"seed": 1', 1), encoding="utf-8"
+    )
+    (tmp_path / "truth.sha256").write_text(
+        (folder / "seal" / "truth.sha256").read_text("utf-8"), encoding="utf-8"
+    )
     with pytest.raises(ValueError, match="seal"):
         opened(tmp_path)
 
 
-def test_a_packed_set_holds_what_its_folder_held_and_a_change_is_noticed(folder: Path, tmp_path: Path) -> None:
-    answers = "".join(json.dumps({"name": generator.name_of(i), "kind": "no_gap"}) + "\n" for i in range(3))
+def test_a_packed_set_holds_what_its_folder_held_and_a_change_is_noticed(
+    folder: Path, tmp_path: Path
+) -> None:
+    answers = "".join(
+        json.dumps({"name": generator.name_of(i), "kind": "no_gap"}) + "\n" for i in range(3)
+    )
     (tmp_path / "results.jsonl").write_text(answers, encoding="utf-8")
     (tmp_path / "seal").symlink_to(folder / "seal")
     packed = [pack("first", tmp_path, tmp_path / place) for place in ("kept", "again")]
@@ -132,7 +149,9 @@ def test_the_sets_that_are_kept_are_those_that_were_sealed() -> None:
 
 def test_two_seals_of_one_truth_differ_by_their_salt(tmp_path: Path) -> None:
     cases, held = drawn(SEED, 0.01)
-    assert generator.seal(tmp_path / "a", SEED, cases, held) != generator.seal(tmp_path / "b", SEED, cases, held)
+    assert generator.seal(tmp_path / "a", SEED, cases, held) != generator.seal(
+        tmp_path / "b", SEED, cases, held
+    )
 
 
 def test_a_set_is_judged_again_where_it_was_stopped_and_scored(folder: Path) -> None:
@@ -183,7 +202,9 @@ def test_most_settings_are_not_those_that_a_header_tells() -> None:
 
 
 def test_the_product_does_not_know_the_forms_and_the_forms_do_not_know_the_reconciler() -> None:
-    product = "\n".join(p.read_text("utf-8") for p in Path(pitotbench.__file__).parent.rglob("*.py"))
+    product = "\n".join(
+        p.read_text("utf-8") for p in Path(pitotbench.__file__).parent.rglob("*.py")
+    )
     assert [name for name in (*OWN_FORMS, *OUTSIDERS) if f'"{name}"' in product] == []
     for module in ("forms", "outsiders", "flown"):
         tree = ast.parse((GENERATOR / f"{module}.py").read_text("utf-8"))
@@ -261,13 +282,17 @@ def test_a_form_of_the_generator_is_no_form_of_the_table(name: str) -> None:
             assert abs(own @ other) < 0.9999 * length, effect.name
 
 
-def test_a_part_of_the_flight_is_as_before_outside_it_and_gusts_and_steps_are_those_asked_for() -> None:
+def test_a_part_of_the_flight_is_as_before_outside_it_and_gusts_and_steps_are_those_asked_for() -> (
+    None
+):
     case = replace(quiet(SETTINGS["C"]), effects=(EffectSpec("temperature_bias", {"bias_k": 2.0}),))
     flight = flown(replace(case, turbulence="light"), Environment(rate=60.0, own_gusts=True))
     assert np.median(np.diff(flight["time"])) == pytest.approx(1.0 / 60.0)
     assert 0.08 < np.std(flight["wind_down"]) < 0.4
     part = {"temperature_bias": Part(40.0, 90.0)}
-    with_it, without = (recorded(f, None, part) for f in (flight, replace(flight, case=replace(case, effects=()))))
+    with_it, without = (
+        recorded(f, None, part) for f in (flight, replace(flight, case=replace(case, effects=())))
+    )
     time = with_it.time - with_it.time[0]
     warmer = with_it.total_temperature - without.total_temperature
     assert np.all(warmer[(time < 40.0) | (time > 90.0)] == 0.0)
@@ -279,15 +304,23 @@ def test_own_gusts_have_the_deviation_and_the_spectrum_of_von_karman() -> None:
     assert np.trapezoid(longitudinal(number), number) == pytest.approx(1.0, abs=0.02)
     assert np.trapezoid(lateral(number), number) == pytest.approx(1.0, abs=0.04)
     # Kolmogorov's law for short waves, and 4/3 as much energy across the flight as along it.
-    assert longitudinal(np.array(2.0)) / longitudinal(np.array(1.0)) == pytest.approx(2.0 ** (-5.0 / 3.0), rel=1e-3)
-    assert lateral(np.array(1.0)) / longitudinal(np.array(1.0)) == pytest.approx(4.0 / 3.0, rel=1e-3)
+    assert longitudinal(np.array(2.0)) / longitudinal(np.array(1.0)) == pytest.approx(
+        2.0 ** (-5.0 / 3.0), rel=1e-3
+    )
+    assert lateral(np.array(1.0)) / longitudinal(np.array(1.0)) == pytest.approx(
+        4.0 / 3.0, rel=1e-3
+    )
     fields = [gust_field(0.5, seed, 6_000.0).values for seed in range(16)]
     assert np.std(np.concatenate(fields), axis=0) == pytest.approx(0.5, rel=0.25)
     inside = np.geomspace(LEAST, MOST, 40_000)
     for spectrum, column in ((longitudinal, 0), (lateral, 1)):
         for apart in (5, 20, 80):
-            wanted = 2.0 * 0.25 * np.trapezoid(spectrum(inside) * (1.0 - np.cos(apart * inside)), inside)
-            found = np.mean([np.mean((f[apart:, column] - f[:-apart, column]) ** 2) for f in fields])
+            wanted = (
+                2.0 * 0.25 * np.trapezoid(spectrum(inside) * (1.0 - np.cos(apart * inside)), inside)
+            )
+            found = np.mean(
+                [np.mean((f[apart:, column] - f[:-apart, column]) ** 2) for f in fields]
+            )
             assert found == pytest.approx(float(wanted), rel=0.15)
 
 
@@ -304,12 +337,20 @@ def test_wilson_is_the_published_interval() -> None:
 
 def answer(kind: str, *groups: list[str], **more: object) -> dict[str, object]:
     effects, others = [g[0] for g in groups], [g[1:] for g in groups]
-    told = {"kind": kind, "effects": effects, "alternatives": others, "sizes": {}, "probabilities": {}}
+    told = {
+        "kind": kind,
+        "effects": effects,
+        "alternatives": others,
+        "sizes": {},
+        "probabilities": {},
+    }
     return {**told, "wall_s": 1.0, "processor_s": 1.0, "warm": True, "name": "log-0001", **more}
 
 
 def hidden(kind: str, *names: str, strength: float = 30.0) -> dict[str, object]:
-    effects = [{"name": n, "sizes": {"lag_s": 0.4}, "strengths": [strength], "part": None} for n in names]
+    effects = [
+        {"name": n, "sizes": {"lag_s": 0.4}, "strengths": [strength], "part": None} for n in names
+    ]
     return {"kind": kind, "effects": effects, "settings": ["A"], "formed": False, "environment": {}}
 
 
@@ -317,8 +358,17 @@ def test_answers_are_counted_as_they_are() -> None:
     truth = hidden("above 7", "second_order_line")
     answers = [
         answer("named", ["pitot_lag"], probabilities={"pitot_lag": 0.95}, held_out=0.9),
-        answer("named", ["pitot_lag"], ["wind_drift"], probabilities={"pitot_lag": 0.95, "wind_drift": 0.92}),
-        answer("one_of", ["static_lag", "pitot_lag"], probabilities={"static_lag": 0.5, "pitot_lag": 0.45}),
+        answer(
+            "named",
+            ["pitot_lag"],
+            ["wind_drift"],
+            probabilities={"pitot_lag": 0.95, "wind_drift": 0.92},
+        ),
+        answer(
+            "one_of",
+            ["static_lag", "pitot_lag"],
+            probabilities={"static_lag": 0.5, "pitot_lag": 0.45},
+        ),
         answer("named", ["belly_pod"], probabilities={"belly_pod": 0.99}),
         answer("unknown"),
         {"kind": "crash", "name": "log-0001", "why": "", "processor_s": 1.0},
@@ -342,7 +392,10 @@ def test_pairs_outsiders_and_nothing_are_counted_as_they_are() -> None:
     cases = [
         JudgedCase(two, answer("named", ["belly_pod"], ["pitot_lag"])),
         JudgedCase(two, answer("one_of", ["belly_pod"], ["wind_drift", "static_lag"])),
-        JudgedCase(hidden("outside", "loose_tube"), answer("named", ["pitot_lag"], formula={"closure": 0.9})),
+        JudgedCase(
+            hidden("outside", "loose_tube"),
+            answer("named", ["pitot_lag"], formula={"closure": 0.9}),
+        ),
         JudgedCase(hidden("outside", "loose_tube"), answer("unknown", formula=None)),
         JudgedCase(hidden("none"), answer("no_gap")),
         JudgedCase(hidden("none"), answer("unknown")),
@@ -361,7 +414,9 @@ def test_a_variant_counts_as_its_cause_and_a_fault_outside_the_table_as_itself()
     assert len(OUTSIDERS) >= 45
 
 
-@pytest.mark.parametrize(("own", "named", "verdict"), [(True, True, "named"), (False, False, "named")])
+@pytest.mark.parametrize(
+    ("own", "named", "verdict"), [(True, True, "named"), (False, False, "named")]
+)
 def test_gusts_of_the_generator_are_no_cause_too_many(own: bool, named: bool, verdict: str) -> None:
     truth = {**hidden("above 7", "pitot_lag", strength=9.0), "environment": {"own_gusts": own}}
     told = answer("named", ["pitot_lag"], ["turbulence_level", "turbulence_scale"])
@@ -370,8 +425,14 @@ def test_gusts_of_the_generator_are_no_cause_too_many(own: bool, named: bool, ve
     nothing = JudgedCase({**truth, "kind": "none", "effects": []}, {**told, **NOTHING_BUT_GUSTS})
     assert nothing.verdict == ("no_gap" if own else "one_of")
     advised = JudgedCase(truth, answer("unknown"), advised=told)
-    row = next(r for r in table([advised]) if r.what == "above 7, with the flight advised: named cleanly")
+    row = next(
+        r for r in table([advised]) if r.what == "above 7, with the flight advised: named cleanly"
+    )
     assert (row.hits, row.cases) == (int(named), 1)
 
 
-NOTHING_BUT_GUSTS = {"kind": "one_of", "effects": ["turbulence_level"], "alternatives": [["turbulence_scale"]]}
+NOTHING_BUT_GUSTS = {
+    "kind": "one_of",
+    "effects": ["turbulence_level"],
+    "alternatives": [["turbulence_scale"]],
+}

@@ -22,7 +22,9 @@ NAMED = {
 
 
 PATCHED = {
-    found for file in FOLDER.rglob("*.py") for found in re.findall(r'patch\("([\w.]+)"', file.read_text("utf-8"))
+    found
+    for file in FOLDER.rglob("*.py")
+    for found in re.findall(r'patch\("([\w.]+)"', file.read_text("utf-8"))
 }
 
 
@@ -43,7 +45,11 @@ def test_an_unknown_measurement_is_refused_with_the_names(capsys):
 @pytest.mark.parametrize("script", ["lab.py", "reproduce_study.py"])
 def test_scripts_run_from_a_checkout_that_is_not_installed(script, tmp_path):
     done = subprocess.run(
-        [sys.executable, str(SCRIPTS / script), "--help"], cwd=tmp_path, capture_output=True, text=True, check=True
+        [sys.executable, str(SCRIPTS / script), "--help"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert "study" in done.stdout
 
@@ -56,7 +62,9 @@ def test_what_is_named_in_a_string_exists(name):
 
 @pytest.mark.parametrize("name", sorted(PATCHED))
 def test_what_is_patched_is_read_where_it_is_patched(name):
-    """A name that only passes through its module, or is read elsewhere, would be patched without any effect."""
+    """A name that only passes through its module, or is read elsewhere, would be patched without
+    any effect.
+    """
     module, _, attribute = name.rpartition(".")
     parsed = ast.parse(Path(import_module(module).__file__).read_text("utf-8"))
     functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]

@@ -15,7 +15,11 @@ def measure(trial, looks, factor=1.0, breaks_at=None):
     if trial.seed == breaks_at:
         raise ZeroDivisionError("a defect")
     cell = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "seed": trial.seed}
-    return [cell | {"das": look, "part": part, "value": factor * trial.seed} for look in looks for part in (1, 2)]
+    return [
+        cell | {"das": look, "part": part, "value": factor * trial.seed}
+        for look in looks
+        for part in (1, 2)
+    ]
 
 
 def experiment(looks=("20/1",), **how):
@@ -29,7 +33,12 @@ def _nothing_measured():
 
 def test_every_look_at_every_flight_is_one_row_or_more_seed_by_seed():
     table = run_experiment(experiment(("20/1", "50/50")), [5, 3], Budget(jobs=1))
-    assert [(m, s) for m, s, _ in SEEN] == [("circle", 5), ("four_leg", 5), ("circle", 3), ("four_leg", 3)]
+    assert [(m, s) for m, s, _ in SEEN] == [
+        ("circle", 5),
+        ("four_leg", 5),
+        ("circle", 3),
+        ("four_leg", 3),
+    ]
     assert len(table) == 2 * 2 * 2 * 2
     assert table["seed"].tolist() == [5] * 8 + [3] * 8
 
@@ -69,7 +78,9 @@ def test_no_minutes_end_it_after_the_first_round():
 
 
 def test_processes_change_nothing():
-    alone, shared = (run_experiment(experiment(factor=0.1), range(1, 5), Budget(jobs=jobs)) for jobs in (1, 2))
+    alone, shared = (
+        run_experiment(experiment(factor=0.1), range(1, 5), Budget(jobs=jobs)) for jobs in (1, 2)
+    )
     pd.testing.assert_frame_equal(alone, shared, check_exact=True)
 
 

@@ -1,4 +1,6 @@
-"""What recording costs beside JSBSim itself is measured by `make lab-bench`; here only that it can be."""
+"""What recording costs beside JSBSim itself is measured by `make lab-bench`; here only that it can
+be.
+"""
 
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotlab.speed.commands import overhead_ratio, step_ratio

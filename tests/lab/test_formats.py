@@ -1,4 +1,6 @@
-"""One flight in every format: the readings within the steps of the file, the correction within its bound."""
+"""One flight in every format: the readings within the steps of the file, the correction within its
+bound.
+"""
 
 from dataclasses import astuple
 
@@ -30,6 +32,11 @@ def test_a_format_gives_the_numbers_of_the_csv(tmp_path, flown, name):
 def test_the_table_shows_what_is_exact_and_what_is_a_step():
     steps = Readings(1.0, 10.0, 1.0, 1.0, 1.0)
     apart = Readings(0.5, 0.0, float("nan"), 0.25, 1e-12)
-    result = formats.Result("a card", 1830, apart, steps, np.array([0.02, 0.0, 0.01]), np.array([0.1, 0.0, 0.2]))
+    result = formats.Result(
+        "a card", 1830, apart, steps, np.array([0.02, 0.0, 0.01]), np.array([0.1, 0.0, 0.2])
+    )
     *_, line = table([result]).splitlines()
-    assert line == "| a card | 1,830 | 0.5 (0.50) | exact | not held | 0.25 (0.25) | exact | 0.02, 0, 0.01 | 0.2 |"
+    assert (
+        line == "| a card | 1,830 | 0.5 (0.50) | exact | not held | 0.25 (0.25) | exact | 0.02, 0, "
+        "0.01 | 0.2 |"
+    )

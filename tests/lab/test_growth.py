@@ -1,4 +1,6 @@
-"""How cost grows is measured by a script; here only that an exponent is right, and that small logs are timed."""
+"""How cost grows is measured by a script; here only that an exponent is right, and that small logs
+are timed.
+"""
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from pitotlab.speed.growth import Cost, costs_by_samples, exponent, peak_megabyt
 
 @pytest.mark.parametrize("power", [1.0, 2.0])
 def test_the_exponent_is_that_of_the_costs(power):
-    assert exponent([Cost("job", n, 3e-6 * n**power) for n in (10, 100, 1000)]) == pytest.approx(power)
+    assert exponent([Cost("job", n, 3e-6 * n**power) for n in (10, 100, 1000)]) == pytest.approx(
+        power
+    )
 
 
 def test_reading_and_calibrating_are_measured(smooth_flights):

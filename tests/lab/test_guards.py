@@ -27,7 +27,8 @@ class Line:
     "pitotbench.air": "def density(values):\n    return values\n",
     "pitotbench.names": "table = 1\nwhere = 'pitotbench.lag'\n",
 }
-# The same code in one module: the docstring is another, the import is gone, and the string names the new place.
+# The same code in one module: the docstring is another, the import is gone, and the string names
+# the new place.
 MOVED = {
     "pitotbench.pneumatic": '''
 table = 1
@@ -58,7 +59,10 @@ def edited(old, new):
 
 
 def found(new, renames=None):
-    return [(name, bool(was), bool(now)) for name, _, was, now in changed_pairs(compare(OLD, new, renames or {}))]
+    return [
+        (name, bool(was), bool(now))
+        for name, _, was, now in changed_pairs(compare(OLD, new, renames or {}))
+    ]
 
 
 def test_a_move_changes_no_body():
@@ -80,14 +84,20 @@ def test_a_changed_constant_or_sign_is_found(old, new, name):
 
 
 def test_a_lost_body_and_a_lost_twin_are_found():
-    assert found(edited("def density(values):\n    return values\n", "")) == [("density", True, False)]
+    assert found(edited("def density(values):\n    return values\n", "")) == [
+        ("density", True, False)
+    ]
     twice = {**OLD, "pitotbench.twin": OLD["pitotbench.air"]}
     assert [body.name for body in compare(twice, MOVED, {}).fewer] == ["density"]
 
 
 def test_a_rename_counts_unless_it_is_listed(tmp_path):
     renamed = {"pitotbench.pneumatic": MOVED["pitotbench.pneumatic"].replace("_EDGE", "LAG_EDGE")}
-    assert found(renamed) == [("LAG_EDGE", False, True), ("_EDGE", True, False), ("late", True, True)]
+    assert found(renamed) == [
+        ("LAG_EDGE", False, True),
+        ("_EDGE", True, False),
+        ("late", True, True),
+    ]
     for scope in ("*", "pitotbench.lag"):
         (tmp_path / "renames.toml").write_text(f'["{scope}"]\n_EDGE = "LAG_EDGE"\n')
         assert found(renamed, read_renames(tmp_path / "renames.toml")) == []
@@ -95,8 +105,16 @@ def test_a_rename_counts_unless_it_is_listed(tmp_path):
 
 
 def test_a_renamed_function_is_followed_where_it_is_imported():
-    imported = OLD["pitotbench.lag"].replace("import air", "import air, again").replace("air.density", "again")
-    old = {**OLD, "pitotbench.lag": imported, "pitotbench": "from pitotbench.air import density as again"}
+    imported = (
+        OLD["pitotbench.lag"]
+        .replace("import air", "import air, again")
+        .replace("air.density", "again")
+    )
+    old = {
+        **OLD,
+        "pitotbench.lag": imported,
+        "pitotbench": "from pitotbench.air import density as again",
+    }
     new = {"pitotbench.pneumatic": MOVED["pitotbench.pneumatic"].replace("density", "air_density")}
     assert not compare(old, new, {"pitotbench.air": {"density": "air_density"}}).gone
     assert compare(old, new, {"pitotbench.names": {"density": "air_density"}}).gone
@@ -113,7 +131,11 @@ def test_numbers_are_compared_bit_by_bit_and_told_in_their_two_sigma():
 
 
 def test_texts_are_told_line_by_line_and_missing_keys_by_side():
-    assert list(differences({"a": "x\ny\n"}, {"a": "x\nz\n"})) == ["a: 2 lines differ", "    -y", "    +z"]
+    assert list(differences({"a": "x\ny\n"}, {"a": "x\nz\n"})) == [
+        "a: 2 lines differ",
+        "    -y",
+        "    +z",
+    ]
     assert list(differences({"a": None}, {"b": 1})) == ["a: only before: None", "b: only today: 1"]
 
 

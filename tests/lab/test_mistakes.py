@@ -1,4 +1,6 @@
-"""The mistakes of `mistakes`, read only; `python -m tests.lab.mistakes` calibrates what is read as well."""
+"""The mistakes of `mistakes`, read only; `python -m tests.lab.mistakes` calibrates what is read as
+well.
+"""
 
 import re
 
@@ -10,7 +12,8 @@ KNOWABLE = [m for m in MISTAKES.values() if not m.passes]
 PASSING = [m for m in MISTAKES.values() if m.passes]
 
 NAMED = {  # the mistake and the words that say what to write
-    "velocity kt as mps": "these look like knots: name the columns velocity_north_kt and velocity_east_kt",
+    "velocity kt as mps": "these look like knots: name the columns velocity_north_kt and "
+    "velocity_east_kt",
     "velocity mph as mps": "name the columns velocity_north_mph and velocity_east_mph",
     "velocity kmh as mps": "name the columns velocity_north_kmh and velocity_east_kmh",
     "velocity fps as mps": "name the columns velocity_north_fps and velocity_east_fps",
@@ -42,7 +45,13 @@ NAMED = {  # the mistake and the words that say what to write
     "pitch: rad written as °": "it would fit pitch_rad",
 }
 
-REFUSED = ("velocity kt as mps", "velocity mps as kt", "velocity mph as kt", "impact x 2", "impact x 0.5")
+REFUSED = (
+    "velocity kt as mps",
+    "velocity mps as kt",
+    "velocity mph as kt",
+    "impact x 2",
+    "impact x 0.5",
+)
 
 
 def test_there_are_149_mistakes():
@@ -104,7 +113,9 @@ def test_a_fault_is_told(name, maneuver):
 def test_a_step_of_the_impact_pressure_within_a_speed_is_told_with_its_time(name):
     """It was silent and 5 to 7 times beyond the bound. Of the good log nothing is said."""
     says = judge(FAULTS[name] if name else Mistake("none", lambda t: t, ()), wind="checked").says
-    told = re.search(r"impact pressure seems to change by ([+-]\d+)% from (\d):(\d\d) of the rows used on", says)
+    told = re.search(
+        r"impact pressure seems to change by ([+-]\d+)% from (\d):(\d\d) of the rows used on", says
+    )
     if name is None:
         assert says == ""
         return

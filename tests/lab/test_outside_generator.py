@@ -29,7 +29,10 @@ JUDGE_MAY_IMPORT = {
 @pytest.fixture(scope="module")
 def flights():
     """A flight of each cell, all of one seed."""
-    return {name: generate(cell, cell.maneuvers[name == "jet"], 4) for name, cell in moving_air.CELLS.items()}
+    return {
+        name: generate(cell, cell.maneuvers[name == "jet"], 4)
+        for name, cell in moving_air.CELLS.items()
+    }
 
 
 def _imports(path):
@@ -54,7 +57,9 @@ def test_nothing_but_the_judge_imports_the_product_and_the_judge_only_its_entry_
         reached = {module, *(f"{module}.{name}" for name in names)}
         own = all(name.startswith("pitotlab.outside") for name in reached)
         assert root in allowed or own, (path.name, module)
-        assert "pitotlab.outside.judge" not in reached, f"{path.name} reaches the product through the judge"
+        assert "pitotlab.outside.judge" not in reached, (
+            f"{path.name} reaches the product through the judge"
+        )
 
 
 @pytest.mark.parametrize("name", moving_air.CELLS)
@@ -63,8 +68,12 @@ def test_the_wind_triangle_closes(flights, name):
     state = flight.state
     through_air = state.ground_velocity - flight.sky.wind - state.slow_wind - state.gust
     ratio = 1.0 + state.impact / state.pressure  # total over static pressure
-    enthalpy = 1.4 / 0.4 * 287.053 * state.temperature * (ratio ** (0.4 / 1.4) - 1.0)  # J/kg, the rise to a stop
-    np.testing.assert_allclose(np.sqrt(np.sum(through_air**2, axis=1)), state.true_airspeed, rtol=1e-12)
+    enthalpy = (
+        1.4 / 0.4 * 287.053 * state.temperature * (ratio ** (0.4 / 1.4) - 1.0)
+    )  # J/kg, the rise to a stop
+    np.testing.assert_allclose(
+        np.sqrt(np.sum(through_air**2, axis=1)), state.true_airspeed, rtol=1e-12
+    )
     np.testing.assert_allclose(np.sqrt(2.0 * enthalpy), state.true_airspeed, rtol=1e-9)
 
 
@@ -80,7 +89,9 @@ def test_the_pressure_is_the_integral_of_weight_over_the_warmth_of_the_day():
 
 
 @pytest.mark.parametrize("name", moving_air.CELLS)
-def test_the_total_pressure_is_right_and_the_static_source_takes_its_error_from_the_impact_pressure(flights, name):
+def test_the_total_pressure_is_right_and_the_static_source_takes_its_error_from_the_impact_pressure(
+    flights, name
+):
     flight = flights[name]
     state, columns = flight.state, flight.columns
     source = flight.error.share(state.indicated_impact) * state.impact  # Δp_s, by its definition
@@ -88,13 +99,22 @@ def test_the_total_pressure_is_right_and_the_static_source_takes_its_error_from_
     excess = columns["static_pressure_pa"] - (state.pressure + source)
     assert abs(np.mean(excess)) < 5.0 * NOISE.static / np.sqrt(len(excess))
     if flight.cell.airspeed_step == 0.0:
-        total = columns["static_pressure_pa"] + columns["impact_pressure_pa"] - state.pressure - state.impact
-        assert abs(np.mean(total)) < 5.0 * np.hypot(NOISE.static, NOISE.impact) / np.sqrt(len(total))
+        total = (
+            columns["static_pressure_pa"]
+            + columns["impact_pressure_pa"]
+            - state.pressure
+            - state.impact
+        )
+        assert abs(np.mean(total)) < 5.0 * np.hypot(NOISE.static, NOISE.impact) / np.sqrt(
+            len(total)
+        )
         assert np.std(total) == pytest.approx(np.hypot(NOISE.static, NOISE.impact), rel=0.05)
 
 
 def test_the_wind_has_low_pressure_on_its_left_at_0_8_pascals_a_kilometer_for_15_kt(flights):
-    sky = replace(flights["base"].sky, wind=np.array([15.0 * KNOT, 0.0, 0.0]))  # toward north: its left is west
+    sky = replace(
+        flights["base"].sky, wind=np.array([15.0 * KNOT, 0.0, 0.0])
+    )  # toward north: its left is west
     here, west = sky.pressure(np.array(1828.8), np.zeros(2), np.array([0.0, -1000.0]))
     north = sky.pressure(np.array(1828.8), np.array(1000.0), np.array(0.0))
     assert 0.7 < here - west < 0.9
@@ -105,7 +125,11 @@ def test_the_wind_has_low_pressure_on_its_left_at_0_8_pascals_a_kilometer_for_15
 def test_no_gust_moves_the_height(flights, name):
     state, calm = (
         flights[name].state,
-        generate(replace(moving_air.CELLS[name], gust_sigma=0.0, thermals=False), flights[name].maneuver, 4),
+        generate(
+            replace(moving_air.CELLS[name], gust_sigma=0.0, thermals=False),
+            flights[name].maneuver,
+            4,
+        ),
     )
     np.testing.assert_array_equal(state.height, calm.state.height)
     climbed = state.height[0] - np.cumsum(state.ground_velocity[:, 2]) / RATE
@@ -115,7 +139,13 @@ def test_no_gust_moves_the_height(flights, name):
 
 @pytest.mark.parametrize(
     ("maneuver", "minutes"),
-    [("rapid_decel", 5.0), ("step_decrease", 6.0), ("circle", 6.0), ("race_track", 15.0), ("four_leg", 21.0)],
+    [
+        ("rapid_decel", 5.0),
+        ("step_decrease", 6.0),
+        ("circle", 6.0),
+        ("race_track", 15.0),
+        ("four_leg", 21.0),
+    ],
 )
 def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second(maneuver, minutes):
     state = generate(moving_air.CELLS["calm"], maneuver, 4).state
@@ -132,7 +162,9 @@ def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second
 def test_a_maneuver_turns_as_far_as_its_legs_ask(maneuver, turned):
     assert sum(leg.turn for leg in MANEUVERS[maneuver]) == turned
     heading = generate(moving_air.CELLS["calm"], maneuver, 4).state.heading
-    assert np.degrees(abs(heading[-1] - heading[0])) == pytest.approx(turned, abs=4.0 * turned / 180.0)
+    assert np.degrees(abs(heading[-1] - heading[0])) == pytest.approx(
+        turned, abs=4.0 * turned / 180.0
+    )
 
 
 def test_the_true_curve_joins_what_was_indicated_with_what_was_true(flights):
@@ -140,7 +172,9 @@ def test_the_true_curve_joins_what_was_indicated_with_what_was_true(flights):
         state = flights[name].state
         indicated = physics.calibrated_airspeed(state.indicated_impact)
         np.testing.assert_allclose(
-            indicated + flights[name].correction(indicated), physics.calibrated_airspeed(state.impact), rtol=1e-10
+            indicated + flights[name].correction(indicated),
+            physics.calibrated_airspeed(state.impact),
+            rtol=1e-10,
         )
 
 
@@ -148,8 +182,12 @@ def test_the_position_error_in_feet_is_the_source_error_over_the_weight_of_the_a
     flight = flights["base"]
     truth, pressure = flight.truth, float(flight.sky.day.pressure(np.array(flight.cell.height)))
     assert list(np.round(truth.indicated_airspeed / KNOT)) == list(range(100, 161, 5))
-    source = physics.impact_pressure(truth.calibrated_airspeed) - physics.impact_pressure(truth.indicated_airspeed)
-    standard = 288.15 * (pressure / 101325.0) ** 0.190263  # K, of the standard atmosphere at that pressure
+    source = physics.impact_pressure(truth.calibrated_airspeed) - physics.impact_pressure(
+        truth.indicated_airspeed
+    )
+    standard = (
+        288.15 * (pressure / 101325.0) ** 0.190263
+    )  # K, of the standard atmosphere at that pressure
     feet = source * 287.053 * standard / (pressure * 9.80665) / FOOT
     assert np.all(truth.position_error > 0.0)
     np.testing.assert_allclose(truth.position_error, feet, rtol=0.01)
@@ -174,24 +212,31 @@ def test_ou_gusts_have_their_size_and_forget_within_their_length():
 
 def test_von_karman_gusts_have_their_size_and_the_closed_correlation_along_the_path():
     distance = np.arange(0.0, 400_000.0, 4.0)
-    gust = moving_air.von_karman_gusts(distance, np.zeros_like(distance), 0.5, 533.0, np.random.default_rng(3))
+    gust = moving_air.von_karman_gusts(
+        distance, np.zeros_like(distance), 0.5, 533.0, np.random.default_rng(3)
+    )
     assert np.std(gust, axis=0) == pytest.approx([0.5] * 3, rel=0.1)
     for apart in (20, 100, 300):
         found = np.mean(gust[apart:, 0] * gust[:-apart, 0]) / np.mean(gust[:, 0] ** 2)
-        assert found == pytest.approx(moving_air.von_karman_correlation(np.array(4.0 * apart), 533.0), abs=0.08)
+        assert found == pytest.approx(
+            moving_air.von_karman_correlation(np.array(4.0 * apart), 533.0), abs=0.08
+        )
 
 
 def test_the_slow_winds_are_as_large_as_their_cells_say():
     time, dice = np.arange(0.0, 600.05, 0.05), np.random.default_rng(1)
     wave, jump, change = (
-        slow(time, dice) for slow in (moving_air.mountain_wave, moving_air.front, moving_air.steady_change)
+        slow(time, dice)
+        for slow in (moving_air.mountain_wave, moving_air.front, moving_air.steady_change)
     )
     assert np.max(np.hypot(wave[:, 0], wave[:, 1])) == pytest.approx(1.0, abs=1e-3)
     assert np.max(np.abs(wave[:, 2])) == pytest.approx(1.0, abs=1e-3)
     np.testing.assert_allclose(wave[:6001], wave[6000:], atol=1e-9)  # 300 s
     for slow in (jump, change):
         assert np.linalg.norm(slow[-1] - slow[0]) == pytest.approx(3.0, abs=1e-9)
-    assert np.sum(np.linalg.norm(np.diff(jump, axis=0), axis=1) > 1e-9) / RATE == pytest.approx(20.0, abs=0.2)
+    assert np.sum(np.linalg.norm(np.diff(jump, axis=0), axis=1) > 1e-9) / RATE == pytest.approx(
+        20.0, abs=0.2
+    )
 
 
 def test_a_late_receiver_reports_what_was_half_a_second_ago(flights):
@@ -218,7 +263,9 @@ def test_an_airspeed_in_steps_reads_whole_knots(flights):
 def test_a_probe_is_off_by_what_its_cell_says(flights):
     base = flights["base"].columns["total_temperature_k"]
     for name, offset in (("probe_2k", 2.0), ("probe_5k", 5.0)):
-        np.testing.assert_allclose(np.abs(flights[name].columns["total_temperature_k"] - base), offset, atol=1e-9)
+        np.testing.assert_allclose(
+            np.abs(flights[name].columns["total_temperature_k"] - base), offset, atol=1e-9
+        )
 
 
 def test_the_file_holds_the_columns_and_no_truth(flights, tmp_path):

@@ -26,7 +26,9 @@ def short_flight(monkeypatch):
 
 
 def test_the_bound_of_the_triangle_is_that_of_brute_force_over_all_rows(short_flight):
-    """Slopes by hand, the covariance of every single row by its definition, blocks by a matrix of means."""
+    """Slopes by hand, the covariance of every single row by its definition, blocks by a matrix of
+    means.
+    """
     state, error = short_flight.state, short_flight.error
     count = len(state.time) // BLOCK
     rows = slice(0, count * BLOCK)
@@ -53,17 +55,27 @@ def test_the_bound_of_the_triangle_is_that_of_brute_force_over_all_rows(short_fl
     by_impact = -by_total + by_source * (impact_slope - 1.0)
     by_static = -by_total - by_source
     distance = np.concatenate([[0.0], np.cumsum(state.quiet_airspeed[rows][1:])]) / RATE
-    gust = np.exp(-np.abs(distance[:, None] - distance[None, :]) / 300.0) * (direction @ direction.T) * 0.25
+    gust = (
+        np.exp(-np.abs(distance[:, None] - distance[None, :]) / 300.0)
+        * (direction @ direction.T)
+        * 0.25
+    )
     by_temperature = 0.5 * state.quiet_airspeed[rows] / temperature
-    white = (by_impact * 10.0) ** 2 + (by_static * 10.0) ** 2 + (by_temperature * 0.05) ** 2 + 0.05**2
+    white = (
+        (by_impact * 10.0) ** 2 + (by_static * 10.0) ** 2 + (by_temperature * 0.05) ** 2 + 0.05**2
+    )
     covariance = mean @ (gust + np.diag(white)) @ mean.T
     spread = np.linalg.inv(jacobian.T @ np.linalg.inv(covariance) @ jacobian)
     points = physics.impact_pressure(short_flight.truth.indicated_airspeed)
     share, ratio = error.share(points), points / error.reference
     at_points = points / (1.0 - share) ** 2
     true_impact = points / (1.0 - share)
-    nudged = physics.calibrated_airspeed(true_impact + 0.5) - physics.calibrated_airspeed(true_impact - 0.5)
-    curve = (nudged * at_points)[:, None] * np.stack([np.ones(len(points)), ratio, 1.0 / ratio], axis=-1)
+    nudged = physics.calibrated_airspeed(true_impact + 0.5) - physics.calibrated_airspeed(
+        true_impact - 0.5
+    )
+    curve = (nudged * at_points)[:, None] * np.stack(
+        [np.ones(len(points)), ratio, 1.0 / ratio], axis=-1
+    )
     expected = 2.0 * np.sqrt(np.einsum("ci,ij,cj->c", curve, spread[:3, :3], curve))
     found = oracle.bound(short_flight)
     np.testing.assert_allclose(found.curve, expected, rtol=0.01)
@@ -89,7 +101,10 @@ def _measured(flight, blocks, height):
 
     mach = physics.mach_number(flight.state.impact / flight.state.pressure)
     recovered = 1.0 + 0.2 * mach**2 if "total_temperature_k" in log else 1.0
-    temperature = log["total_temperature_k" if "total_temperature_k" in log else "air_temperature_k"] / recovered
+    temperature = (
+        log["total_temperature_k" if "total_temperature_k" in log else "air_temperature_k"]
+        / recovered
+    )
     inputs = np.stack(
         [
             mean(log["impact_pressure_pa"]),
@@ -132,10 +147,16 @@ def test_flights_scatter_about_the_truth_as_the_oracle_says(height):
     ("maneuver", "alone", "both"),
     [("rapid_decel", 0.70, 0.64), ("step_decrease", 0.69, 0.47), ("circle", 0.85, 0.66)],
 )
-def test_the_height_equation_narrows_the_bound_as_an_earlier_computation_found(maneuver, alone, both):
-    """Bound of both equations over that of the triangle; the sensors of that computation are known only roughly."""
+def test_the_height_equation_narrows_the_bound_as_an_earlier_computation_found(
+    maneuver, alone, both
+):
+    """Bound of both equations over that of the triangle; the sensors of that computation are known
+    only roughly.
+    """
     flight = generate(CELLS["base"], maneuver, 2)
-    triangle, with_height, with_velocity = (float(np.mean(oracle.bound(flight, h, 2.0).curve)) for h in Height)
+    triangle, with_height, with_velocity = (
+        float(np.mean(oracle.bound(flight, h, 2.0).curve)) for h in Height
+    )
     assert with_height / triangle == pytest.approx(alone, abs=0.08)
     assert with_velocity / triangle == pytest.approx(both, abs=0.08)
 
@@ -165,7 +186,9 @@ def test_in_calm_air_the_level_is_no_better_than_the_temperature(short_flight):
 
 @pytest.mark.parametrize("height", [Height.NONE, Height.WITH_VELOCITY])
 def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight, height):
-    """Errors in the covariance, and as further unknowns that are observed to be zero, give one bound."""
+    """Errors in the covariance, and as further unknowns that are observed to be zero, give one
+    bound.
+    """
     blocks = oracle.blocks_of(short_flight)
     jacobian, covariance = oracle.equations(short_flight, blocks, height, NOISE)
     errors = oracle.constant_errors(blocks, height, oracle.USUAL_ONE_SIGMA)
@@ -187,5 +210,7 @@ def test_the_oracle_takes_the_accuracies_that_the_calibration_takes_for_usual():
     """The oracle shares no code with the product, and states half of its 2σ."""
     stated = {"temperature_k": "temperature", "recovery_factor": "recovery", "static_pressure_pa": "static",
               "velocity_mps": "velocity"}  # fmt: skip
-    doubled = {ours: 2.0 * getattr(oracle.USUAL_ONE_SIGMA, theirs) for ours, theirs in stated.items()}
+    doubled = {
+        ours: 2.0 * getattr(oracle.USUAL_ONE_SIGMA, theirs) for ours, theirs in stated.items()
+    }
     assert doubled == pytest.approx(USUAL_ACCURACIES)

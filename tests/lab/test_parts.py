@@ -1,4 +1,6 @@
-"""The score by part: what counts as right, what a table tells, and that the product's table is that of the sets."""
+"""The score by part: what counts as right, what a table tells, and that the product's table is that
+of the sets.
+"""
 
 from typing import get_args
 
@@ -13,16 +15,29 @@ from pitotlab.blind.outsiders import OUTSIDERS
 from pitotlab.blind.sealed import judged_in, kept_sets
 
 
-def case(hidden: str, kind: str = "above 7", verdict: str = "one_of", **probabilities: float) -> JudgedCase:
-    truth = {"kind": kind, "settings": ["A"], "effects": [{"name": hidden, "strengths": [30.0], "part": None}]}
+def case(
+    hidden: str, kind: str = "above 7", verdict: str = "one_of", **probabilities: float
+) -> JudgedCase:
+    truth = {
+        "kind": kind,
+        "settings": ["A"],
+        "effects": [{"name": hidden, "strengths": [30.0], "part": None}],
+    }
     first, *others = probabilities
-    answer = {"kind": verdict, "effects": [first], "alternatives": [others], "probabilities": probabilities}
+    answer = {
+        "kind": verdict,
+        "effects": [first],
+        "alternatives": [others],
+        "probabilities": probabilities,
+    }
     return JudgedCase(truth, answer)
 
 
 def test_every_fault_outside_the_table_has_parts_of_the_table():
     assert set(parts.PARTS_OUTSIDE) == set(OUTSIDERS)
-    assert {part for parts in parts.PARTS_OUTSIDE.values() for part in parts} <= set(get_args(Part)) - {""}
+    assert {part for parts in parts.PARTS_OUTSIDE.values() for part in parts} <= set(
+        get_args(Part)
+    ) - {""}
 
 
 def test_causes_of_one_part_are_summed_and_a_part_is_named_where_no_cause_is():
@@ -42,12 +57,16 @@ def test_the_proper_scores_are_those_computed_by_hand():
 
 
 def test_a_table_rises_with_the_sum_and_a_part_is_no_less_probable_than_its_cause():
-    cases = [case("pitot_lag", pitot_lag=0.6) for _ in range(8)] + [case("mass", pitot_lag=0.6) for _ in range(2)]
+    cases = [case("pitot_lag", pitot_lag=0.6) for _ in range(8)] + [
+        case("mass", pitot_lag=0.6) for _ in range(2)
+    ]
     sums, shares, count = parts.fitted_table([*cases, *(case("mass", mass=0.95) for _ in range(5))])
     assert np.all(np.diff(shares) >= 0.0)
     assert count[1:].sum() == 17
     assert np.interp(0.6, sums, shares) == pytest.approx((8 + 2 * 0.6) / 12)
-    assert parts.told_by(np.array([0.0, 1.0]), np.array([0.0, 0.5]))(case("mass", mass=0.9)) == {"loading": 0.9}
+    assert parts.told_by(np.array([0.0, 1.0]), np.array([0.0, 0.5]))(case("mass", mass=0.9)) == {
+        "loading": 0.9
+    }
 
 
 def test_the_table_of_the_product_is_that_of_the_kept_sets_and_tells_what_the_product_tells():

@@ -4,11 +4,20 @@ import numpy as np
 import pytest
 
 from pitotbench.records.case import PressureErrorSpec
-from pitotlab.experiment import CENTER, FIRST_SCORED_SEED, SPREAD, STRONGEST_WIND, Trial, random_case
+from pitotlab.experiment import (
+    CENTER,
+    FIRST_SCORED_SEED,
+    SPREAD,
+    STRONGEST_WIND,
+    Trial,
+    random_case,
+)
 
 
 def test_the_parameters_follow_the_draw_of_a_wind():
-    """The committed campaign drew speed and direction of a wind before the parameters, from the same stream."""
+    """The committed campaign drew speed and direction of a wind before the parameters, from the
+    same stream.
+    """
     rng = np.random.default_rng([FIRST_SCORED_SEED, 77])
     rng.uniform(size=2)
     expected = CENTER + SPREAD * rng.standard_normal(3)

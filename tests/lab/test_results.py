@@ -1,4 +1,6 @@
-"""The committed tables of the coverage and of foreign airplanes: complete, and no bound that is too small."""
+"""The committed tables of the coverage and of foreign airplanes: complete, and no bound that is too
+small.
+"""
 
 import csv
 from pathlib import Path
@@ -35,8 +37,12 @@ def test_every_cell_is_there_with_as_many_flights(cells):
         for turbulence in TURBULENCE
         for das in SCORINGS[name].systems
     }
-    assert set(zip(cells.scoring, cells.maneuver, cells.turbulence, cells.das, strict=True)) == wanted
-    assert cells[cells.scoring == "constant wind"].shape[0] == len(PAPER_MANEUVERS) * len(TURBULENCE) * len(SYSTEMS)
+    assert (
+        set(zip(cells.scoring, cells.maneuver, cells.turbulence, cells.das, strict=True)) == wanted
+    )
+    assert cells[cells.scoring == "constant wind"].shape[0] == len(PAPER_MANEUVERS) * len(
+        TURBULENCE
+    ) * len(SYSTEMS)
     assert cells.flights.nunique() == 1
 
 
@@ -60,5 +66,9 @@ def test_enough_airplanes_flew_every_flight(airplanes):
 
 
 def test_no_bound_of_a_foreign_airplane_is_too_small(airplanes):
-    short = [r for r in airplanes if float(r["coverage_percent"]) + 2.0 * float(r["coverage_se_percent"]) < 93.0]
+    short = [
+        r
+        for r in airplanes
+        if float(r["coverage_percent"]) + 2.0 * float(r["coverage_se_percent"]) < 93.0
+    ]
     assert short == []

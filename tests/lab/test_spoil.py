@@ -1,4 +1,6 @@
-"""Spoiled logs of all formats: an answer or one line, whatever the damage; `tests.lab.spoil` takes more."""
+"""Spoiled logs of all formats: an answer or one line, whatever the damage; `tests.lab.spoil` takes
+more.
+"""
 
 import os
 
@@ -7,7 +9,9 @@ from tests.lab.spoil import FAULTS, Result, _fault, judge_all, spoil
 
 COUNT = 60
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="each input is run in a process of its own")
+pytestmark = pytest.mark.skipif(
+    not hasattr(os, "fork"), reason="each input is run in a process of its own"
+)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +34,9 @@ def test_a_run_goes_on_where_it_stopped_with_the_same_inputs(results, tmp_path):
     table = (tmp_path / "results.csv").read_text("utf-8")
     assert judge_all(range(1, 4), tmp_path) == first
     assert (tmp_path / "results.csv").read_text("utf-8") == table
-    assert [(e.file, e.damage, e.code) for e in first] == [(e.file, e.damage, e.code) for e in results[:3]]
+    assert [(e.file, e.damage, e.code) for e in first] == [
+        (e.file, e.damage, e.code) for e in results[:3]
+    ]
 
 
 @pytest.mark.parametrize(
@@ -54,8 +60,13 @@ def test_a_fault_is_seen(fault, ended):
 
 def test_an_input_is_that_of_its_seed(tmp_path, results):
     files = [tmp_path / "a.csv"]
-    files[0].write_text("time_s,impact_pressure_pa\n" + "\n".join(f"{i},{i * 2}" for i in range(50)), "utf-8")
+    files[0].write_text(
+        "time_s,impact_pressure_pa\n" + "\n".join(f"{i},{i * 2}" for i in range(50)), "utf-8"
+    )
     made = [spoil(7, files, tmp_path / name) for name in ("one", "two")]
-    read = [sorted((p.name, p.read_bytes()) for p in (tmp_path / name).iterdir()) for name in ("one", "two")]
+    read = [
+        sorted((p.name, p.read_bytes()) for p in (tmp_path / name).iterdir())
+        for name in ("one", "two")
+    ]
     assert read[0] == read[1]
     assert made[0][1:3] == made[1][1:3]

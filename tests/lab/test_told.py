@@ -1,4 +1,6 @@
-"""The worth of what follows the posterior: a map is inverted, and a check counts by what it spoke against."""
+"""The worth of what follows the posterior: a map is inverted, and a check counts by what it spoke
+against.
+"""
 
 import pytest
 
@@ -7,14 +9,21 @@ from pitotbench.reconciliation.verdict import calibrated
 from pitotlab.blind.case import JudgedCase
 from pitotlab.blind.told import OFF, TELLINGS, Telling, rows_of_checks, rows_of_tellings
 
-LAG = {"kind": "above 7", "settings": ["A"], "effects": [{"name": "pitot_lag", "strengths": [30.0], "part": None}]}
+LAG = {
+    "kind": "above 7",
+    "settings": ["A"],
+    "effects": [{"name": "pitot_lag", "strengths": [30.0], "part": None}],
+}
 
 
 def case(truth: dict, kind: str = "named", closure: float = 1.0, **answer: object) -> JudgedCase:
     probabilities = answer.pop("probabilities", {"pitot_lag": 0.9})
-    effects = {"effects": list(probabilities)[:1], "alternatives": [[]]} if kind != "unknown" else {}
+    effects = (
+        {"effects": list(probabilities)[:1], "alternatives": [[]]} if kind != "unknown" else {}
+    )
     return JudgedCase(
-        truth, {"kind": kind, "closure": closure, "probabilities": probabilities, **effects, **answer}
+        truth,
+        {"kind": kind, "closure": closure, "probabilities": probabilities, **effects, **answer},
     )
 
 
@@ -46,10 +55,21 @@ def test_a_step_that_is_off_changes_the_scores_of_the_set():
 
 
 def test_a_check_counts_by_the_names_that_it_spoke_against():
-    doubts, notes = ["pitot_lag comes closest, but closes only 70%"], ["x: the name pitot_lag is taken back"]
+    doubts, notes = (
+        ["pitot_lag comes closest, but closes only 70%"],
+        ["x: the name pitot_lag is taken back"],
+    )
     back = {"doubts": doubts, "notes": notes}
-    fault = LAG | {"kind": "outside", "effects": [{"name": "loose_tube", "strengths": [30.0], "part": None}]}
+    fault = LAG | {
+        "kind": "outside",
+        "effects": [{"name": "loose_tube", "strengths": [30.0], "part": None}],
+    }
     sets = {"a": [case(LAG, "unknown", **back), case(fault, "unknown", **back), case(LAG)]}
     rows = {row["check"]: row for row in rows_of_checks(sets)}
-    assert [rows["closure of all passes"][n] for n in ("spoke", "right", "partly", "wrong")] == [2, 1, 0, 1]
+    assert [rows["closure of all passes"][n] for n in ("spoke", "right", "partly", "wrong")] == [
+        2,
+        1,
+        0,
+        1,
+    ]
     assert rows["formula"]["spoke"] == 0

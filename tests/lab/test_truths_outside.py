@@ -1,4 +1,6 @@
-"""Truths outside the table: they are what they claim to be, and a row of the result says how auto did on them."""
+"""Truths outside the table: they are what they claim to be, and a row of the result says how auto
+did on them.
+"""
 
 import numpy as np
 import pandas as pd
@@ -16,12 +18,17 @@ PRESSURE = air.impact_pressure(np.linspace(100.0, 160.0, 61) * KNOT)
 
 def missed(name, law, seed):
     """How far the nearest curve of a law stays from a truth, as a largest Δp/q_c."""
-    truth, basis = known_curve(truth_of(name, seed)).normalized(PRESSURE), MODELS[law].basis(PRESSURE / 1630.28)
+    truth, basis = (
+        known_curve(truth_of(name, seed)).normalized(PRESSURE),
+        MODELS[law].basis(PRESSURE / 1630.28),
+    )
     return np.max(np.abs(truth - basis @ np.linalg.lstsq(basis, truth)[0]))
 
 
 def test_inverse_plus_is_inside_and_bumps_are_outside():
-    assert max(missed("inverse+", "inverse+", seed) for seed in range(20)) < 1e-4  # a table is linear in between
+    assert (
+        max(missed("inverse+", "inverse+", seed) for seed in range(20)) < 1e-4
+    )  # a table is linear in between
     assert min(missed("bump", "inverse+", seed) for seed in range(20)) > 5e-4
 
 

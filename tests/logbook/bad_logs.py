@@ -1,4 +1,6 @@
-"""Bad logs as one table: how each is made, and what the refusal of it says; with the good logs they are made of."""
+"""Bad logs as one table: how each is made, and what the refusal of it says; with the good logs they
+are made of.
+"""
 
 import os
 from collections.abc import Callable
@@ -77,7 +79,9 @@ def stepping(column: str, step: float) -> Callable[[Table], Table]:
 
 
 def flown(heading, speed=65.0, wind=(5.0, -6.0), height=1830.0, temperature=276.3):
-    """The sample log with other headings [rad], airspeed [m/s], wind toward north and east [m/s], height [m]."""
+    """The sample log with other headings [rad], airspeed [m/s], wind toward north and east [m/s],
+    height [m].
+    """
     rng = np.random.default_rng(7)
     table = sample.columns()
     speed = speed * (1.0 + 0.1 * np.sin(TIME / 20.0)) + 0.2 * rng.standard_normal(sample.ROWS)
@@ -90,8 +94,12 @@ def flown(heading, speed=65.0, wind=(5.0, -6.0), height=1830.0, temperature=276.
         "total_temperature_k": probe,
         "altitude_m": height + rng.standard_normal(sample.ROWS),
         "heading_rad": heading % (2.0 * np.pi),
-        "velocity_north_mps": speed * np.cos(heading) + wind[0] + 0.05 * rng.standard_normal(sample.ROWS),
-        "velocity_east_mps": speed * np.sin(heading) + wind[1] + 0.05 * rng.standard_normal(sample.ROWS),
+        "velocity_north_mps": speed * np.cos(heading)
+        + wind[0]
+        + 0.05 * rng.standard_normal(sample.ROWS),
+        "velocity_east_mps": speed * np.sin(heading)
+        + wind[1]
+        + 0.05 * rng.standard_normal(sample.ROWS),
     }
 
 
@@ -108,13 +116,22 @@ GOOD = {
     "a day 25 K above standard": flown(CIRCLE, temperature=301.0),
     "a day 25 K below standard": flown(CIRCLE, temperature=251.0),
 }
-NEEDED = ("time_s", "impact_pressure_pa", "static_pressure_pa", "velocity_north_mps", "velocity_east_mps")
+NEEDED = (
+    "time_s",
+    "impact_pressure_pa",
+    "static_pressure_pa",
+    "velocity_north_mps",
+    "velocity_east_mps",
+)
 
 
 def with_decimal_commas(mark):
     table = sample.columns()
     del table["segment"], table["on_condition"]
-    rows = [mark.join(str(value).replace(".", ",") for value in row) for row in zip(*table.values(), strict=True)]
+    rows = [
+        mark.join(str(value).replace(".", ",") for value in row)
+        for row in zip(*table.values(), strict=True)
+    ]
     return table, [mark.join(table), *rows]
 
 
@@ -126,24 +143,46 @@ KNOTS = "look like knots: name the columns velocity_north_kt and velocity_east_k
 # What is wrong with the columns, and what is said of it.
 _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
     "no time": (drop(CLOCK), r"missing column time_s"),
-    "time runs back": (put(CLOCK, 300, 2.0), r"'time_s', row 301: time runs back from 29.9 to 2 s.*sort the rows"),
-    "time stands still": (change(CLOCK, lambda t: np.minimum(t, 30.0)), r"time stamps repeat.*more digits"),
+    "time runs back": (
+        put(CLOCK, 300, 2.0),
+        r"'time_s', row 301: time runs back from 29.9 to 2 s.*sort the rows",
+    ),
+    "time stands still": (
+        change(CLOCK, lambda t: np.minimum(t, 30.0)),
+        r"time stamps repeat.*more digits",
+    ),
     "NaN in most rows": (
         put(PITOT, slice(100, 450), NAN),
         r"350 of 600 values are not numbers \(rows 101–450\): too few rows remain",
     ),
     "time NaN often": (put(CLOCK, slice(100, 150), NAN), r"'time_s': 50 of 600"),
-    "text in a number": (put(STATIC, 41, "err"), r"'static_pressure_pa', row 42: 'err' is not a number"),
-    "no flag": (put("on_condition", 6, "perhaps"), r"'on_condition', row 7: 'perhaps' is not true or false"),
+    "text in a number": (
+        put(STATIC, 41, "err"),
+        r"'static_pressure_pa', row 42: 'err' is not a number",
+    ),
+    "no flag": (
+        put("on_condition", 6, "perhaps"),
+        r"'on_condition', row 7: 'perhaps' is not true or false",
+    ),
     "no static pressure": (drop(STATIC), r"missing column static_pressure_pa"),
     "much missing": (
         drop(NORTH, EAST, PITOT),
-        r"missing columns velocity_north_mps or ground_speed_kt with track_deg or latitude_deg with longitude_deg, "
+        r"missing columns velocity_north_mps or ground_speed_kt with track_deg or latitude_deg "
+        r"with longitude_deg, "
         r"velocity_east_mps, impact_.*--mapping",
     ),
-    "misspelled": (rename(PITOT, "impact_presure_pa"), r"Is 'impact_presure_pa' meant for impact_pressure_pa"),
-    "unknown suffix": (rename("altitude_m", "altitude_furlong"), r"unknown unit suffix 'furlong'.*altitude_m"),
-    "wrong dimension": (rename("altitude_m", "altitude_kt"), r"'kt' is a unit of speed, but altitude is of length"),
+    "misspelled": (
+        rename(PITOT, "impact_presure_pa"),
+        r"Is 'impact_presure_pa' meant for impact_pressure_pa",
+    ),
+    "unknown suffix": (
+        rename("altitude_m", "altitude_furlong"),
+        r"unknown unit suffix 'furlong'.*altitude_m",
+    ),
+    "wrong dimension": (
+        rename("altitude_m", "altitude_kt"),
+        r"'kt' is a unit of speed, but altitude is of length",
+    ),
     "two units of one": (
         add("altitude_ft", "altitude_m"),
         r"'altitude_m' and 'altitude_ft' give one quantity in two",
@@ -151,7 +190,8 @@ _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
     "column twice": (add("altitude_m ", "altitude_m"), r"'altitude_m' is given twice"),
     "inches said to be pascal": (
         scale(STATIC, 1 / 3386.389),
-        r"typical values of 23\.98 pa are not those of an airplane; they would fit .*static_pressure_inhg",
+        r"typical values of 23\.98 pa are not those of an airplane; they would fit "
+        r".*static_pressure_inhg",
     ),
     "Celsius said to be kelvin": (
         change(PROBE, lambda t: t - 273.15),
@@ -248,7 +288,10 @@ def _unequal(folder: Path) -> Path:
 def _text_of_bytes(folder: Path) -> Path:
     """A Parquet file with one flipped byte in a text."""
     path = folder / "flight7.parquet"
-    table = {**{name: sample.columns()[name] for name in NEEDED}, "segment": ["leg two"] * sample.ROWS}
+    table = {
+        **{name: sample.columns()[name] for name in NEEDED},
+        "segment": ["leg two"] * sample.ROWS,
+    }
     parquet.write_table(pa.table(table), path, compression="none", use_dictionary=False)
     path.write_bytes(path.read_bytes().replace(b"leg two", b"leg\xfftwo", 3))
     return path
@@ -281,10 +324,16 @@ _CSV = {  # what is wrong with a CSV file: its bytes, and what is said
         r"row 1 has 4 columns, the first line names 2 \(decimal commas\?",
     ),
     "a lone carriage return": (b"a,b\n1\r2,3\n", r"row 1 has 1 columns, the first line names 2"),
-    "a very long cell": (b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n", "missing columns"),
+    "a very long cell": (
+        b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n",
+        "missing columns",
+    ),
     "a short row that is not UTF-8": (b"time_s,a\n1,2\n\xff\n", "line 3 is not UTF-8 text"),
     "a megabyte of blank lines": (b"\n" * 1_100_000, "comments or blank lines"),
-    "a key of thousands of parts": (b"# " + b".".join([b"a"] * 30_000) + b" = 1\ntime_s\n1\n", "missing columns"),
+    "a key of thousands of parts": (
+        b"# " + b".".join([b"a"] * 30_000) + b" = 1\ntime_s\n1\n",
+        "missing columns",
+    ),
     "far too many columns": ((",".join(["a"] * 20_000) + "\n").encode() * 2, "20,000 columns"),
     "too many columns for a draft": (
         (",".join(f"a{i}" for i in range(1001)) + "\n" + "1," * 1000 + "1\n").encode(),
@@ -297,9 +346,13 @@ _BINARY = {
 }
 _NOTHING = (b"", b"\n\n", b"# only = 'a header'\n", b"\x00\x01\x02\xff" * 50)
 
-# The name of a bad log: how it is made in a folder, and what the refusal says, whose exit code is 2.
+# The name of a bad log: how it is made in a folder, and what the refusal says, whose exit code is
+# 2.
 BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
-    **{name: (partial(_spoiled, spoil), rf"flight7\.csv: .*{says}") for name, (spoil, says) in _SPOILED.items()},
+    **{
+        name: (partial(_spoiled, spoil), rf"flight7\.csv: .*{says}")
+        for name, (spoil, says) in _SPOILED.items()
+    },
     **{name: (partial(_file, "log.csv", content), says) for name, (content, says) in _CSV.items()},
     "a ragged row": (
         partial(_edited, lambda lines: [*lines[:51], "1,2,3", *lines[52:]]),
@@ -317,7 +370,10 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
         for mark in (";", "\t")
     },
     **{
-        f"{share:.0%} of a {suffix} file": (partial(_cut, suffix, share), rf"cut{suffix}: .*(empty|not a complete)")
+        f"{share:.0%} of a {suffix} file": (
+            partial(_cut, suffix, share),
+            rf"cut{suffix}: .*(empty|not a complete)",
+        )
         for suffix in FORMATS
         for share in (0.0, 0.3, 0.9)
         if suffix != ".csv" or share == 0.0
@@ -330,7 +386,10 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
         for suffix in FORMATS
         for content in _NOTHING
     },
-    "text in Parquet that is not UTF-8": (_text_of_bytes, r"flight7\.parquet: not a complete Parquet file"),
+    "text in Parquet that is not UTF-8": (
+        _text_of_bytes,
+        r"flight7\.parquet: not a complete Parquet file",
+    ),
     **{
         f"a bomb of {kind}": (partial(_bomb, kind), r"would unpack to 60,000,\d+ ")
         for kind in (".parquet", ".mat", "HDF5")

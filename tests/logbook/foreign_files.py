@@ -1,4 +1,6 @@
-"""One flight as the files of other systems, each written after its public description or by its own library."""
+"""One flight as the files of other systems, each written after its public description or by its own
+library.
+"""
 
 import re
 import struct
@@ -45,7 +47,8 @@ def displayed(flown: dict[str, Array]) -> dict[str, Array]:
     return {
         "ias": np.asarray(air.calibrated_airspeed(flown["impact_pressure"])) / KNOT,
         "pressure_altitude": altitude,
-        "indicated_altitude": altitude - float(air.pressure_altitude(SETTING * INCH_OF_MERCURY)) / FOOT,
+        "indicated_altitude": altitude
+        - float(air.pressure_altitude(SETTING * INCH_OF_MERCURY)) / FOOT,
         "oat": flown["air_temperature"] - 273.15,
         "ground_speed": np.hypot(north, east) / KNOT,
         "track": np.arctan2(east, north) / DEGREE % 360.0,
@@ -62,8 +65,12 @@ def every_row(flown: dict[str, Array]) -> range:
     return range(len(flown["time"]))
 
 
-def write_rows(path: Path, above: list[str], names: list[str], rows: list[list[str]], mark: str = ",") -> Path:
-    path.write_text("\n".join([*above, mark.join(names), *(mark.join(row) for row in rows)]) + "\n", "utf-8")
+def write_rows(
+    path: Path, above: list[str], names: list[str], rows: list[list[str]], mark: str = ","
+) -> Path:
+    path.write_text(
+        "\n".join([*above, mark.join(names), *(mark.join(row) for row in rows)]) + "\n", "utf-8"
+    )
     return path
 
 
@@ -79,22 +86,38 @@ def rows_of(*columns: tuple[Array | list[str], str]) -> list[list[str]]:
 def kias(path: Path, flown: dict[str, Array]) -> Path:
     """Whole knots, degrees and tens of feet, read from displays."""
     d = displayed(flown)
-    names = ["time_s", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"]
-    shown = (flown["time"], d["ias"], 10.0 * np.round(d["pressure_altitude"] / 10.0), d["oat"], d["ground_speed"])
+    names = [
+        "time_s",
+        "indicated_airspeed_kt",
+        "pressure_altitude_ft",
+        "air_temperature_degc",
+        "ground_speed_kt",
+    ]
+    shown = (
+        flown["time"],
+        d["ias"],
+        10.0 * np.round(d["pressure_altitude"] / 10.0),
+        d["oat"],
+        d["ground_speed"],
+    )
     rows = rows_of(*((values, ".0f") for values in (*shown, d["track"])))
     return write_rows(path, [], [*names, "track_deg"], rows)
 
 
 def g1000(path: Path, flown: dict[str, Array]) -> Path:
-    """Garmin G1000: a line about the airframe, one of units, padded names and cells, blanks while it starts."""
+    """Garmin G1000: a line about the airframe, one of units, padded names and cells, blanks while
+    it starts.
+    """
     d, n = displayed(flown), len(flown["time"])
     count = np.arange(n)
     names = (
-        "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
+        "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, "
+        "GndSpd,    VSpd,  Pitch,"
     )
     names += "   Roll,   HDG,   TRK, volt1, E1 RPM, MagVar"
     units = (
-        "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
+        "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     "
+        "kt,     fpm,    deg,"
     )
     units += "    deg,   deg,   deg, volts,    rpm,    deg"
     local = [clock(seconds) for seconds in flown["time"]]
@@ -129,8 +152,13 @@ def g3x(path: Path, flown: dict[str, Array], product: str = "GDU 460") -> Path:
         "Indicated Airspeed (kt)": ("IAS", d["ias"], ".1f"),
         "Outside Air Temp (deg C)": ("OAT", d["oat"], ".1f"),
     }
-    rows = [[short for short, *_ in columns.values()], *rows_of(*(rest for _, *rest in columns.values()))]
-    return write_rows(path, [f'#airframe_info,log_version="1.00",product="{product}"'], list(columns), rows)
+    rows = [
+        [short for short, *_ in columns.values()],
+        *rows_of(*(rest for _, *rest in columns.values())),
+    ]
+    return write_rows(
+        path, [f'#airframe_info,log_version="1.00",product="{product}"'], list(columns), rows
+    )
 
 
 def gi275(path: Path, flown: dict[str, Array]) -> Path:
@@ -170,7 +198,9 @@ def german(path: Path, flown: dict[str, Array]) -> Path:
         "velocity_east_kmh": flown["velocity_east"] * 3.6,
     }
     rows = rows_of(*((values, ".5f") for values in columns.values()))
-    write_rows(path, [], list(columns), [[cell.replace(".", ",") for cell in row] for row in rows], ";")
+    write_rows(
+        path, [], list(columns), [[cell.replace(".", ",") for cell in row] for row in rows], ";"
+    )
     path.write_text(path.read_text("utf-8"), "utf-16")
     return path
 
@@ -179,10 +209,16 @@ def clocked(write_clock: Callable[[datetime], str]) -> Callable[[Path, dict[str,
     """A canonical CSV whose time is a clock."""
 
     def write(path: Path, flown: dict[str, Array]) -> Path:
-        names = ["impact_pressure_pa", "static_pressure_pa", "air_temperature_k", "velocity_north_mps"]
+        names = [
+            "impact_pressure_pa",
+            "static_pressure_pa",
+            "air_temperature_k",
+            "velocity_north_mps",
+        ]
         columns = [flown[name.rpartition("_")[0]] for name in (*names, "velocity_east_mps")]
         rows = [
-            [write_clock(clock(flown["time"][i])), *(repr(float(c[i])) for c in columns)] for i in every_row(flown)
+            [write_clock(clock(flown["time"][i])), *(repr(float(c[i])) for c in columns)]
+            for i in every_row(flown)
         ]
         return write_rows(path, [], ["time_s", *names, "velocity_east_mps"], rows)
 
@@ -206,7 +242,8 @@ def jsbsim_named(flown: dict[str, Array]) -> dict[str, Array]:
     """The flight under the property names of JSBSim's CSV output."""
     return {
         "Time": flown["time"],
-        "/fdm/jsbsim/propulsion/pt-lbs_sqft": (flown["impact_pressure"] + flown["static_pressure"]) / PSF,
+        "/fdm/jsbsim/propulsion/pt-lbs_sqft": (flown["impact_pressure"] + flown["static_pressure"])
+        / PSF,
         "/fdm/jsbsim/atmosphere/P-psf": flown["static_pressure"] / PSF,
         "/fdm/jsbsim/atmosphere/T-R": flown["air_temperature"] * 1.8,
         "/fdm/jsbsim/velocities/v-north-fps": flown["velocity_north"] / FOOT,
@@ -229,7 +266,11 @@ _FORMATS = {  # kind of message: number, letters of its fields, names
     "FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns"),
     "ARSP": (150, "QBffcffBBB", "TimeUS,I,Airspeed,DiffPress,Temp,RawPress,Offset,U,H,Pri"),
     "BARO": (151, "QBffcf", "TimeUS,I,Alt,Press,Temp,CRt"),
-    "GPS": (152, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U"),
+    "GPS": (
+        152,
+        "QBBIHBcLLeffffB",
+        "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U",
+    ),
     "CTUN": (155, "Qf", "TimeUS,ThO"),
     "PARM": (154, "QNf", "TimeUS,Name,Value"),
     "ATT": (153, "QccccCC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
@@ -250,8 +291,11 @@ def _message(kind: str, values: list[object]) -> bytes:
     return struct.pack("<BBB", 0xA3, 0x95, number) + body
 
 
-def dataflash(path: Path, flown: dict[str, Array], parameters: Mapping[str, float] | None = None) -> Path:
-    """ArduPilot: two airspeed sensors, the second one wrong; a GPS message between two of the air data.
+def dataflash(
+    path: Path, flown: dict[str, Array], parameters: Mapping[str, float] | None = None
+) -> Path:
+    """ArduPilot: two airspeed sensors, the second one wrong; a GPS message between two of the air
+    data.
 
     With `parameters`, the impact pressure is what the first sensor gave without its offset.
     """
@@ -270,22 +314,29 @@ def dataflash(path: Path, flown: dict[str, Array], parameters: Mapping[str, floa
         us = int(flown["time"][i] * 1e6) + 5_000_000
         q, p = float(flown["impact_pressure"][i]), float(flown["static_pressure"][i])
         for sensor in (0, 1):
-            parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, offset, 1, 1, 0]))
+            parts.append(
+                _message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, offset, 1, 1, 0])
+            )
         parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
         at = [float(values[i]) for values in (flown["altitude"], speed, course)]
         fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, *at]
         parts.append(_message("GPS", [us, 0, *fix, float(flown["velocity_down"][i]), 0.0, 1]))
         if "throttle" in flown:
             parts.append(_message("CTUN", [us, 100.0 * float(flown["throttle"][i])]))
-        parts.append(_message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)]))
+        parts.append(
+            _message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)])
+        )
     path.write_bytes(b"".join(parts))
     return path
 
 
-def ulog_bytes(topics: dict[str, tuple[str, Array]], parameters: Mapping[str, float] | None = None) -> bytes:
+def ulog_bytes(
+    topics: dict[str, tuple[str, Array]], parameters: Mapping[str, float] | None = None
+) -> bytes:
     """A ULog (PX4 file format, version 1): header, flags, formats, subscriptions, data.
 
-    A topic is the types of its fields, such as `float alt;` or `float[3] xyz;`, and rows of a clock [s] and values.
+    A topic is the types of its fields, such as `float alt;` or `float[3] xyz;`, and rows of a clock
+    [s] and values.
     """
 
     def message(kind: str, body: bytes) -> bytes:
@@ -303,14 +354,21 @@ def ulog_bytes(topics: dict[str, tuple[str, Array]], parameters: Mapping[str, fl
         types = re.findall(r"(double|float)(?:\[(\d+)\])? ", fields)
         codes = "".join(kind[0] * int(count or 1) for kind, count in types).replace("double", "d")
         for seconds, *values in rows:
-            parts.append(message("D", struct.pack(f"<HQ{codes}", number, round(seconds * 1e6), *values)))
+            parts.append(
+                message("D", struct.pack(f"<HQ{codes}", number, round(seconds * 1e6), *values))
+            )
     return b"".join(parts)
 
 
 def ulog(
-    path: Path, flown: dict[str, Array], renewed: bool = False, parameters: Mapping[str, float] | None = None
+    path: Path,
+    flown: dict[str, Array],
+    renewed: bool = False,
+    parameters: Mapping[str, float] | None = None,
 ) -> Path:
-    """PX4, of a version that calls its GPS topic `vehicle_gps_position`; with `renewed`, of the next ones."""
+    """PX4, of a version that calls its GPS topic `vehicle_gps_position`; with `renewed`, of the
+    next ones.
+    """
     time = flown["time"] + 100.0
     height = "double altitude_msl_m;" if renewed else "float alt;"
     velocity = [flown[f"velocity_{axis}"] for axis in ("north", "east", "down")]
@@ -320,16 +378,23 @@ def ulog(
             "float differential_pressure_pa;",
             np.column_stack([time, flown["impact_pressure"]]),
         ),
-        "vehicle_air_data": ("float baro_pressure_pa;", np.column_stack([time, flown["static_pressure"]])),
+        "vehicle_air_data": (
+            "float baro_pressure_pa;",
+            np.column_stack([time, flown["static_pressure"]]),
+        ),
         "sensor_gps" if renewed else "vehicle_gps_position": (
             "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;" + height,
             gps,
         ),
     }
-    if "throttle" in flown:  # since 1.13 along the axes of the airplane, before as the fourth control
+    if (
+        "throttle" in flown
+    ):  # since 1.13 along the axes of the airplane, before as the fourth control
         before, after = (3, 0) if not renewed else (0, 2)
         many = [np.zeros(len(time))] * before + [flown["throttle"]] + [np.zeros(len(time))] * after
-        name, field = ("vehicle_thrust_setpoint", "xyz") if renewed else ("actuator_controls_0", "control")
+        name, field = (
+            ("vehicle_thrust_setpoint", "xyz") if renewed else ("actuator_controls_0", "control")
+        )
         topics[name] = (f"float[{len(many)}] {field};", np.column_stack([time, *many]))
     path.write_bytes(ulog_bytes(topics, parameters))
     return path
@@ -339,7 +404,8 @@ def canonical(flown: dict[str, Array]) -> dict[str, Array]:
     """The flight under our own column names."""
     units = {"time": "s", "air_temperature": "k", "altitude": "m", "heading": "rad"}
     return {
-        f"{name}_{units.get(name, 'pa' if 'pressure' in name else 'mps')}": values for name, values in flown.items()
+        f"{name}_{units.get(name, 'pa' if 'pressure' in name else 'mps')}": values
+        for name, values in flown.items()
     }
 
 
@@ -349,7 +415,9 @@ def plain(path: Path, flown: dict[str, Array]) -> Path:
 
 
 def mat73(path: Path, flown: dict[str, Array], place: str = "") -> Path:
-    """As MATLAB writes version 7.3: 512 bytes of text, a column vector transposed, a struct as a group `place`."""
+    """As MATLAB writes version 7.3: 512 bytes of text, a column vector transposed, a struct as a
+    group `place`.
+    """
     import h5py
 
     def put(name: str, values: Array, kind: str) -> None:
@@ -358,12 +426,18 @@ def mat73(path: Path, flown: dict[str, Array], place: str = "") -> Path:
     with h5py.File(path, "w", userblock_size=512) as file:
         for column, values in canonical(flown).items():
             put(place + column, values[None, :], "double")
-        put("header", np.array([[ord(letter)] for letter in "title = 'a flight'"], dtype=np.uint16), "char")
+        put(
+            "header",
+            np.array([[ord(letter)] for letter in "title = 'a flight'"], dtype=np.uint16),
+            "char",
+        )
     return path
 
 
 def sidpac(path: Path, flown: dict[str, Array], hdf5: bool = False) -> Path:
-    """SIDPAC keeps a flight in one matrix `fdata`, a row a sample; the mapping beside it names its columns."""
+    """SIDPAC keeps a flight in one matrix `fdata`, a row a sample; the mapping beside it names its
+    columns.
+    """
     table = canonical(flown)
     matrix = np.column_stack(list(table.values()))
     if hdf5:
@@ -385,6 +459,8 @@ def mat_channels(path: Path, flown: dict[str, Array]) -> Path:
     from scipy.io import savemat
 
     table = canonical(flown).items()
-    channels = {name: {"data": values, "units": "SI", "description": name} for name, values in table}
+    channels = {
+        name: {"data": values, "units": "SI", "description": name} for name, values in table
+    }
     savemat(path, {"flightdata": channels})
     return path

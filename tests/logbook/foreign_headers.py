@@ -16,15 +16,24 @@ Column = Array | list[str]
 
 def headers(flown: dict[str, Array]) -> dict[str, dict[str, Column]]:
     """The columns of each header."""
-    d, time, q, p = displayed(flown), flown["time"], flown["impact_pressure"], flown["static_pressure"]
+    d, time, q, p = (
+        displayed(flown),
+        flown["time"],
+        flown["impact_pressure"],
+        flown["static_pressure"],
+    )
     names = ("velocity_north", "velocity_east", "velocity_down", "altitude")
     north, east, down, height = (flown[name] for name in names)
-    mach, noise = air.mach_from_impact_pressure(q, p), np.random.default_rng(3).standard_normal(ROWS)
+    mach, noise = (
+        air.mach_from_impact_pressure(q, p),
+        np.random.default_rng(3).standard_normal(ROWS),
+    )
     total = np.asarray(air.total_temperature(flown["air_temperature"], mach))
     tas = np.asarray(air.true_airspeed(q, p, flown["air_temperature"]))
     heading = flown["heading"] / DEGREE
     return {
-        # An angle-of-attack computer of homebuilders with an inertial system: milliseconds, counts, velocities.
+        # An angle-of-attack computer of homebuilders with an inertial system: milliseconds, counts,
+        # velocities.
         "onspeed": {
             "timeStamp": time * 1e3 + 51_233.0, "Pfwd": 8000.0 + 900.0 * noise, "PfwdSmoothed": q / PSI,
             "PStatic": p / PSI, "Palt": d["pressure_altitude"], "IAS": d["ias"], "AngleofAttack": 4.0 + 0.3 * noise,
@@ -99,6 +108,8 @@ def headers(flown: dict[str, Array]) -> dict[str, dict[str, Column]]:
 def write_header(path: Path, name: str, flown: dict[str, Array]) -> Path:
     """Write the flight under one of the headers."""
     table = headers(flown)[name]
-    texts = [c if isinstance(c, list) else [repr(float(value)) for value in c] for c in table.values()]
+    texts = [
+        c if isinstance(c, list) else [repr(float(value)) for value in c] for c in table.values()
+    ]
     quoted = [f'"{column}"' if "," in column else column for column in table]
     return write_rows(path, [], quoted, [list(row) for row in zip(*texts, strict=True)])

@@ -1,8 +1,8 @@
 """Header lines as they stand in public repositories, and ten made here, with one flight below each.
 
-Of a repository only the line of names (and that of units) is quoted, with its source. A line of `holds` names what
-a column holds, by our column; a `~` marks one that a mapping needs not, but that must not be taken for another. All
-other columns hold numbers without a meaning.
+Of a repository only the line of names (and that of units) is quoted, with its source. A line of
+`holds` names what a column holds, by our column; a `~` marks one that a mapping needs not, but that
+must not be taken for another. All other columns hold numbers without a meaning.
 """
 
 from dataclasses import dataclass, field
@@ -30,32 +30,47 @@ EFIS = (
 )
 DERIVED = "EarthVerticalG,FlightPath,VSI,Altitude,DerivedAOA,CoeffP"
 ATTAS = (
-    "T AXCG AYCG AZCG AYCKP AZCKP PRGX QRGY RRGZ PHI THE PSI ALCG BECG VTASCG HQNH PDOT QDOT RDOT HRADIO VCAS "
-    "DELV IHTRM N1T1L N1T2R DLC_L DLC_R DAIL_L DAIL_R DRUD MACH SAT PSTAT RHO PHLAT LALON FN_L FN_R FUELUS BETDOT "
+    "T AXCG AYCG AZCG AYCKP AZCKP PRGX QRGY RRGZ PHI THE PSI ALCG BECG VTASCG HQNH PDOT QDOT RDOT "
+    "HRADIO VCAS "
+    "DELV IHTRM N1T1L N1T2R DLC_L DLC_R DAIL_L DAIL_R DRUD MACH SAT PSTAT RHO PHLAT LALON FN_L "
+    "FN_R FUELUS BETDOT "
     "FW ALDOT FLAP DSPL_L DSPL_R"
 )
 ATTAS_UNITS = (
-    "s M/S**2 M/S**2 M/S**2 M/S**2 M/S**2 DEG/S DEG/S DEG/S DEG DEG DEG DEG DEG M/S M DEG/S2 DEG/S2 DEG/S2 M M/S "
-    "DEG DEG PROZENT PROZENT DEG DEG DEG DEG DEG -- M-0K PA Kg/m3 DEG DEG N N KG DEG/S -- DEG/S DEG DEG DEG"
+    "s M/S**2 M/S**2 M/S**2 M/S**2 M/S**2 DEG/S DEG/S DEG/S DEG DEG DEG DEG DEG M/S M DEG/S2 "
+    "DEG/S2 DEG/S2 M M/S "
+    "DEG DEG PROZENT PROZENT DEG DEG DEG DEG DEG -- M-0K PA Kg/m3 DEG DEG N N KG DEG/S -- DEG/S "
+    "DEG DEG DEG"
 )
 HFB = "T DELV PDYN THRUST TASCG ALFCG THE Q QDOT AXCG AZCG AYCG P R PDOT RDOT BETCG PHI DAIL DRUD"
-HFB_UNITS = "S RAD PA N M/S RAD RAD RAD/S RAD/S2 M/S2 M/S2 M/S2 RAD/S RAD/S RAD/S2 RAD/S2 RAD RAD RAD RAD"
+HFB_UNITS = (
+    "S RAD PA N M/S RAD RAD RAD/S RAD/S2 M/S2 M/S2 M/S2 RAD/S RAD/S RAD/S2 RAD/S2 RAD RAD RAD RAD"
+)
 G1000 = (
-    "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,     Latitude,    Longitude,    AltB, BaroA,  AltMSL,   OAT,    IAS, "
-    "GndSpd,    VSpd,  Pitch,   Roll,  LatAc, NormAc,   HDG,   TRK, volt1, volt2,  amp1,  amp2,  FQtyL,  FQtyR, "
-    "E1 FFlow, E1 OilT, E1 OilP, E1 RPM,  AltGPS, TAS, HSIS,    CRS,   NAV1,   NAV2,    COM1,    COM2,   HCDI,   "
+    "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,     Latitude,    Longitude,    AltB, BaroA,  AltMSL,   "
+    "OAT,    IAS, "
+    "GndSpd,    VSpd,  Pitch,   Roll,  LatAc, NormAc,   HDG,   TRK, volt1, volt2,  amp1,  amp2,  "
+    "FQtyL,  FQtyR, "
+    "E1 FFlow, E1 OilT, E1 OilP, E1 RPM,  AltGPS, TAS, HSIS,    CRS,   NAV1,   NAV2,    COM1,    "
+    "COM2,   HCDI,   "
     "VCDI, WndSpd, WndDr, WptDst, WptBrg, MagVar"
 )
 D180 = (
-    "zulu is gps;zulu hour;zulu min;zulu sec;date valid;zulu day;zulu mo;zulu year;nav port;sel course;cdi;gsi;"
-    "type;oil pres;man pres;oil temp;fuel pres;volts;amps;rpm;fuel flow;hobbs;tach;pitch;roll;heading;turn rate;"
+    "zulu is gps;zulu hour;zulu min;zulu sec;date valid;zulu day;zulu mo;zulu year;nav port;sel "
+    "course;cdi;gsi;"
+    "type;oil pres;man pres;oil temp;fuel pres;volts;amps;rpm;fuel "
+    "flow;hobbs;tach;pitch;roll;heading;turn rate;"
     "airspeed;altitude;vert spd;gz;aoa %;oat"
 )
 ATC_CONSOLE = (
-    "Time, s;Sound velocity (ISA), m/s;Air density (ISA), kg/m^3;Static air pressure (ISA), Pa;Static temperature "
-    "(ISA), K;Climb mode;Flight phase;Target altitude, ft;Target speed TAS, kt;Cross track error, nm;Heading "
-    "error, deg;Longitude, deg;Latitude, deg;Altitude, ft;True airspeed, kt;True heading, deg;Mach number;Bank "
-    "angle, deg;Path angle, deg;Lift coefficient;Drag coefficient;Lift force, N;Drag force, N;Thrust force, N"
+    "Time, s;Sound velocity (ISA), m/s;Air density (ISA), kg/m^3;Static air pressure (ISA), "
+    "Pa;Static temperature "
+    "(ISA), K;Climb mode;Flight phase;Target altitude, ft;Target speed TAS, kt;Cross track error, "
+    "nm;Heading "
+    "error, deg;Longitude, deg;Latitude, deg;Altitude, ft;True airspeed, kt;True heading, deg;Mach "
+    "number;Bank "
+    "angle, deg;Path angle, deg;Lift coefficient;Drag coefficient;Lift force, N;Drag force, "
+    "N;Thrust force, N"
 )
 FTIS = (
     "Ahrs1_Pitch,Ahrs1_Roll,Ahrs1_VertAcc,Ahrs1_bLatAcc,Ahrs1_bPitchRate,Ahrs1_bRollRate,Ahrs1_bYawRate,Dadc1_alt,"
@@ -76,8 +91,9 @@ NO_DIRECTION = ("velocity_north or ground_speed or latitude", "velocity_east or 
 
 @dataclass(frozen=True)
 class Quoted:
-    """A header: its source (repository and path, or `ours`), the line, its separator, the line of units, what its
-    columns hold, and the needed quantities that it has no column for (the begin of what is said)."""
+    """A header: its source (repository and path, or `ours`), the line, its separator, the line of
+    units, what its columns hold, and the needed quantities that it has no column for (the begin of
+    what is said)."""
 
     source: str
     line: str
@@ -128,14 +144,16 @@ QUOTED: dict[str, Quoted] = {
         NO_DIRECTION,
     ),
     "DLR ATTAS": Quoted(
-        "josemiguelbento/UAV-OAT-controlo RVJategaonkar_codes_2ed/flt_data/fAttas_qst01_withHeader.asc",
+        "josemiguelbento/UAV-OAT-controlo "
+        "RVJategaonkar_codes_2ed/flt_data/fAttas_qst01_withHeader.asc",
         ATTAS,
         {"T": "time_s", "VCAS": "calibrated_airspeed_mps", "PSTAT": "static_pressure_pa", "PHLAT": "latitude_deg",
          "LALON": "longitude_deg", "SAT": "air_temperature_k", "VTASCG": "~true_airspeed_mps", "MACH": "~mach"},
         (), " ", ATTAS_UNITS,
     ),
     "DLR HFB 320": Quoted(
-        "josemiguelbento/UAV-OAT-controlo RVJategaonkar_codes_2ed/flt_data/hfb320_1_10_withHeader.asc",
+        "josemiguelbento/UAV-OAT-controlo "
+        "RVJategaonkar_codes_2ed/flt_data/hfb320_1_10_withHeader.asc",
         HFB,
         {"T": "time_s", "PDYN": "impact_pressure_pa", "TASCG": "~true_airspeed_mps"},
         ("static_pressure or pressure_altitude", *NO_DIRECTION), " ", HFB_UNITS,
@@ -146,7 +164,8 @@ QUOTED: dict[str, Quoted] = {
         {"Time (s)": "time_s", "Airspeed (KCAS)": "calibrated_airspeed_kt",
          "Temperature (C)": "air_temperature_degc", "Altitude (ft)": "~pressure_altitude_ft"},
         ("static_pressure or pressure_altitude", *NO_DIRECTION),
-        questions=("Altitude (ft): is it the height by GPS, or a pressure altitude (pressure_altitude_ft)",),
+        questions=("Altitude (ft): is it the height by GPS, or a pressure altitude "
+                   "(pressure_altitude_ft)",),
     ),
     "T-38, JMOSS": Quoted(
         "SaguaroAerospaceResearch/JMOSS CLASS55.csv",
@@ -167,7 +186,8 @@ QUOTED: dict[str, Quoted] = {
         G1000.replace("AltB", "AltInd"), {**_GARMIN, "AltInd": "indicated_altitude_ft"}, questions=_MAGNETIC,
     ),
     "Dynon FlightDEK-D180": Quoted(
-        "VictorPetitAviation/Dynon_DataVisualisation data/raw/FlightDEK-D180_sn1878_20250731_datalog.csv",
+        "VictorPetitAviation/Dynon_DataVisualisation "
+        "data/raw/FlightDEK-D180_sn1878_20250731_datalog.csv",
         D180,
         {"airspeed": "indicated_airspeed_kt", "altitude": "~altitude_ft", "oat": "air_temperature_degc",
          "heading": "heading_deg"},
@@ -176,7 +196,8 @@ QUOTED: dict[str, Quoted] = {
     "a controller's simulation": Quoted(
         "ignmiz/ATC_Console log/readme.txt",
         ATC_CONSOLE,
-        {"Time, s": "time_s", "Static air pressure (ISA), Pa": "static_pressure_pa", "Mach number": "mach",
+        {"Time, s": "time_s", "Static air pressure (ISA), "
+                              "Pa": "static_pressure_pa", "Mach number": "mach",
          "Static temperature (ISA), K": "air_temperature_k", "Longitude, deg": "longitude_deg",
          "Latitude, deg": "latitude_deg", "True airspeed, kt": "~true_airspeed_kt",
          "Target speed TAS, kt": "~true_airspeed_kt", "Target altitude, ft": "~altitude_ft"},
@@ -280,14 +301,19 @@ def write_quoted(path: Path, quoted: Quoted) -> Path:
 
 def _cells(holds: str, number: int) -> list[str]:
     if holds in ("clock", "date", "stamp", "minutes"):
-        form = {"clock": "%H:%M:%S", "date": "%Y-%m-%d", "stamp": "%Y-%m-%dT%H:%M:%S.%fZ", "minutes": "%M:%S"}[
-            holds
-        ]
+        form = {
+            "clock": "%H:%M:%S",
+            "date": "%Y-%m-%d",
+            "stamp": "%Y-%m-%dT%H:%M:%S.%fZ",
+            "minutes": "%M:%S",
+        }[holds]
         step = 50.0 if holds == "minutes" else 1.0  # whole minutes that run back after the hour
         return [f"{foreign.clock(step * second):{form}}" for second in range(foreign.ROWS)]
     if not holds:  # a number without a meaning, different in each column
         return [f"{x:.4f}" for x in np.random.default_rng(number).uniform(-1.0, 1.0, foreign.ROWS)]
-    name, _, unit = holds.removeprefix("~").rpartition("_") if holds.lstrip("~") != "mach" else ("mach", "", "")
+    name, _, unit = (
+        holds.removeprefix("~").rpartition("_") if holds.lstrip("~") != "mach" else ("mach", "", "")
+    )
     return [repr(float(x)) for x in (from_si(_flown(name), unit) if unit else _flown(name))]
 
 

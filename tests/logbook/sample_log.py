@@ -1,4 +1,6 @@
-"""A log as columns, to be spoiled one way at a time: gusty enough that no sensor seems to stand still."""
+"""A log as columns, to be spoiled one way at a time: gusty enough that no sensor seems to stand
+still.
+"""
 
 from pathlib import Path
 

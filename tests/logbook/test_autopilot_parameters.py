@@ -1,4 +1,6 @@
-"""The parameters of an autopilot: read with the log, and made anew from the calibration of its airspeed."""
+"""The parameters of an autopilot: read with the log, and made anew from the calibration of its
+airspeed.
+"""
 
 import json
 from dataclasses import replace
@@ -8,7 +10,15 @@ import pytest
 from tests.calibration import trajectories
 from tests.logbook import foreign_files as foreign
 
-from pitotbench import BadInputError, Calibration, CalibrationOptions, FlightLog, air, read_log, write_log
+from pitotbench import (
+    BadInputError,
+    Calibration,
+    CalibrationOptions,
+    FlightLog,
+    air,
+    read_log,
+    write_log,
+)
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.fit_checks import wash_of
 from pitotbench.cli import main
@@ -16,7 +26,12 @@ from pitotbench.logbook.autopilot import AUTOPILOTS, autopilot_settings, stated_
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import PressureErrorCurve
-from pitotbench.records.calibration import AutopilotSettings, ErrorCurve, RecordedAutopilot, Residuals
+from pitotbench.records.calibration import (
+    AutopilotSettings,
+    ErrorCurve,
+    RecordedAutopilot,
+    Residuals,
+)
 from pitotbench.units import KNOT, Array
 
 FLOWN = foreign.flight()
@@ -27,14 +42,20 @@ OLD = {
     "ardupilot": {"ARSPD_RATIO": 1.6, "ARSPD_OFFSET": 12.0, "ARSPD_TYPE": 1.0},
     "px4": {"ASPD_SCALE_1": 0.98, "SENS_DPRES_OFF": 12.0},
 }
-CHOICE = CalibrationOptions(model="bias", error_location="total", accuracies={"impact_pressure_zero_pa": 100.0})
+CHOICE = CalibrationOptions(
+    model="bias", error_location="total", accuracies={"impact_pressure_zero_pa": 100.0}
+)
 
 
 def shown(name: str, values: dict[str, float], sensor: Array) -> Array:
-    """The airspeed [m/s] that an autopilot shows of its sensor's pressure [Pa], as its documents say."""
+    """The airspeed [m/s] that an autopilot shows of its sensor's pressure [Pa], as its documents
+    say.
+    """
     if name == "ardupilot":
         return np.sqrt(values["ARSPD_RATIO"] * np.maximum(sensor - values["ARSPD_OFFSET"], 0.0))
-    return values["ASPD_SCALE_1"] * np.sqrt(np.maximum(sensor - values["SENS_DPRES_OFF"], 0.0) * 2.0 / 1.225)
+    return values["ASPD_SCALE_1"] * np.sqrt(
+        np.maximum(sensor - values["SENS_DPRES_OFF"], 0.0) * 2.0 / 1.225
+    )
 
 
 def flown_with(name: str, values: dict[str, float], seed: int) -> FlightLog:
@@ -56,10 +77,14 @@ def new_values(found: AutopilotSettings) -> dict[str, float]:
 
 @pytest.mark.parametrize("name", list(AUTOPILOTS))
 def test_the_formula_with_the_new_parameters_gives_the_true_airspeed(name):
-    """Evidence: each is within twice its bound, of the formula written anew here; the bound is no empty one."""
+    """Evidence: each is within twice its bound, of the formula written anew here; the bound is no
+    empty one.
+    """
     found = settings_of(name)
     true = found.calibrated_airspeed
-    left = shown(name, new_values(found), LOSS * np.asarray(air.impact_pressure(true)) + ZERO) - true
+    left = (
+        shown(name, new_values(found), LOSS * np.asarray(air.impact_pressure(true)) + ZERO) - true
+    )
     assert np.all(np.abs(left) < 2.0 * found.bound)
     assert np.all(found.bound < 1.0)
     offset = found.settings[1]
@@ -74,14 +99,18 @@ def test_an_old_ratio_that_is_far_off_is_named_and_replaced():
     found = calibrate(flown_with("ardupilot", old, seed=1), CHOICE)
     assert any("ARSPD_RATIO 2.6" in text and "--params" in text for text in found.warnings)
     new = autopilot_settings(found, "ardupilot").settings[0]
-    assert new.value == pytest.approx(new_values(settings_of("ardupilot"))["ARSPD_RATIO"], abs=new.two_sigma)
+    assert new.value == pytest.approx(
+        new_values(settings_of("ardupilot"))["ARSPD_RATIO"], abs=new.two_sigma
+    )
 
 
 @pytest.mark.parametrize("name", list(AUTOPILOTS))
 def test_a_log_flown_with_the_new_parameters_has_a_curve_of_zero(name):
     found = settings_of(name)
     again = calibrate(flown_with(name, new_values(found), seed=2), CHOICE)
-    assert np.all(np.abs(again.curve.correction) < 2.0 * (again.curve.two_sigma + np.max(found.bound)))
+    assert np.all(
+        np.abs(again.curve.correction) < 2.0 * (again.curve.two_sigma + np.max(found.bound))
+    )
     once_more = autopilot_settings(again, name)
     for old, new in zip(found.settings[:2], once_more.settings[:2], strict=True):
         assert new.value == pytest.approx(old.value, abs=2.0 * (old.two_sigma + new.two_sigma))
@@ -95,7 +124,9 @@ def calibration_of(curve: ErrorCurve, held: dict[str, float]) -> Calibration:
 def exact_curve(correction: Array, speed: Array, two_sigma: float) -> ErrorCurve:
     bound = np.full(len(speed), two_sigma)
     zero = np.zeros(len(speed))
-    return ErrorCurve(speed, correction, bound, bound, bound, zero, zero, correlation=np.eye(len(speed)))
+    return ErrorCurve(
+        speed, correction, bound, bound, bound, zero, zero, correlation=np.eye(len(speed))
+    )
 
 
 def test_a_curve_of_scale_and_offset_gives_them_back():
@@ -116,10 +147,14 @@ def test_the_two_sigma_of_a_scale_alone_is_that_of_the_airspeed():
     """One point's 2σ would be 2R·2σ/V; of n independent points alike in weight it is that over √n."""
     speed = np.linspace(20.0, 40.0, 9)
     held = {"ARSPD_RATIO": 1.9, "ARSPD_TYPE": 6.0}
-    found = autopilot_settings(calibration_of(exact_curve(0.02 * speed, speed, 0.1), held), "ardupilot")
+    found = autopilot_settings(
+        calibration_of(exact_curve(0.02 * speed, speed, 0.1), held), "ardupilot"
+    )
     weight = np.sum((1.02 * speed) ** 2)
     assert found.settings[0].value == pytest.approx(1.9 * 1.02**2)
-    assert found.settings[0].two_sigma == pytest.approx(2.0 * 1.9 * 1.02**2 * 0.1 / np.sqrt(weight), rel=1e-6)
+    assert found.settings[0].two_sigma == pytest.approx(
+        2.0 * 1.9 * 1.02**2 * 0.1 / np.sqrt(weight), rel=1e-6
+    )
     assert "ARSPD_OFFSET" not in new_values(found)
     assert "ARSPD_SKIP_CAL" not in new_values(found)
 
@@ -130,7 +165,9 @@ def test_the_bound_says_what_the_formula_cannot_follow():
     found = autopilot_settings(calibration_of(exact_curve(bump, speed, 1e-6), OLD["px4"]), "px4")
     held = new_values(found)
     sensor = (speed / OLD["px4"]["ASPD_SCALE_1"]) ** 2 * 1.225 / 2.0 + OLD["px4"]["SENS_DPRES_OFF"]
-    np.testing.assert_allclose(np.abs(shown("px4", held, sensor) - speed - bump), found.bound, atol=1e-5)
+    np.testing.assert_allclose(
+        np.abs(shown("px4", held, sensor) - speed - bump), found.bound, atol=1e-5
+    )
     assert found.settings[0].two_sigma > 0.5 * np.max(found.bound / speed)
 
 
@@ -140,7 +177,9 @@ def test_the_airspeed_of_a_dataflash_log_is_that_which_was_shown(tmp_path):
     log = read_log(foreign.dataflash(tmp_path / "log.bin", FLOWN, held))
     want = np.sqrt(1.9 * FLOWN["impact_pressure"])
     np.testing.assert_allclose(air.calibrated_airspeed(log.impact_pressure), want, rtol=1e-5)
-    assert dict(log.header[PARAMETERS]) == pytest.approx({n: v for n, v in held.items() if n != "RLL2SRV_P"})
+    assert dict(log.header[PARAMETERS]) == pytest.approx(
+        {n: v for n, v in held.items() if n != "RLL2SRV_P"}
+    )
     assert any("ARSPD_RATIO 1.9, ARSPD_OFFSET 4" in text for text in log.header["warnings"])
 
 
@@ -155,11 +194,15 @@ def test_the_airspeed_of_a_ulog_is_that_which_was_shown(tmp_path):
 
 @pytest.mark.parametrize("kind", ["dataflash", "ulog", "renewed ulog"])
 def test_the_throttle_is_read_and_a_wash_looked_for(tmp_path, kind):
-    pytest.importorskip("pymavlink" if kind == "dataflash" else "pyulog", reason="needs pitotbench[logs]")
+    pytest.importorskip(
+        "pymavlink" if kind == "dataflash" else "pyulog", reason="needs pitotbench[logs]"
+    )
     throttle = 0.5 + 0.3 * np.sign(np.sin(FLOWN["time"] / 25.0))
     if kind == "dataflash":
         held = {"ARSPD_RATIO": 1.7, "ARSPD_OFFSET": 4.0, "ARSPD_TYPE": 1.0}
-        log = read_log(foreign.dataflash(tmp_path / "log.bin", {**FLOWN, "throttle": throttle}, held))
+        log = read_log(
+            foreign.dataflash(tmp_path / "log.bin", {**FLOWN, "throttle": throttle}, held)
+        )
     else:
         throttle[:3] = np.nan  # motors that are stopped
         held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}
@@ -174,7 +217,11 @@ def test_the_throttle_is_read_and_a_wash_looked_for(tmp_path, kind):
 @pytest.mark.parametrize(
     ("name", "held", "says"),
     [
-        ("px4", None, r"holds none of an autopilot\). Calibrate the file .* or state the old values"),
+        (
+            "px4",
+            None,
+            r"holds none of an autopilot\). Calibrate the file .* or state the old values",
+        ),
         ("px4", OLD["ardupilot"], "does not hold ASPD_SCALE_1 and SENS_DPRES_OFF"),
         ("ardupilot", {"ARSPD_RATIO": 1.9}, "does not hold ARSPD_OFFSET"),
         ("ardupilot", {**OLD["ardupilot"], "ARSPD_TYPE": 16.0}, "an airspeed from outside"),
@@ -187,7 +234,9 @@ def test_what_a_log_cannot_give_is_refused_with_the_reason(name, held, says):
     speed = np.linspace(20.0, 40.0, 9)
     real = calibration_of(exact_curve(0.02 * speed, speed, 0.1), {})
     with pytest.raises(BadInputError, match=says):
-        autopilot_settings(replace(real, autopilot=None if held is None else RecordedAutopilot(held)), name)
+        autopilot_settings(
+            replace(real, autopilot=None if held is None else RecordedAutopilot(held)), name
+        )
     for text in ("inav", "px4,ASPD_SCALE_1", "px4,ASPD_SCALE_1=one"):
         with pytest.raises(BadInputError):
             stated_parameters(text)
@@ -196,7 +245,8 @@ def test_what_a_log_cannot_give_is_refused_with_the_reason(name, held, says):
 def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_path, capsys):
     log = flown_with("px4", OLD["px4"], 1)
     path = write_log(
-        replace(log, header={k: v for k, v in log.header.items() if k != PARAMETERS}), tmp_path / "a.csv"
+        replace(log, header={k: v for k, v in log.header.items() if k != PARAMETERS}),
+        tmp_path / "a.csv",
     )
     flags = ["calibrate", str(path), "--model", "bias", "--accuracy", "impact_pressure_zero_pa=100"]
     assert main([*flags, "--params", "px4"]) == 2
@@ -204,7 +254,11 @@ def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_pa
     stated = "px4,ASPD_SCALE_1=0.98,SENS_DPRES_OFF=12"
     assert main([*flags, "--params", stated, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert [row["name"] for row in answer["params"]] == ["ASPD_SCALE_1", "SENS_DPRES_OFF", "ASPD_SCALE_APPLY"]
+    assert [row["name"] for row in answer["params"]] == [
+        "ASPD_SCALE_1",
+        "SENS_DPRES_OFF",
+        "ASPD_SCALE_APPLY",
+    ]
     assert set(answer["params"][0]) == {"name", "value", "two_sigma", "old", "from"}
     assert answer["wash"] is None
     page = tmp_path / "page.html"
@@ -214,19 +268,27 @@ def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_pa
 
 
 def with_power(effect: float, seed: int) -> tuple[Residuals, FlightLog]:
-    """Residuals that rise by `effect` [m/s] from idle to full power, beside slow noise; power beside airspeed."""
+    """Residuals that rise by `effect` [m/s] from idle to full power, beside slow noise; power
+    beside airspeed.
+    """
     rng, n = np.random.default_rng(seed), 6000
-    log = trajectories.fly(trajectories.circles(10, (60, 60, 50, 50, 40, 40)), 10, 5, trajectories.CALM, 1, EXACT)
+    log = trajectories.fly(
+        trajectories.circles(10, (60, 60, 50, 50, 40, 40)), 10, 5, trajectories.CALM, 1, EXACT
+    )
     indicated = np.asarray(air.calibrated_airspeed(log.impact_pressure))[:n]
     power = 0.5 + 0.3 * np.sign(np.sin(log.time[:n] / 70.0)) + 0.005 * (indicated / KNOT - 50.0)
     noise = np.convolve(rng.standard_normal(n + 200), np.ones(200) / np.sqrt(200.0), "valid")[:n]
     airspeed = effect * power + 0.3 * noise
     used = np.ones(len(log), dtype=bool)
-    return Residuals(log.time[:n], indicated + airspeed, airspeed, used), replace(log, throttle_left=power)
+    return Residuals(log.time[:n], indicated + airspeed, airspeed, used), replace(
+        log, throttle_left=power
+    )
 
 
 @pytest.mark.parametrize("effect", [0.0, 1.5])
-def test_a_wash_is_found_within_its_bound_and_not_told_where_power_follows_airspeed_or_was_not_recorded(effect):
+def test_a_wash_is_found_within_its_bound_and_not_told_where_power_follows_airspeed_or_was_not_recorded(
+    effect,
+):
     found = [wash_of(*with_power(effect, seed)) for seed in range(40)]
     inside = [each is not None and abs(each.value - effect) <= each.two_sigma for each in found]
     assert np.mean(inside) >= 0.8  # 95 % is meant; 32 of 40 or fewer happen once in a million
@@ -234,4 +296,6 @@ def test_a_wash_is_found_within_its_bound_and_not_told_where_power_follows_airsp
     residuals, log = with_power(effect, 1)
     assert wash_of(residuals, replace(log, throttle_left=None)) is None
     follows = (residuals.indicated_airspeed - residuals.airspeed) / 60.0
-    assert np.isinf(wash_of(residuals, replace(log, throttle_left=np.clip(follows, 0.0, 1.0))).two_sigma)
+    assert np.isinf(
+        wash_of(residuals, replace(log, throttle_left=np.clip(follows, 0.0, 1.0))).two_sigma
+    )

@@ -17,15 +17,22 @@ from pitotbench.units import DEGREE, STANDARD_GRAVITY
 
 
 def hold(table: Table) -> Table:
-    return put("velocity_east_mps", slice(200, 400), 20.0)(put("velocity_north_mps", slice(200, 400), 60.0)(table))
+    return put("velocity_east_mps", slice(200, 400), 20.0)(
+        put("velocity_north_mps", slice(200, 400), 60.0)(table)
+    )
 
 
 WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
-    "some NaN": (put("static_pressure_pa", slice(9, 12), np.nan), r"'static_pressure_pa'.*\(rows 10–12\)", 597),
+    "some NaN": (
+        put("static_pressure_pa", slice(9, 12), np.nan),
+        r"'static_pressure_pa'.*\(rows 10–12\)",
+        597,
+    ),
     "NaN in two places": (put("time_s", np.array([4, 7]), np.nan), r"'time_s'.*\(rows 5, 8\)", 598),
     "a clock of whole seconds": (
         lambda t: {**t, "time_s": np.floor(TIME)},
-        r"540 of 600 time stamps repeat the one before: the rows are spread evenly over its steps of 1 s",
+        r"540 of 600 time stamps repeat the one before: the rows are spread evenly over its steps "
+        r"of 1 s",
         600,
     ),
     "a unit that starts up": (
@@ -35,10 +42,15 @@ WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
     ),
     "NaN for a while": (
         put("impact_pressure_pa", slice(100, 150), np.nan),
-        r"50 of 600 values are not numbers \(rows 101–150\), 8% of the log, 5 s: those rows are dropped",
+        r"50 of 600 values are not numbers \(rows 101–150\), 8% of the log, 5 s: those rows are "
+        r"dropped",
         550,
     ),
-    "infinite for a while": (put("static_pressure_pa", slice(0, 50), np.inf), r"not numbers \(rows 1–50\)", 550),
+    "infinite for a while": (
+        put("static_pressure_pa", slice(0, 50), np.inf),
+        r"not numbers \(rows 1–50\)",
+        550,
+    ),
     "GPS lost for a while": (
         lambda t: put("velocity_east_mps", slice(200, 350), np.nan)(
             put("velocity_north_mps", slice(200, 350), np.nan)(t)
@@ -52,21 +64,49 @@ WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
         r"impossible values in 2 rows \(rows 31–32\)",
         598,
     ),
-    "a GPS spike": (put("velocity_east_mps", 77, 1e6), r"'velocity_east_mps': impossible .*\(row 78\)", 599),
+    "a GPS spike": (
+        put("velocity_east_mps", 77, 1e6),
+        r"'velocity_east_mps': impossible .*\(row 78\)",
+        599,
+    ),
     "a time repeats": (put("time_s", 50, 4.9), r"time stamps repeat \(row 51\)", 599),
-    "some negative": (put("impact_pressure_pa", slice(20, 30), -1.0), r"negative in 10 rows \(rows 21–30\)", 590),
-    "stuck pitot": (put("impact_pressure_pa", slice(100, 220), 2500.0), r"seems stuck \(rows 101–220\)", 480),
+    "some negative": (
+        put("impact_pressure_pa", slice(20, 30), -1.0),
+        r"negative in 10 rows \(rows 21–30\)",
+        590,
+    ),
+    "stuck pitot": (
+        put("impact_pressure_pa", slice(100, 220), 2500.0),
+        r"seems stuck \(rows 101–220\)",
+        480,
+    ),
     "stuck GPS": (hold, r"'velocity_north_mps'.*seems stuck \(rows 201–400\)", 400),
-    "stuck static": (put("static_pressure_pa", slice(100, 220), 81200.0), r"'static_pressure_pa'.*stuck", 480),
+    "stuck static": (
+        put("static_pressure_pa", slice(100, 220), 81200.0),
+        r"'static_pressure_pa'.*stuck",
+        480,
+    ),
     "static never moves": (put("static_pressure_pa", slice(None), 81200.0), r"never changes", 600),
     "vane not installed": (
         put("angle_of_attack_rad", slice(None), np.nan),
         r"'angle_of_attack_rad' is left out",
         600,
     ),
-    "degrees said to be radians": (scale("angle_of_attack_rad", 57.3), r"left out.*angle_of_attack_deg", 600),
-    "g said to be m/s²": (scale("specific_force_z_mps2", 1 / 9.8), r"left out.*specific_force_z_g", 600),
-    "rpm said to be rad/s": (scale("propeller_speed_left_radps", 9.55), r"left out.*propeller_speed_left_rpm", 600),
+    "degrees said to be radians": (
+        scale("angle_of_attack_rad", 57.3),
+        r"left out.*angle_of_attack_deg",
+        600,
+    ),
+    "g said to be m/s²": (
+        scale("specific_force_z_mps2", 1 / 9.8),
+        r"left out.*specific_force_z_g",
+        600,
+    ),
+    "rpm said to be rad/s": (
+        scale("propeller_speed_left_radps", 9.55),
+        r"left out.*propeller_speed_left_rpm",
+        600,
+    ),
     "percent": (scale("throttle_left", 100.0), r"'throttle_left' is left out.*from 0 to 1", 600),
 }
 
@@ -83,7 +123,9 @@ def test_a_warning_names_the_rows_and_goes_with_the_log(read, tmp_path, name):
 
 
 def standing(rows, of_value, *names):
-    return lambda t: {name: np.where(rows, of_value(v), v) if name in names else v for name, v in t.items()}
+    return lambda t: {
+        name: np.where(rows, of_value(v), v) if name in names else v for name, v in t.items()
+    }
 
 
 CHANGED: dict[str, Callable[[Table], Table]] = {
@@ -175,7 +217,9 @@ def test_warnings_that_are_texts_are_kept_and_others_left_out_with_a_warning(val
     assert read(above=f"# warnings = {value}\n").header["warnings"] == kept
 
 
-@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, "[accuracy]\ntemperature_k = 1 K"])
+@pytest.mark.parametrize(
+    "text", ["x = " + "[" * 3000, "x = " + "1" * 5000, "[accuracy]\ntemperature_k = 1 K"]
+)
 def test_a_header_that_is_not_toml_is_kept_as_text(text, read):
     assert parse_header(text)[0] == {"comments": text.splitlines()}
     above = "".join(f"# {line}\n" for line in text.splitlines())
@@ -207,14 +251,23 @@ CIRCLE = GOOD["a circle"]
 NO_WORD = GOOD | {
     "a circle without height, heading or temperature": {name: CIRCLE[name] for name in NEEDED},
     # A low of 980 hPa: 280 m of pressure altitude.
-    "weather moves the static pressure of a height": moved(CIRCLE, "altitude_m", lambda height: height - 280.0),
+    "weather moves the static pressure of a height": moved(
+        CIRCLE, "altitude_m", lambda height: height - 280.0
+    ),
 }
 DOUBTED = {
     "a zero that a small gauge may have": (
-        moved(GOOD["a small airplane in a wind of half its speed"], "impact_pressure_pa", lambda q: q + 100.0),
+        moved(
+            GOOD["a small airplane in a wind of half its speed"],
+            "impact_pressure_pa",
+            lambda q: q + 100.0,
+        ),
         "zero offset",
     ),
-    "a height above the field": (moved(CIRCLE, "altitude_m", lambda h: h - 1000.0), "no weather explains that"),
+    "a height above the field": (
+        moved(CIRCLE, "altitude_m", lambda h: h - 1000.0),
+        "no weather explains that",
+    ),
     "a change of the pitot gain in flight": (
         moved(CIRCLE, "impact_pressure_pa", lambda q: q * np.where(TIME < 30.0, 1.0, 1.3)),
         "from the first to the second half",
@@ -234,7 +287,9 @@ def test_what_may_be_is_doubted_and_not_refused(read, name):
 
 
 def turning(bank_deg: float) -> FlightLog:
-    """Legs and level turns of 20 s by turns at 80 m/s; the angle of attack is −3° without lift, and 3° on a leg."""
+    """Legs and level turns of 20 s by turns at 80 m/s; the angle of attack is −3° without lift, and
+    3° on a leg.
+    """
     time = np.arange(4000) / 20.0
     bank = bank_deg * DEGREE * (time % 40.0 > 20.0)
     rate = STANDARD_GRAVITY * np.tan(bank) / 80.0
@@ -258,17 +313,23 @@ def turning(bank_deg: float) -> FlightLog:
 
 @pytest.mark.parametrize("bank_deg", [30.0, 45.0])
 def test_the_pitch_of_a_flight_with_steep_turns_is_kept(tmp_path, bank_deg):
-    """In a cloverleaf the motion seemed to ask for several times the pitch, and the column was left out."""
+    """In a cloverleaf the motion seemed to ask for several times the pitch, and the column was left
+    out.
+    """
     write_log(turning(bank_deg), tmp_path / "log.parquet")
     assert read_log(tmp_path / "log.parquet").pitch is not None
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_a_mat_file_is_looked_through_before_the_reader_of_scipy_which_may_die_of_it(tmp_path, packed):
+def test_a_mat_file_is_looked_through_before_the_reader_of_scipy_which_may_die_of_it(
+    tmp_path, packed
+):
     path, kept = tmp_path / "log.mat", tmp_path / "kept.mat"
     savemat(path, {"north": {"data": TIME, "unit": "m/s"}})
     file = bytearray(path.read_bytes())
-    file[file.rindex(b"\x05\0\0\0\x08\0\0\0") + 4] = 10  # bytes of the dimensions, which are of four each
+    file[file.rindex(b"\x05\0\0\0\x08\0\0\0") + 4] = (
+        10  # bytes of the dimensions, which are of four each
+    )
     if packed:
         body = zlib.compress(bytes(file[128:]))
         file[128:] = struct.pack("<II", 15, len(body)) + body

@@ -18,7 +18,8 @@ def stamps_of(true: np.ndarray, tremble: float, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("interval", "tremble", "within"), [(0.1, 0.0, 0.3), (0.97, 0.0, 0.6), (1.0, 0.9, 0.5), (0.25, 0.6, 0.3)]
+    ("interval", "tremble", "within"),
+    [(0.1, 0.0, 0.3), (0.97, 0.0, 0.6), (1.0, 0.9, 0.5), (0.25, 0.6, 0.3)],
 )
 def test_rows_are_spread_over_the_whole_seconds_of_a_clock(interval, tremble, within, read):
     true = 7.3 + interval * np.arange(sample.ROWS)
@@ -38,12 +39,17 @@ def test_a_pause_between_whole_seconds_stays(read):
 
 
 def local_clock(folder, offsets, above=""):
-    """The sample at one row a second from 23:59:00 on a local clock, with its offset from UTC in each row."""
+    """The sample at one row a second from 23:59:00 on a local clock, with its offset from UTC in
+    each row.
+    """
     from datetime import UTC, datetime, timedelta
 
     start = datetime(2024, 7, 21, 4, 59, tzinfo=UTC)
     table = sample.columns()
-    local = [start + timedelta(seconds=row, hours=float(offset[:3])) for row, offset in enumerate(offsets)]
+    local = [
+        start + timedelta(seconds=row, hours=float(offset[:3]))
+        for row, offset in enumerate(offsets)
+    ]
     del table["time_s"]
     table = {
         "date": np.array([f"{moment:%Y-%m-%d}" for moment in local]),

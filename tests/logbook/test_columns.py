@@ -17,7 +17,9 @@ def test_every_quantity_in_every_unit_is_recognized(name, suffix):
     assert parse_column(column) == (QUANTITIES[name], suffix)
 
 
-@pytest.mark.parametrize("quantity", [q for q in QUANTITIES.values() if q.unit], ids=lambda q: q.name)
+@pytest.mark.parametrize(
+    "quantity", [q for q in QUANTITIES.values() if q.unit], ids=lambda q: q.name
+)
 def test_canonical_columns_are_si(quantity):
     unit = SUFFIXES[quantity.unit]
     assert (unit.factor, unit.offset) == (1.0, 0.0)
@@ -38,13 +40,17 @@ def test_foreign_units_become_si(read):
         "propeller_speed_left_radps": "propeller_speed_left_rpm",
     }
     written = {
-        other.get(name, name): from_si(values, other[name].rpartition("_")[2]) if name in other else values
+        other.get(name, name): from_si(values, other[name].rpartition("_")[2])
+        if name in other
+        else values
         for name, values in table.items()
     }
     log = read(written)
     for name in other:
         quantity, _ = parse_column(name)
-        np.testing.assert_allclose(getattr(log, quantity.name), table[name], rtol=1e-12, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(log, quantity.name), table[name], rtol=1e-12, atol=1e-9, err_msg=name
+        )
     assert "warnings" not in log.header
 
 
@@ -59,8 +65,10 @@ def test_total_pressure_serves_for_impact_pressure_and_the_latter_goes_before(re
 
 
 WRONG_NAMES = {
-    "static_pressure_bar": r"unknown unit suffix 'bar'\..*Known: s, ms, min, pa, hpa.*Name it static_pressure_pa",
-    "static_pressure_kt": r"'kt' is a unit of speed, but static_pressure is of pressure; name it static_",
+    "static_pressure_bar": r"unknown unit suffix 'bar'\..*Known: s, ms, min, pa, hpa.*Name it "
+    r"static_pressure_pa",
+    "static_pressure_kt": r"'kt' is a unit of speed, but static_pressure is of pressure; name it "
+    r"static_",
     "static_pressure": r"does not say its unit; name it static_pressure_pa, static_pressure_hpa",
     "roll_rate_deg": r"'deg' is a unit of angle, but roll_rate is of angular rate",
     "throttle_left_pct": r"throttle_left has no unit",
@@ -73,7 +81,9 @@ def test_wrong_names_are_answered(column):
         parse_column(column)
 
 
-@pytest.mark.parametrize("column", ["oil_temperature_degc", "cabin_altitude_ft", "mass_flow_kgps", "times"])
+@pytest.mark.parametrize(
+    "column", ["oil_temperature_degc", "cabin_altitude_ft", "mass_flow_kgps", "times"]
+)
 def test_strangers_are_not_ours_and_are_named_in_a_warning(column, read):
     assert parse_column(column) is None
     log = read({**sample.columns(), column: np.full(sample.ROWS, 90.0)})
@@ -88,7 +98,9 @@ def test_other_delimiters(tmp_path, delimiter):
     assert len(read_log(path)) == sample.ROWS
 
 
-@pytest.mark.parametrize("above", ["\ufeff", "# made by hand: no TOML = at all\n", "\n\n# note = 'x'\n"])
+@pytest.mark.parametrize(
+    "above", ["\ufeff", "# made by hand: no TOML = at all\n", "\n\n# note = 'x'\n"]
+)
 def test_what_may_stand_above_and_spaces_around_names_and_flags_as_numbers(read, above):
     table = {f" {name} ": values for name, values in sample.columns().items()}
     table[" on_condition "] = table[" on_condition "].astype(int)

@@ -1,4 +1,6 @@
-"""Mappings drafted for headers that the reader has never seen: the log reads right without help, or it is asked."""
+"""Mappings drafted for headers that the reader has never seen: the log reads right without help, or
+it is asked.
+"""
 
 import numpy as np
 import pytest
@@ -18,7 +20,9 @@ FLOWN = foreign.flight()
 
 @pytest.mark.parametrize("name", list(headers.headers(FLOWN)))
 def test_a_foreign_header_is_drafted_right(tmp_path, name):
-    """As it stands, also where a question is asked: airspeed, height, temperature and velocity are the flight's."""
+    """As it stands, also where a question is asked: airspeed, height, temperature and velocity are
+    the flight's.
+    """
     path, mapping = headers.write_header(tmp_path / "log.csv", name, FLOWN), tmp_path / "m.toml"
     mapping.write_text(mapping_text(draft_mapping(read_table(path)), path.name), encoding="utf-8")
     log = read_log(path, mapping)
@@ -31,9 +35,18 @@ def test_a_foreign_header_is_drafted_right(tmp_path, name):
 
 def test_a_last_word_that_looks_like_a_unit_may_be_none():
     """The unit of TAT_DI_R would be °R, in which no air has 280."""
-    flown = {"TAT_DI_R": FLOWN["air_temperature"] + 2.0, "TAT_DEGR": 1.8 * (FLOWN["air_temperature"] + 2.0)}
-    found = {name: [(g.quantity, g.units) for g in guesses(name, "", values)][:1] for name, values in flown.items()}
-    assert found == {"TAT_DI_R": [("total_temperature", ("k",))], "TAT_DEGR": [("total_temperature", ("degr",))]}
+    flown = {
+        "TAT_DI_R": FLOWN["air_temperature"] + 2.0,
+        "TAT_DEGR": 1.8 * (FLOWN["air_temperature"] + 2.0),
+    }
+    found = {
+        name: [(g.quantity, g.units) for g in guesses(name, "", values)][:1]
+        for name, values in flown.items()
+    }
+    assert found == {
+        "TAT_DI_R": [("total_temperature", ("k",))],
+        "TAT_DEGR": [("total_temperature", ("degr",))],
+    }
 
 
 def as_table(**columns):
@@ -44,7 +57,9 @@ def test_what_is_missing_is_said():
     drafted = draft_mapping(as_table(time=FLOWN["time"], ias=np.full(foreign.ROWS, 120.0)))
     assert drafted.missing[0].startswith("static_pressure or pressure_altitude")
     assert not drafted.sure
-    assert "# No column was found for velocity_north or ground_speed" in mapping_text(drafted, "log.csv")
+    assert "# No column was found for velocity_north or ground_speed" in mapping_text(
+        drafted, "log.csv"
+    )
 
 
 KNOWN = {
@@ -57,7 +72,10 @@ KNOWN = {
 
 
 def questions_about(**columns):
-    return {line.guess.theirs: line.question for line in draft_mapping(as_table(**KNOWN, **columns)).lines}
+    return {
+        line.guess.theirs: line.question
+        for line in draft_mapping(as_table(**KNOWN, **columns)).lines
+    }
 
 
 def test_an_ambiguous_unit_and_two_columns_for_one_quantity_are_asked_for():
@@ -72,7 +90,9 @@ def test_an_ambiguous_unit_and_two_columns_for_one_quantity_are_asked_for():
 
 def test_a_name_cannot_leave_its_line(tmp_path):
     odd = 'velo"city\nnorth = 3'
-    table = as_table(**{"time": FLOWN["time"], odd: FLOWN["velocity_north"], "x\n[calibrate]\ny": FLOWN["time"]})
+    table = as_table(
+        **{"time": FLOWN["time"], odd: FLOWN["velocity_north"], "x\n[calibrate]\ny": FLOWN["time"]}
+    )
     from pitotbench.logbook.mapping import parse_mapping
 
     assert parse_mapping("m", mapping_text(draft_mapping(table), "a\nb.csv")).calibrate == {}
@@ -110,21 +130,39 @@ def test_our_own_names_in_capitals_are_drafted_without_a_question():
 
 @pytest.mark.parametrize("name", list(quoted.QUOTED))
 def test_a_quoted_header_is_mapped_right_or_asked_about(name, tmp_path):
-    """What a header holds is found in its unit, what it lacks is named, and nothing else is taken for it."""
+    """What a header holds is found in its unit, what it lacks is named, and nothing else is taken
+    for it.
+    """
     header = quoted.QUOTED[name]
     drafted = draft_mapping(read_table(quoted.write_quoted(tmp_path / "log.csv", header)))
     found = {line.guess.theirs: line.guess.target(line.unit) for line in drafted.lines}
     # Units by guess need the whole log: where it lacks a channel, they are asked for.
-    unsure = {line.guess.theirs for line in drafted.lines if "no unit: is it" in line.question and header.asks}
-    found |= {name: header.holds[name] for name in unsure if same_quantity(found[name], header.holds.get(name))}
-    meant = {k: {"clock": "time_s", "stamp": "time_s"}.get(v, v) for k, v in header.holds.items() if v[0] != "~"}
+    unsure = {
+        line.guess.theirs
+        for line in drafted.lines
+        if "no unit: is it" in line.question and header.asks
+    }
+    found |= {
+        name: header.holds[name]
+        for name in unsure
+        if same_quantity(found[name], header.holds.get(name))
+    }
+    meant = {
+        k: {"clock": "time_s", "stamp": "time_s"}.get(v, v)
+        for k, v in header.holds.items()
+        if v[0] != "~"
+    }
     meant = {k: v for k, v in meant.items() if v != "minutes"}
     assert {k: found.get(k) for k in meant} == meant
-    essential = {column for column in found if QUANTITIES[drafted_quantity(drafted, column)].essential}
+    essential = {
+        column for column in found if QUANTITIES[drafted_quantity(drafted, column)].essential
+    }
     allowed = {k for k, v in header.holds.items() if v != "minutes"}
     assert essential <= allowed, essential - allowed
     asked = {line.guess.theirs for line in drafted.lines if line.question}
-    beside = {k: v[1:] for k, v in header.holds.items() if v[0] == "~" and k in found and k not in asked}
+    beside = {
+        k: v[1:] for k, v in header.holds.items() if v[0] == "~" and k in found and k not in asked
+    }
     assert all(found[k] == v or same_quantity(found[k], v) for k, v in beside.items()), beside
     assert len(drafted.missing) == len(header.asks)
     for said, asked in zip(drafted.missing, header.asks, strict=True):

@@ -1,4 +1,6 @@
-"""One flight in the files that people have: the same numbers in all, exact or within the steps of the display."""
+"""One flight in the files that people have: the same numbers in all, exact or within the steps of
+the display.
+"""
 
 import gzip
 import re
@@ -19,10 +21,16 @@ from pitotbench.units import DEGREE, FOOT, KNOT
 
 FLOWN = foreign.flight()
 CLOCK_TEXTS = {f"clock {name}": foreign.clocked(write) for name, write in foreign.CLOCKS.items()}
-# Largest errors that the digits of the file leave: impact pressure as airspeed [kt], height [ft], velocity [kt].
+# Largest errors that the digits of the file leave: impact pressure as airspeed [kt], height [ft],
+# velocity [kt].
 CSV = {
     "kias": (foreign.kias, 0.5, 5.0, 1.2),  # half a degree of track is 0.9 kt at 100 kt
-    "garmin g1000": (foreign.g1000, 0.005, 0.1, 0.13),  # a twentieth of a degree of track is 0.12 kt at 135 kt
+    "garmin g1000": (
+        foreign.g1000,
+        0.005,
+        0.1,
+        0.13,
+    ),  # a twentieth of a degree of track is 0.12 kt at 135 kt
     "garmin g3x": (foreign.g3x, 0.05, 0.5, 0.02),
     "garmin gi 275": (foreign.gi275, 0.05, 0.5, 1.2),
     "dynon": (foreign.dynon, 0.05, 0.5, 0.2),
@@ -38,16 +46,24 @@ def assert_same_flight(log: FlightLog, airspeed: float, height: float, velocity:
     np.testing.assert_allclose(np.diff(log.time), 1.0, atol=1e-6)
     flown = {name: values[first:] for name, values in FLOWN.items()}
     speed = air.calibrated_airspeed(flown["impact_pressure"])
-    assert np.abs(air.calibrated_airspeed(log.impact_pressure) - speed).max() <= 1.0001 * airspeed * KNOT
+    assert (
+        np.abs(air.calibrated_airspeed(log.impact_pressure) - speed).max()
+        <= 1.0001 * airspeed * KNOT
+    )
     altitude = air.pressure_altitude(flown["static_pressure"])
-    assert np.abs(air.pressure_altitude(log.static_pressure) - altitude).max() <= 1.001 * height * FOOT
+    assert (
+        np.abs(air.pressure_altitude(log.static_pressure) - altitude).max() <= 1.001 * height * FOOT
+    )
     for axis in ("velocity_north", "velocity_east"):
         assert np.abs(getattr(log, axis) - flown[axis]).max() <= velocity * KNOT
     if log.air_temperature is not None:
         assert np.abs(log.air_temperature - flown["air_temperature"]).max() <= 0.501
     if log.heading is not None:
         turn = np.angle(np.exp(1j * (log.heading - flown["heading"])))
-        assert np.abs(turn).max() <= (0.51 if "g3x" not in log.header.get("mapping", "") else 1.0) * DEGREE
+        assert (
+            np.abs(turn).max()
+            <= (0.51 if "g3x" not in log.header.get("mapping", "") else 1.0) * DEGREE
+        )
 
 
 @pytest.mark.parametrize("name", list(CSV))
@@ -79,13 +95,21 @@ def test_px4_ulog(tmp_path, renewed):
 
 
 def topics() -> dict[str, tuple[str, np.ndarray]]:
-    """Topics of a log of the seaway project, each with a clock of its own: pressures, and fixes a quarter later."""
+    """Topics of a log of the seaway project, each with a clock of its own: pressures, and fixes a
+    quarter later.
+    """
     rng, clock = np.random.default_rng(2), 100.0 + np.arange(90.0)
     velocity = [10.0 * np.cos(clock / 20), 10.0 * np.sin(clock / 20), np.zeros(90), 90e3 + clock]
     pressures = 120.0 + rng.standard_normal(90), 99000.0 + rng.standard_normal(90)
     return {
-        "differential_pressure": ("float differential_pressure_pa;", np.column_stack([clock, pressures[0]])),
-        "vehicle_air_data": ("float baro_pressure_pa;", np.column_stack([clock - 0.5, pressures[1]])),
+        "differential_pressure": (
+            "float differential_pressure_pa;",
+            np.column_stack([clock, pressures[0]]),
+        ),
+        "vehicle_air_data": (
+            "float baro_pressure_pa;",
+            np.column_stack([clock - 0.5, pressures[1]]),
+        ),
         "sensor_gps": (
             "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;float alt;",
             np.column_stack([clock + 0.25, *velocity]),
@@ -99,9 +123,15 @@ def test_topics_of_a_ulog_are_joined_and_a_missing_one_is_named(tmp_path):
     path.write_bytes(foreign.ulog_bytes(held))
     log, gps = read_log(path, mapping="seaway"), held["sensor_gps"][1]
     assert (log.time[0], log.time[-1]) == pytest.approx((101.0, 188.0))
-    np.testing.assert_allclose(log.impact_pressure, held["differential_pressure"][1][1:89, 1], rtol=1e-6)
-    np.testing.assert_allclose(log.velocity_north, np.interp(log.time, gps[:, 0], gps[:, 1]), atol=1e-5)
-    np.testing.assert_allclose(log.altitude, np.interp(log.time, gps[:, 0], gps[:, 4]) * 1e-3, rtol=1e-6)
+    np.testing.assert_allclose(
+        log.impact_pressure, held["differential_pressure"][1][1:89, 1], rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        log.velocity_north, np.interp(log.time, gps[:, 0], gps[:, 1]), atol=1e-5
+    )
+    np.testing.assert_allclose(
+        log.altitude, np.interp(log.time, gps[:, 0], gps[:, 4]) * 1e-3, rtol=1e-6
+    )
     del held["sensor_gps"]
     path.write_bytes(foreign.ulog_bytes(held))
     says = r"no topic sensor_gps_0; it holds differential_pressure_0, vehicle_air"
@@ -136,14 +166,20 @@ def test_jsbsims_own_output(tmp_path, monkeypatch):
     """A file that JSBSim itself writes."""
     import jsbsim
 
-    monkeypatch.chdir(tmp_path)  # the c172x of JSBSim's library writes a file of its own where it flies
+    monkeypatch.chdir(
+        tmp_path
+    )  # the c172x of JSBSim's library writes a file of its own where it flies
     fdm = jsbsim.FGFDMExec(None)
     fdm.set_debug_level(0)
     fdm.load_model("c172x")
-    names = [name.removeprefix("/fdm/jsbsim/") for name in foreign.jsbsim_named(FLOWN) if name != "Time"]
+    names = [
+        name.removeprefix("/fdm/jsbsim/") for name in foreign.jsbsim_named(FLOWN) if name != "Time"
+    ]
     directive = tmp_path / "output.xml"
     listing = "".join(f"<property>{name}</property>" for name in names)
-    directive.write_text(f'<output name="{tmp_path}/log.csv" type="CSV" rate="10">{listing}</output>')
+    directive.write_text(
+        f'<output name="{tmp_path}/log.csv" type="CSV" rate="10">{listing}</output>'
+    )
     fdm.set_output_directive(str(directive))
     for name, value in (("ic/vc-kts", 90.0), ("ic/h-sl-ft", 5000.0), ("ic/psi-true-deg", 30.0)):
         fdm[name] = value
@@ -151,7 +187,10 @@ def test_jsbsims_own_output(tmp_path, monkeypatch):
     expected = []
     while fdm.get_sim_time() < 4.0:
         fdm.run()
-        pressures = fdm["propulsion/pt-lbs_sqft"] - fdm["atmosphere/P-psf"], fdm["velocities/v-north-fps"]
+        pressures = (
+            fdm["propulsion/pt-lbs_sqft"] - fdm["atmosphere/P-psf"],
+            fdm["velocities/v-north-fps"],
+        )
         expected.append((fdm.get_sim_time(), *pressures))
     log = read_log(tmp_path / "log.csv")
     time, impact, north = np.array(expected).T
@@ -159,7 +198,9 @@ def test_jsbsims_own_output(tmp_path, monkeypatch):
     inside = rows < len(time)
     assert inside.sum() > 30
     assert log.header["mapping"] == "jsbsim"
-    np.testing.assert_allclose(log.impact_pressure[inside], impact[rows[inside]] * 47.880259, rtol=2e-3)
+    np.testing.assert_allclose(
+        log.impact_pressure[inside], impact[rows[inside]] * 47.880259, rtol=2e-3
+    )
     np.testing.assert_allclose(log.velocity_north[inside], north[rows[inside]] * FOOT, rtol=2e-3)
 
 
@@ -171,10 +212,14 @@ def test_jsbsims_own_output(tmp_path, monkeypatch):
         ("h5py", "log.mat", None, "hdf5"),
     ],
 )
-def test_an_absent_library_is_named_with_its_extra(tmp_path, monkeypatch, module, name, write, extra):
+def test_an_absent_library_is_named_with_its_extra(
+    tmp_path, monkeypatch, module, name, write, extra
+):
     path: Path = tmp_path / name
     if write is None:
-        path.write_bytes(b"\xa3\x95\x80" if name.endswith("bin") else b"\x89HDF\r\n\x1a\n" + bytes(600))
+        path.write_bytes(
+            b"\xa3\x95\x80" if name.endswith("bin") else b"\x89HDF\r\n\x1a\n" + bytes(600)
+        )
     else:
         write(path, FLOWN)
     monkeypatch.setitem(__import__("sys").modules, module, None)
@@ -196,7 +241,9 @@ def test_steps_of_a_display_are_found(tmp_path):
     log = read_log(foreign.kias(tmp_path / "log.csv", FLOWN))
     assert log.header["display"] == pytest.approx({"airspeed_mps": KNOT, "ground_speed_mps": KNOT})
     usual = USUAL_ACCURACIES["velocity_mps"]
-    assert log.header["accuracy"]["velocity_mps"] == pytest.approx(np.hypot(usual, 2.0 / np.sqrt(12.0) * KNOT))
+    assert log.header["accuracy"]["velocity_mps"] == pytest.approx(
+        np.hypot(usual, 2.0 / np.sqrt(12.0) * KNOT)
+    )
     exact = read_log(foreign.jsbsim(tmp_path / "exact.csv", FLOWN))
     assert not {"accuracy", "display"} & set(exact.header)
 
@@ -210,7 +257,10 @@ def test_true_and_magnetic_tracks():
         "ground_speed_kt": np.full(40, 100.0),
     }
     true = base | {"track_deg": (10.0 * count + 10.0) % 360.0}
-    magnetic = base | {"magnetic_track_deg": 10.0 * count % 360.0, "magnetic_variation_deg": np.full(40, 10.0)}
+    magnetic = base | {
+        "magnetic_track_deg": 10.0 * count % 360.0,
+        "magnetic_variation_deg": np.full(40, 10.0),
+    }
     one, other = (log_of(Table(tuple(t), tuple(t.values()))) for t in (true, magnetic))
     np.testing.assert_allclose(one.velocity_north, other.velocity_north, atol=1e-9)
     np.testing.assert_allclose(one.velocity_north[0], 100.0 * KNOT * np.cos(10.0 * DEGREE))
@@ -226,7 +276,9 @@ def computed(folder, name, values, *, without=()):
         "velocity_north_mps": FLOWN["velocity_north"],
         "velocity_east_mps": FLOWN["velocity_east"],
     }
-    return sample.write(folder / "log.csv", {key: column for key, column in table.items() if key not in without})
+    return sample.write(
+        folder / "log.csv", {key: column for key, column in table.items() if key not in without}
+    )
 
 
 OUTPUTS = {
@@ -242,8 +294,16 @@ def test_an_air_data_computers_output_stands_for_the_pressures(name, tmp_path):
     log = read_log(computed(tmp_path, name, OUTPUTS[name](q, p, t)))
     np.testing.assert_allclose(log.impact_pressure, q, rtol=1e-7)
     np.testing.assert_allclose(log.static_pressure, p, rtol=1e-7)
-    assert sum("what the air data computer" in w or "what it has left" in w for w in log.header["warnings"]) == 1
-    assert log.header["air_data"] == f"computer: {name.rpartition('_')[0].replace('_', ' ') or name}"
+    assert (
+        sum(
+            "what the air data computer" in w or "what it has left" in w
+            for w in log.header["warnings"]
+        )
+        == 1
+    )
+    assert (
+        log.header["air_data"] == f"computer: {name.rpartition('_')[0].replace('_', ' ') or name}"
+    )
     if name.startswith("true"):  # without a temperature it is no impact pressure
         path = computed(tmp_path, name, OUTPUTS[name](q, p, t), without=("air_temperature_k",))
         with pytest.raises(BadInputError, match="missing column impact_pressure_pa"):
@@ -251,10 +311,17 @@ def test_an_air_data_computers_output_stands_for_the_pressures(name, tmp_path):
 
 
 def test_a_column_beside_the_log_with_a_unit_of_its_own_is_left_alone(tmp_path):
-    table = {**sample.columns(), "true_airspeed": 1.0, "latitude_1e7": 2.0, "longitude_deg": "E7°30"}
+    table = {
+        **sample.columns(),
+        "true_airspeed": 1.0,
+        "latitude_1e7": 2.0,
+        "longitude_deg": "E7°30",
+    }
     table = {name: np.broadcast_to(values, sample.ROWS) for name, values in table.items()}
     log = read_log(sample.write(tmp_path / "log.csv", table))
-    assert any("not used" in w and "latitude_1e7, longitude_deg" in w for w in log.header["warnings"])
+    assert any(
+        "not used" in w and "latitude_1e7, longitude_deg" in w for w in log.header["warnings"]
+    )
 
 
 def by_position(folder, table, digits):
@@ -264,24 +331,41 @@ def by_position(folder, table, digits):
         axis: np.r_[0.0, np.cumsum(0.5 * (values[1:] + values[:-1]) * step)]
         for axis, values in ((axis, table[f"velocity_{axis}_mps"]) for axis in ("north", "east"))
     }
-    here = {name: values for name, values in table.items() if not name.startswith(("velocity", "altitude"))}
+    here = {
+        name: values
+        for name, values in table.items()
+        if not name.startswith(("velocity", "altitude"))
+    }
     # Near 47° a degree of latitude is 111,177 m, one of longitude 76,057 m (WGS 84).
     here["latitude_deg"] = np.round(47.0 + path["north"] / 111_177.0, digits)
     here["longitude_deg"] = np.round(8.0 + path["east"] / 76_057.0, digits)
     return sample.write(folder / "log.csv", here)
 
 
-@pytest.mark.parametrize(("rate", "digits", "within"), [(10.0, 9, 0.15), (1.0, 7, 0.15), (1.0, 5, 1.0)])
+@pytest.mark.parametrize(
+    ("rate", "digits", "within"), [(10.0, 9, 0.15), (1.0, 7, 0.15), (1.0, 5, 1.0)]
+)
 def test_the_ground_velocity_comes_from_the_position(rate, digits, within, tmp_path):
     names = {"time": "time_s", "air_temperature": "air_temperature_k"}
-    names |= {name: f"{name}_{'pa' if 'pressure' in name else 'mps'}" for name in FLOWN if name[0] in "isv"}
-    table = sample.columns() if rate == 10.0 else {column: FLOWN[name] for name, column in names.items()}
+    names |= {
+        name: f"{name}_{'pa' if 'pressure' in name else 'mps'}"
+        for name in FLOWN
+        if name[0] in "isv"
+    }
+    table = (
+        sample.columns()
+        if rate == 10.0
+        else {column: FLOWN[name] for name, column in names.items()}
+    )
     log = read_log(by_position(tmp_path, table, digits))
     for axis in ("north", "east"):
         off = getattr(log, f"velocity_{axis}") - table[f"velocity_{axis}_mps"]
         assert np.abs(off[8:-8]).max() < within
-    assert any("formed from 'latitude_deg' and 'longitude_deg'" in w for w in log.header["warnings"])
-    # What is told of the accuracy is what the digits leave: rounding of two fixes over the base of the difference.
+    assert any(
+        "formed from 'latitude_deg' and 'longitude_deg'" in w for w in log.header["warnings"]
+    )
+    # What is told of the accuracy is what the digits leave: rounding of two fixes over the base of
+    # the difference.
     rounding = 10.0**-digits * 111e3 / np.sqrt(12.0) * np.sqrt(2.0) / max(1.0, 2.0 / rate)
     told, usual = log.header["accuracy"]["velocity_mps"], USUAL_ACCURACIES["velocity_mps"]
     assert np.hypot(usual, 1.4 * rounding) < told < np.hypot(4.0 * usual, 4.0 * rounding)
@@ -293,7 +377,10 @@ def test_a_clock_that_was_set_gives_no_speed(tmp_path):
     path = by_position(tmp_path, table, 9)
     head, *rows = path.read_text().splitlines()
     time = table["time_s"] + np.where(np.abs(np.arange(sample.ROWS) - 300) < 100, 1.0, 0.0)
-    set_rows = [f"{t:.1f},{row.split(',', 1)[1]}" for t, row in zip(np.maximum.accumulate(time), rows, strict=True)]
+    set_rows = [
+        f"{t:.1f},{row.split(',', 1)[1]}"
+        for t, row in zip(np.maximum.accumulate(time), rows, strict=True)
+    ]
     path.write_text("\n".join([head, *set_rows]))
     log = read_log(path)
     assert np.hypot(log.velocity_north, log.velocity_east).max() < 90.0
@@ -313,10 +400,16 @@ def _holed(content: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("library", ["pymavlink", "pyulog"])
-@pytest.mark.parametrize(("damage", "says"), [(_cut, "its end is missing"), (_holed, "the file is damaged")])
-def test_a_binary_log_that_is_cut_or_damaged_is_told_in_one_warning(tmp_path, library, damage, says, capfd):
+@pytest.mark.parametrize(
+    ("damage", "says"), [(_cut, "its end is missing"), (_holed, "the file is damaged")]
+)
+def test_a_binary_log_that_is_cut_or_damaged_is_told_in_one_warning(
+    tmp_path, library, damage, says, capfd
+):
     pytest.importorskip(library, reason="needs the extra pitotbench[logs]")
-    suffix, write = {"pymavlink": (".bin", foreign.dataflash), "pyulog": (".ulg", foreign.ulog)}[library]
+    suffix, write = {"pymavlink": (".bin", foreign.dataflash), "pyulog": (".ulg", foreign.ulog)}[
+        library
+    ]
     path = write(tmp_path / f"log{suffix}", FLOWN)
     assert not _remarks(path, "the end|damaged|missing")
     path.write_bytes(damage(path.read_bytes()))
@@ -355,7 +448,9 @@ def test_an_element_of_no_kind_in_a_mat_file_is_refused(tmp_path, kind):
     shape = data.index(b"\x05\x00\x00\x00\x08\x00\x00\x00")
     data[shape : shape + 2] = kind.to_bytes(2, "little")
     path.write_bytes(data)
-    with pytest.raises(BadInputError, match=f"not a complete .mat file: an element of the kind {kind}"):
+    with pytest.raises(
+        BadInputError, match=f"not a complete .mat file: an element of the kind {kind}"
+    ):
         read_log(path)
 
 
@@ -372,7 +467,9 @@ EXTENSIONS = [("TAS", 5), ("GSP", 5), ("TRT", 3), ("OAT", 4)]
 
 def igc(path, *, fix="A", start=86_380, extensions=EXTENSIONS):
     """The flight as a recorder writes it, one fix a second, over midnight."""
-    tas = air.true_airspeed(FLOWN["impact_pressure"], FLOWN["static_pressure"], FLOWN["air_temperature"])
+    tas = air.true_airspeed(
+        FLOWN["impact_pressure"], FLOWN["static_pressure"], FLOWN["air_temperature"]
+    )
     speed = np.hypot(FLOWN["velocity_north"], FLOWN["velocity_east"])
     track = np.degrees(np.arctan2(FLOWN["velocity_east"], FLOWN["velocity_north"])) % 360.0
     values = {
@@ -383,14 +480,19 @@ def igc(path, *, fix="A", start=86_380, extensions=EXTENSIONS):
     }
     height = air.pressure_altitude(FLOWN["static_pressure"])
     ends = 35 + np.cumsum([width for _, width in extensions])
-    parts = [f"{end - width + 1:02d}{end:02d}{code}" for end, (code, width) in zip(ends, extensions, strict=True)]
+    parts = [
+        f"{end - width + 1:02d}{end:02d}{code}"
+        for end, (code, width) in zip(ends, extensions, strict=True)
+    ]
     lines = [*ABOVE, f"I{len(parts):02d}{''.join(parts)}", "LXXXWORDS"]
     for row, second in enumerate(FLOWN["time"] + start):
         clock = round(second) % 86_400
         stamp = f"{clock // 3600:02d}{clock // 60 % 60:02d}{clock % 60:02d}"
         place = f"50{16_000 + 20 * row:05d}S07202189W"
         line = f"B{stamp}{place}{fix}{round(height[row]):05d}{round(FLOWN['altitude'][row]):05d}"
-        lines.append(line + "".join(f"{round(values[code][row]):0{width}d}" for code, width in extensions))
+        lines.append(
+            line + "".join(f"{round(values[code][row]):0{width}d}" for code, width in extensions)
+        )
     data = ("\r\n".join([*lines, "GSIGNATURE"]) + "\r\n").encode()
     path.write_bytes(gzip.compress(data) if path.suffix == ".gz" else data)
     return path
@@ -426,7 +528,9 @@ def test_fixes_without_height_are_left_out(tmp_path):
     path.write_text("\n".join(lines))
     log = read_log(path)
     assert len(log) == foreign.ROWS - 11
-    assert any(f"11 of {foreign.ROWS} fixes are left out" in warning for warning in log.header["warnings"])
+    assert any(
+        f"11 of {foreign.ROWS} fixes are left out" in warning for warning in log.header["warnings"]
+    )
 
 
 @pytest.mark.parametrize(

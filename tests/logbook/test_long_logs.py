@@ -1,4 +1,6 @@
-"""A log is read block by block into its arrays: the same numbers and messages as read whole, in memory once."""
+"""A log is read block by block into its arrays: the same numbers and messages as read whole, in
+memory once.
+"""
 
 import tracemalloc
 
@@ -29,7 +31,10 @@ PLAIN = {
 def written(tmp_path, columns, last=""):
     quoted = [['"' + cell.replace('"', '""') + '"' if "," in cell or '"' in cell else cell for cell in cells]
               for cells in columns.values()]  # fmt: skip
-    lines = [",".join(f'"{name}"' for name in columns), *(",".join(row) for row in zip(*quoted, strict=True))]
+    lines = [
+        ",".join(f'"{name}"' for name in columns),
+        *(",".join(row) for row in zip(*quoted, strict=True)),
+    ]
     path = tmp_path / "log.csv"
     path.write_text("# rows = 400\n" + "\n".join(lines) + "\n" + last, encoding="utf-8")
     return path
@@ -71,7 +76,14 @@ def test_a_table_read_by_blocks_is_that_read_whole(tmp_path, monkeypatch, last):
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize(
     ("name", "cell"),
-    [("whole", "x"), ("empty", "late"), ("flag", ""), ("flag", "3"), ("gaps", "2026-05-04"), ("whole", "0x1F")],
+    [
+        ("whole", "x"),
+        ("empty", "late"),
+        ("flag", ""),
+        ("flag", "3"),
+        ("gaps", "2026-05-04"),
+        ("whole", "0x1F"),
+    ],
 )
 def test_a_column_that_changes_its_type_late_is_read_whole(tmp_path, monkeypatch, name, cell):
     path = written(tmp_path, {**PLAIN, name: [*PLAIN[name][:-1], cell]})
@@ -85,7 +97,12 @@ def test_a_column_that_changes_its_type_late_is_read_whole(tmp_path, monkeypatch
     ("name", "row", "cell", "message"),
     [
         ("static_pressure_pa", 500, "err", r"'static_pressure_pa', row 501: 'err' is not a number"),
-        ("on_condition", 500, "perhaps", r"'on_condition', row 501: 'perhaps' is not true or false"),
+        (
+            "on_condition",
+            500,
+            "perhaps",
+            r"'on_condition', row 501: 'perhaps' is not true or false",
+        ),
         ("time_s", 500, "14:03:06", r"'time_s', row 501: '14:03:06' is a clock time"),
         ("segment", 500, "\udcff", r"line 502 is not UTF-8 text"),
     ],
@@ -95,7 +112,9 @@ def test_a_bad_cell_far_below_is_named_with_its_row(tmp_path, name, row, cell, m
     columns[name] = columns[name].astype(object)
     columns[name][row] = "MARK"
     path = sample.write(tmp_path / "log.csv", columns)
-    path.write_bytes(path.read_bytes().replace(b"MARK", cell.encode("utf-8", errors="surrogateescape")))
+    path.write_bytes(
+        path.read_bytes().replace(b"MARK", cell.encode("utf-8", errors="surrogateescape"))
+    )
     with pytest.raises(BadInputError, match=message):
         read_log(path)
 
@@ -104,7 +123,11 @@ def test_a_minus_zero_is_zero(tmp_path, monkeypatch):
     """arctan2(−0, −1) is −π, arctan2(0, −1) is π: a sign from rounding must not turn a track."""
     path = written(tmp_path, PLAIN)
     write_parquet(tmp_path / "log.parquet", {"minus": np.full(5, -0.0)}, {})
-    for table in (by_blocks(path, monkeypatch), whole(path, monkeypatch), read_parquet(tmp_path / "log.parquet")):
+    for table in (
+        by_blocks(path, monkeypatch),
+        whole(path, monkeypatch),
+        read_parquet(tmp_path / "log.parquet"),
+    ):
         assert not np.signbit(table.column("minus")).any()
 
 
@@ -121,8 +144,11 @@ def memory_of(path, minutes):
 
 
 def test_a_log_is_in_memory_once(tmp_path, monkeypatch):
-    """With each row the memory grows by the arrays of the log and some columns for the checks. The thirty blocks of
-    text that are read ahead do not grow; here they are small, so that both files are longer."""
+    """With each row the memory grows by the arrays of the log and some columns for the checks. The
+    thirty blocks of text that are read ahead do not grow; here they are small, so that both files
+    are longer."""
     monkeypatch.setattr(csv_format, "BLOCK", 2**15)
-    _, (few, low), (many, high) = (memory_of(tmp_path / "log.csv", minutes) for minutes in (1, 50, 150))
+    _, (few, low), (many, high) = (
+        memory_of(tmp_path / "log.csv", minutes) for minutes in (1, 50, 150)
+    )
     assert high - low < 1.8 * (many - few)

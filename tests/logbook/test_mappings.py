@@ -45,7 +45,12 @@ def test_shipped_mappings_name_real_columns(name):
     assert found & {"time", "clock_time"}
     assert found & {"static_pressure", "pressure_altitude", "indicated_altitude"}
     assert {"velocity_north", "velocity_east"} <= found or found & {"ground_speed", "latitude"}
-    assert found & {"impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed"}
+    assert found & {
+        "impact_pressure",
+        "total_pressure",
+        "indicated_airspeed",
+        "calibrated_airspeed",
+    }
 
 
 def test_an_own_mapping(tmp_path):
@@ -84,7 +89,9 @@ def several(folder: Path, join: str) -> Path:
 def test_several_files(tmp_path, join):
     path = several(tmp_path, join)
     log = read_log(path, mapping=tmp_path / "m.toml")
-    assert (log.time[0], log.time[-1]) == pytest.approx((0.3, 49.7))  # where both files have something to say
+    assert (log.time[0], log.time[-1]) == pytest.approx(
+        (0.3, 49.7)
+    )  # where both files have something to say
     clock = 0.25 + 0.5 * np.arange(100)
     north = sample.columns()["velocity_north_mps"][2:500:5]
     distance = log.time[:, None] - clock[None, :]
@@ -114,7 +121,9 @@ def test_the_folder_serves_for_the_file_where_it_holds_each_once(tmp_path):
     mapping = tmp_path / "m.toml"
     by_file, by_folder = (read_log(p, mapping=mapping) for p in (path, tmp_path))
     np.testing.assert_array_equal(by_file.velocity_north, by_folder.velocity_north)
-    with pytest.raises(BadInputError, match=r"expects the folder of the log or its file '\*air.csv'"):
+    with pytest.raises(
+        BadInputError, match=r"expects the folder of the log or its file '\*air.csv'"
+    ):
         read_log(tmp_path / "07_gps.csv", mapping=mapping)
     (tmp_path / "08_air.csv").write_bytes(path.read_bytes())
     with pytest.raises(BadInputError, match=r"several files .*07_air.csv, 08_air.csv"):
@@ -135,7 +144,8 @@ BAD_MAPPINGS = {
     "": r"either \[columns\] or \[\[files\]\]",
     "[columns]\nx = 3": r"columns\.x",
     "[columns]\nx = 'time_s'\n[[files]]\ncolumns = { y = 'time_s' }": r"either",
-    "[[files]]\njoin = 'mean'\ncolumns = { y = 'time_s' }": r"unknown join 'mean'. Known: last, nearest, linear",
+    "[[files]]\njoin = 'mean'\ncolumns = { y = 'time_s' "
+    "}": r"unknown join 'mean'. Known: last, nearest, linear",
     "titel = 'x'\n[columns]\nx = 'time_s'": r"titel",
     "[columns]\ntime_s = 'clock_s'": r"names 'clock_s', which is no column",
     "[columns]\ntime_s = 'time_kt'": r"'kt' is a unit of speed, but time is of time",
@@ -153,12 +163,16 @@ def test_bad_mappings(tmp_path, text):
 
 @pytest.mark.parametrize(("name", "rows"), [("CLASS55.csv", 8885), ("CLASS65.csv", 8178)])
 def test_jmoss_logs(name, rows):
-    """A jet at Mach 0.52 to 1.05, 20 Hz, velocity renewed at 5 Hz; against the raw file by another reader."""
+    """A jet at Mach 0.52 to 1.05, 20 Hz, velocity renewed at 5 Hz; against the raw file by another
+    reader.
+    """
     path = real_log("jmoss", name)
     log = read_log(path, mapping="jmoss")
     raw = np.genfromtxt(path, delimiter=",", names=True)
     assert len(log) == rows == len(raw)
-    np.testing.assert_allclose(log.impact_pressure, (raw["total_pres_psi"] - raw["static_pres_psi"]) * PSI)
+    np.testing.assert_allclose(
+        log.impact_pressure, (raw["total_pres_psi"] - raw["static_pres_psi"]) * PSI
+    )
     np.testing.assert_allclose(log.velocity_north, raw["north_vel_fps"] * FOOT)
     np.testing.assert_allclose(log.altitude, raw["height_ft"] * FOOT)
     mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
@@ -169,7 +183,9 @@ def test_jmoss_logs(name, rows):
 
 @pytest.mark.parametrize("parts", [("seaway",), ("seaway", "differential_pressure_0.csv")])
 def test_seaway_log(parts):
-    """A solar airplane: 1 Hz, differential pressure with its zero near 100 Pa, which the reader reports."""
+    """A solar airplane: 1 Hz, differential pressure with its zero near 100 Pa, which the reader
+    reports.
+    """
     log = read_log(real_log(*parts), mapping="seaway")
     assert 950 < len(log) <= 974
     assert 90.0 < np.median(log.impact_pressure[:100]) < 125.0

@@ -17,7 +17,12 @@ from pitotbench.units import FOOT, KNOT
 @pytest.mark.parametrize(
     ("name", "rows", "start", "told"),
     [
-        ("c172s-g1000-2011.csv.gz", 3966, "2011-08-12 14:59:07", "728 of 3966 time stamps repeat the one before"),
+        (
+            "c172s-g1000-2011.csv.gz",
+            3966,
+            "2011-08-12 14:59:07",
+            "728 of 3966 time stamps repeat the one before",
+        ),
         ("pa28-gifd-2024.csv.gz", 10678, "2024-07-20 12:25:12", "the first 2 rows are dropped"),
     ],
 )
@@ -30,19 +35,29 @@ def test_garmin_logs_are_read_as_the_units_wrote_them(name, rows, start, told):
     assert log.header["start"] == start
     assert any(told in warning for warning in log.header["warnings"])
     assert not any("TOML" in warning for warning in log.header["warnings"])
-    assert sum("made true by 'magnetic_variation_deg'" in warning for warning in log.header["warnings"]) == 1
+    assert (
+        sum(
+            "made true by 'magnetic_variation_deg'" in warning for warning in log.header["warnings"]
+        )
+        == 1
+    )
     assert log.time[0] >= 0.0
     fast = np.hypot(log.velocity_north, log.velocity_east) > 80.0 * KNOT
     indicated = air.calibrated_airspeed(log.impact_pressure)[fast]
     assert (
-        np.abs(np.median(indicated) - np.median(np.hypot(log.velocity_north, log.velocity_east)[fast])) < 15 * KNOT
+        np.abs(
+            np.median(indicated) - np.median(np.hypot(log.velocity_north, log.velocity_east)[fast])
+        )
+        < 15 * KNOT
     )
     pressure_altitude = air.pressure_altitude(log.static_pressure)
     assert np.median(np.abs(pressure_altitude - log.altitude)) < 400.0 * FOOT
 
 
 def test_the_spread_clock_agrees_with_the_path(tmp_path):
-    """The distance between fixes, over the ground speed, is the time between rows: by the clock it is 0 to 2 s."""
+    """The distance between fixes, over the ground speed, is the time between rows: by the clock it
+    is 0 to 2 s.
+    """
     log = read_log(real_log("garmin", "c172s-g1000-2011.csv.gz"))
     speed = np.hypot(log.velocity_north, log.velocity_east)
     turning = np.hypot(np.diff(log.velocity_north), np.diff(log.velocity_east))
@@ -65,9 +80,13 @@ def test_a_glider_recorder_in_the_stratosphere(name):
     assert 200.0 < log.air_temperature.min() < 212.0
     assert log.header["air_data"] == "computer: true airspeed"
     assert log.header["glider"] == "Perlan 2"
-    with gzip.open(path, "rt", errors="replace") as file:  # pilot, crew and registration of the recorder's header
+    with gzip.open(
+        path, "rt", errors="replace"
+    ) as file:  # pilot, crew and registration of the recorder's header
         private = [
-            line.split(":")[-1].strip() for line in file if line.startswith(("HFPLT", "HFCM2", "HFGID", "HOPLT"))
+            line.split(":")[-1].strip()
+            for line in file
+            if line.startswith(("HFPLT", "HFCM2", "HFGID", "HOPLT"))
         ]
     assert private
     assert not any(text and text in str(log.header) for text in private)
@@ -86,11 +105,14 @@ def test_the_citation_is_recognized_and_its_velocity_comes_from_its_path():
     assert len(log) > 43_000
     assert log.header["accuracy"]["velocity_mps"] < USUAL_ACCURACIES["velocity_mps"] + 0.05
     flying = air.calibrated_airspeed(log.impact_pressure) > 120.0 * KNOT
-    airspeed = air.true_airspeed(log.impact_pressure, log.static_pressure, log.air_temperature)[flying]
+    airspeed = air.true_airspeed(log.impact_pressure, log.static_pressure, log.air_temperature)[
+        flying
+    ]
     speed = np.hypot(log.velocity_north, log.velocity_east)[flying]
     assert np.quantile(np.abs(speed - airspeed), 0.99) < 60.0 * KNOT  # the wind of the day
     assert np.median(log.specific_force_z[flying]) == pytest.approx(-9.83, abs=0.05)
-    # The first tenths of the Dutch roll, of the roll and of the pull-up: signs of the rates by the surfaces.
+    # The first tenths of the Dutch roll, of the roll and of the pull-up: signs of the rates by the
+    # surfaces.
     for start, rate, surface, sign in (
         (3363.5, log.yaw_rate, log.rudder, -1.0),
         (3063.5, log.roll_rate, log.aileron, 1.0),
@@ -106,6 +128,9 @@ def test_a_garmin_log_is_drafted_with_the_one_question_that_it_leaves(name):
     drafted = draft_mapping(read_table(real_log("garmin", f"{name}.csv.gz")))
     lines = {line.guess.theirs: line for line in drafted.lines}
     assert not drafted.unusable
-    assert {lines["GndSpd"].guess.quantity, lines["IAS"].guess.quantity} == {"ground_speed", "indicated_airspeed"}
+    assert {lines["GndSpd"].guess.quantity, lines["IAS"].guess.quantity} == {
+        "ground_speed",
+        "indicated_airspeed",
+    }
     for column in ("TRK", "HDG"):
         assert lines[column].question.startswith("is it true, or magnetic as 'MagVar'")

@@ -41,7 +41,9 @@ def test_a_whole_and_a_minimal_log(tmp_path, suffix, names):
 @given(values=st.lists(st.floats(-250.0, 250.0), min_size=30, max_size=30))
 def test_every_digit(tmp_path, suffix, values):
     rows = 20 * np.arange(30)
-    log = replace(sample.log().select(rows), velocity_down=np.array(values), gps_fresh=np.array(values) > 0.0)
+    log = replace(
+        sample.log().select(rows), velocity_down=np.array(values), gps_fresh=np.array(values) > 0.0
+    )
     back = read_log(write_log(log, tmp_path / f"log{suffix}"))
     np.testing.assert_array_equal(back.velocity_down, log.velocity_down)
     np.testing.assert_array_equal(back.gps_fresh, log.gps_fresh)
@@ -52,7 +54,9 @@ def test_csv_looks_as_agreed(tmp_path):
     lines = (tmp_path / "log.csv").read_text(encoding="utf-8").splitlines()
     above = [line for line in lines if line.startswith("#")]
     assert lines[: len(above)] == above
-    assert lines[len(above)].startswith("time_s,impact_pressure_pa,static_pressure_pa,velocity_north_mps")
+    assert lines[len(above)].startswith(
+        "time_s,impact_pressure_pa,static_pressure_pa,velocity_north_mps"
+    )
     assert len(lines) == len(above) + 1 + sample.ROWS
 
 
@@ -79,7 +83,10 @@ def test_an_old_log_is_replaced_not_overwritten(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "says"),
-    [*((name, r"\.csv, \.parquet, \.mat") for name in ("log.txt", "log", "log.xlsx")), ("a/log.csv", "be written")],
+    [
+        *((name, r"\.csv, \.parquet, \.mat") for name in ("log.txt", "log", "log.xlsx")),
+        ("a/log.csv", "be written"),
+    ],
 )
 def test_unknown_formats_name_the_known_and_a_folder_must_be_there(tmp_path, name, says):
     with pytest.raises(BadInputError, match=says):

@@ -1,4 +1,6 @@
-"""Every model of the table: its slope is its derivative, its inverse undoes it, its sign is the paper's."""
+"""Every model of the table: its slope is its derivative, its inverse undoes it, its sign is the
+paper's.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +45,9 @@ def test_indicated_and_true_invert(name, data):
     k = tuple(data.draw(small) for _ in MODELS[name].parameter_names)
     curve = PressureErrorCurve(MODELS[name], k, REFERENCE_PRESSURE)
     true = air.impact_pressure(SPEEDS)
-    np.testing.assert_allclose(curve.impact_pressure(curve.indicated_impact_pressure(true)), true, rtol=1e-10)
+    np.testing.assert_allclose(
+        curve.impact_pressure(curve.indicated_impact_pressure(true)), true, rtol=1e-10
+    )
 
 
 def test_sign_is_true_minus_indicated_and_the_reference_is_100_knots():
@@ -57,11 +61,18 @@ def test_sign_is_true_minus_indicated_and_the_reference_is_100_knots():
 def test_formulas_of_the_source():
     """Martos et al. (2011), Fig 4, at q_ci = 2 q_ref."""
     x = np.array([2.0 * REFERENCE_PRESSURE])
-    wanted = {"bias": 1.0, "linear": 1.0 + 10.0 * 2, "quadratic": 1.0 + 20.0 + 400.0, "inverse": 1.0 + 10.0 / 2}
+    wanted = {
+        "bias": 1.0,
+        "linear": 1.0 + 10.0 * 2,
+        "quadratic": 1.0 + 20.0 + 400.0,
+        "inverse": 1.0 + 10.0 / 2,
+    }
     wanted["inverse+"] = 1.0 + 20.0 + 50.0
     for name, value in wanted.items():
         k = (1.0, 10.0, 100.0)[: len(MODELS[name].parameter_names)]
-        assert PressureErrorCurve(MODELS[name], k, REFERENCE_PRESSURE).normalized(x) == pytest.approx(value), name
+        assert PressureErrorCurve(MODELS[name], k, REFERENCE_PRESSURE).normalized(
+            x
+        ) == pytest.approx(value), name
 
 
 def test_no_solution_a_wrong_number_of_parameters_and_an_unknown_model_are_said():
@@ -95,15 +106,22 @@ def test_table_interpolates_holds_its_ends_and_inverts():
     speeds = np.array([40.0, 50.0, 60.0, 70.0, 90.0])
     values = table.normalized(air.impact_pressure(speeds))
     np.testing.assert_allclose(values, [0.10, 0.10, 0.06, 0.02, 0.02], atol=1e-12)
-    table, true = TableCurve((50.0, 60.0, 70.0), (0.08, 0.02, -0.03)), air.impact_pressure(np.linspace(40, 80, 41))
-    np.testing.assert_allclose(table.impact_pressure(table.indicated_impact_pressure(true)), true, rtol=1e-9)
+    table, true = (
+        TableCurve((50.0, 60.0, 70.0), (0.08, 0.02, -0.03)),
+        air.impact_pressure(np.linspace(40, 80, 41)),
+    )
+    np.testing.assert_allclose(
+        table.impact_pressure(table.indicated_impact_pressure(true)), true, rtol=1e-9
+    )
 
 
 KNOTS = (0.5, 1.0, 2.0, 3.0)
 
 
 def test_parameters_are_values_at_the_knots():
-    np.testing.assert_allclose(SplineModel("spline", KNOTS).basis(np.array(KNOTS)), np.eye(4), atol=1e-12)
+    np.testing.assert_allclose(
+        SplineModel("spline", KNOTS).basis(np.array(KNOTS)), np.eye(4), atol=1e-12
+    )
 
 
 def test_straight_in_the_logarithm_beyond_the_knots():
@@ -111,7 +129,9 @@ def test_straight_in_the_logarithm_beyond_the_knots():
     for outside in (np.array([0.1, 0.2, 0.4]), np.array([4.0, 8.0, 16.0])):
         rise = np.diff(model.basis(outside) @ k)
         assert rise[0] == pytest.approx(rise[1], rel=1e-9)
-        np.testing.assert_allclose(model.basis_slope(outside) @ k * outside, rise[0] / np.log(2.0), rtol=1e-9)
+        np.testing.assert_allclose(
+            model.basis_slope(outside) @ k * outside, rise[0] / np.log(2.0), rtol=1e-9
+        )
 
 
 def test_second_derivative_is_continuous_and_ends_at_zero():
@@ -130,7 +150,9 @@ def test_takes_the_shape_of_every_law():
     for name, law in MODELS.items():
         missed = law.basis(x) - fine.basis(x) @ law.basis(np.array(fine.knots))
         if name != "spline":
-            assert np.max(np.abs(missed)) < 0.02, name  # of terms of order one; in a curve, times 0.05
+            assert np.max(np.abs(missed)) < 0.02, (
+                name
+            )  # of terms of order one; in a curve, times 0.05
 
 
 def test_knots_follow_the_range():

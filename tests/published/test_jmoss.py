@@ -1,7 +1,8 @@
 """A jet's log against a weather balloon (JMOSS test data, Jurado and McGehee): independent truth.
 
-The balloon's wind over the flight's height band: CLASS55 26.0 kt toward north and 4.8 kt toward east, CLASS65 35.6
-and 8.4 kt. Its Δp/q_ci: 0.034 to 0.040 for Mach 0.6 to 0.9. The published tool finds 29.7, 5.3 and 34.2, 10.6 kt.
+The balloon's wind over the flight's height band: CLASS55 26.0 kt toward north and 4.8 kt toward
+east, CLASS65 35.6 and 8.4 kt. Its Δp/q_ci: 0.034 to 0.040 for Mach 0.6 to 0.9. The published tool
+finds 29.7, 5.3 and 34.2, 10.6 kt.
 """
 
 import re
@@ -76,10 +77,14 @@ def _balloon_temperature(pressure):
 
 @pytest.mark.parametrize(("name", "low", "high"), [("CLASS55", -1.0, 1.0), ("CLASS65", 1.5, 4.0)])
 def test_no_residual_shows_how_far_the_probe_is_off(name, low, high):
-    """Against the balloon at the same pressure: nearly right on one flight, 2.7 K too warm on the other."""
+    """Against the balloon at the same pressure: nearly right on one flight, 2.7 K too warm on the
+    other.
+    """
     log = _log(name, altitude=None)
     mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
-    offset = log.total_temperature / (1.0 + 0.2 * mach**2) - _balloon_temperature(log.static_pressure)
+    offset = log.total_temperature / (1.0 + 0.2 * mach**2) - _balloon_temperature(
+        log.static_pressure
+    )
     offset = offset[mach < 0.8]
     print(f"{name}: probe minus balloon {offset.mean():+.2f} ± {offset.std():.2f} K")
     assert low < offset.mean() < high
@@ -106,13 +111,19 @@ def test_the_air_data_of_one_log_trail_the_gps():
 @pytest.mark.parametrize("name", sorted(BALLOON_KT))
 def test_height_and_triangle_together_hold_the_curve_of_the_balloon(name):
     """Below Mach 0.8, where the curve is flat, with a temperature that may be 5 K off."""
-    options = CalibrationOptions(model="auto", mach_max=0.8, accuracies=Accuracies(temperature_k=5.0))
+    options = CalibrationOptions(
+        model="auto", mach_max=0.8, accuracies=Accuracies(temperature_k=5.0)
+    )
     result = calibrate(_log(name), options)
     curve, places = result.curve, np.array([260.0, 300.0, 340.0, 380.0]) * KNOT
     found = np.interp(places, curve.indicated_airspeed, curve.normalized_pressure_error)
     bound = np.interp(places, curve.indicated_airspeed, curve.normalized_two_sigma)
-    print(f"{name}: {result.error_location}, Δp/q_c {found.round(4)} ± {bound.round(4)}, balloon {BY_HEIGHT[name]}")
+    print(
+        f"{name}: {result.error_location}, Δp/q_c {found.round(4)} ± {bound.round(4)}, balloon "
+        f"{BY_HEIGHT[name]}"
+    )
     assert result.error_location == "static"
     assert np.all(np.abs(found - BY_HEIGHT[name][:4]) < bound)
-    # A quadratic up to Mach 0.93 cannot follow the transonic rise: the height shows what the triangle hides.
+    # A quadratic up to Mach 0.93 cannot follow the transonic rise: the height shows what the
+    # triangle hides.
     assert "height" in [each.kind for each in calibrate(_log(name), OPTIONS).disagreements]

@@ -21,11 +21,15 @@ def test_the_model_flies_the_published_figure(figure: Figure) -> None:
     row = ReferenceRow(figure, FLOWN[figure.maneuver]("navajo", figure))
     assert figure.source
     assert figure.tolerance > 0.0
-    assert row.within, f"{figure.name}: {row.model:.1f} against {figure.value} {figure.unit} ({figure.source})"
+    assert row.within, (
+        f"{figure.name}: {row.model:.1f} against {figure.value} {figure.unit} ({figure.source})"
+    )
 
 
 @pytest.mark.parametrize("pressure_inhg", [25.0, 35.0])
-def test_power_at_constant_manifold_pressure_does_not_depend_on_height(pressure_inhg: float) -> None:
+def test_power_at_constant_manifold_pressure_does_not_depend_on_height(
+    pressure_inhg: float,
+) -> None:
     powers = []
     for altitude_ft in (1000.0, 15000.0):
         plant = airborne("navajo", FIGURES[0], 150.0, altitude_ft)

@@ -1,6 +1,8 @@
-"""A solar airplane's log (PX4, 1 Hz pressure and GPS): no truth beside it, but scale, zero and bound are stable.
+"""A solar airplane's log (PX4, 1 Hz pressure and GPS): no truth beside it, but scale, zero and
+bound are stable.
 
-A robust fit of the same log with scale, zero and lag, published with the data, leaves a zero near 100 Pa.
+A robust fit of the same log with scale, zero and lag, published with the data, leaves a zero near
+100 Pa.
 """
 
 import numpy as np
@@ -32,7 +34,8 @@ def _scale_and_zero(log):
 def test_scale_zero_latency_and_bound_are_reported(log):
     result, scale, zero = _scale_and_zero(log)
     print(
-        f"scale k1 {scale.value:+.3f} ± {scale.two_sigma:.3f}, zero {zero.value:.0f} ± {zero.two_sigma:.0f} Pa (2σ)"
+        f"scale k1 {scale.value:+.3f} ± {scale.two_sigma:.3f}, zero {zero.value:.0f} ± "
+        f"{zero.two_sigma:.0f} Pa (2σ)"
     )
     latency = result.diagnostics.latency
     print(f"latency {latency.value:+.2f} ± {latency.two_sigma:.2f} s (2σ)")
@@ -41,10 +44,11 @@ def test_scale_zero_latency_and_bound_are_reported(log):
 
 
 def test_stable_under_halving_the_data(log):
-    """Every second sample agrees with the whole within its own bounds, which are no smaller and of the same size.
+    """Every second sample agrees with the whole within its own bounds, which are no smaller and of
+    the same size.
 
-    The gusts found here last a second. Half of the samples hardly resolve them, and the prior of the length then
-    has more say.
+    The gusts found here last a second. Half of the samples hardly resolve them, and the prior of
+    the length then has more say.
     """
     flown = np.flatnonzero(np.hypot(log.velocity_north, log.velocity_east) > 5.0)
     _, whole_scale, whole_zero = _scale_and_zero(log)

@@ -1,4 +1,6 @@
-"""One flight, flown once, sensed with effects in its sensors; another with an effect on its airframe."""
+"""One flight, flown once, sensed with effects in its sensors; another with an effect on its
+airframe.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,8 @@
-"""Causes that the table of effects does not hold, made by hand: edited airplanes, and sensors of their own.
+"""Causes that the table of effects does not hold, made by hand: edited airplanes, and sensors of
+their own.
 
-Nothing here uses the terms of `effects/formula`, nor any effect of the table: the airplane is edited as text, and a
-sensor error is written on the recorded channels.
+Nothing here uses the terms of `effects/formula`, nor any effect of the table: the airplane is
+edited as text, and a sensor error is written on the recorded channels.
 """
 
 import os
@@ -24,7 +25,9 @@ Sensor = Callable[[FlightLog], FlightLog]
 
 @dataclass(frozen=True)
 class Outsider:
-    """A hidden cause: functions put into the airplane's file by axis, replaced text, or an error of a sensor."""
+    """A hidden cause: functions put into the airplane's file by axis, replaced text, or an error of
+    a sensor.
+    """
 
     where: str  # the quantity that a right formula corrects
     functions: Mapping[str, str] | None = None
@@ -33,21 +36,28 @@ class Outsider:
 
 
 def times(*factors: str | float) -> str:
-    terms = (f"<value>{f}</value>" if isinstance(f, float) else f"<property>{f}</property>" for f in factors)
+    terms = (
+        f"<value>{f}</value>" if isinstance(f, float) else f"<property>{f}</property>"
+        for f in factors
+    )
     return "<product>" + "".join(terms) + "</product>"
 
 
 AREA, BETA = "aero/qbar-area", "aero/beta-rad"
 
 
-OUTSIDERS: Mapping[str, Outsider] = {"drag in sideslip": Outsider("drag", {"DRAG": times(AREA, BETA, BETA, 3.0)})}
+OUTSIDERS: Mapping[str, Outsider] = {
+    "drag in sideslip": Outsider("drag", {"DRAG": times(AREA, BETA, BETA, 3.0)})
+}
 
 
 def day(number: int, maneuver: str = "diagnostic", aircraft: str = "navajo") -> Case:
     """A flight of a card on a day of its own: wind, error curve and seeds."""
     draw = np.random.default_rng(number)
     wind = Wind(float(draw.uniform(4.0, 22.0)) * KNOT, radians(float(draw.uniform(0.0, 360.0))))
-    curve = PressureErrorSpec(parameters=tuple(float(draw.uniform(0.6, 1.4)) * p for p in (-0.06, 0.006, 0.06)))
+    curve = PressureErrorSpec(
+        parameters=tuple(float(draw.uniform(0.6, 1.4)) * p for p in (-0.06, 0.006, 0.06))
+    )
     return Case(
         aircraft=aircraft,
         maneuver=maneuver,
@@ -60,7 +70,9 @@ def day(number: int, maneuver: str = "diagnostic", aircraft: str = "navajo") -> 
 
 
 def flown(outsider: Outsider | None, number: int, folder: Path, das: str = "50/50") -> FlightLog:
-    """The log of a flight with a hidden cause, on a day of its own; `folder` takes the edited airplane."""
+    """The log of a flight with a hidden cause, on a day of its own; `folder` takes the edited
+    airplane.
+    """
     if outsider is None or outsider.sensor is not None:
         log = sense(fly(day(number)), das)
         return log if outsider is None or outsider.sensor is None else outsider.sensor(log)
@@ -86,7 +98,9 @@ def edited(outsider: Outsider, folder: Path) -> Iterator[str]:
     text = (place / "navajo.xml").read_text(encoding="utf-8")
     (place / "navajo.xml").unlink()
     for axis, value in (outsider.functions or {}).items():
-        function = f'<axis name="{axis}">\n<function name="aero/hidden-{axis.lower()}">{value}</function>'
+        function = (
+            f'<axis name="{axis}">\n<function name="aero/hidden-{axis.lower()}">{value}</function>'
+        )
         assert f'<axis name="{axis}">' in text
         text = text.replace(f'<axis name="{axis}">', function, 1)
     if outsider.text is not None:

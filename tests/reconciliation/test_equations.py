@@ -1,4 +1,6 @@
-"""The normal equations against plain least squares, whitening, and the first picture with the noise of a mean."""
+"""The normal equations against plain least squares, whitening, and the first picture with the noise
+of a mean.
+"""
 
 from types import SimpleNamespace
 
@@ -18,7 +20,9 @@ N, C = 800, 2
 
 
 def made(size: float = 0.0, seed: int = 3) -> tuple[NormalEquations, np.ndarray, np.ndarray]:
-    """Two free parameters, two signatures, one cell a channel; the residual holds the first signature at a size."""
+    """Two free parameters, two signatures, one cell a channel; the residual holds the first
+    signature at a size.
+    """
     draw = np.random.default_rng(seed)
     dense = draw.standard_normal((N, C, 4))
     cells = np.broadcast_to(np.eye(C), (N, C, C))
@@ -37,7 +41,9 @@ def test_fit_is_least_squares_with_the_prior_as_rows() -> None:
     # The gain is the square of the score.
     equations, _, _ = made(0.3)
     assert equations.fit([0]).gain == pytest.approx(equations.scores([0])[0] ** 2, rel=1e-9)
-    assert equations.fit([0], given=[1]).gain == pytest.approx(equations.scores([0], given=[1])[0] ** 2, rel=1e-6)
+    assert equations.fit([0], given=[1]).gain == pytest.approx(
+        equations.scores([0], given=[1])[0] ** 2, rel=1e-6
+    )
 
 
 def test_held_out_gain_separates_a_true_effect_from_a_chance_one() -> None:
@@ -62,10 +68,14 @@ def test_whitening_makes_an_autoregression_white() -> None:
 
 
 def test_noise_that_channels_share_is_counted_once() -> None:
-    """Two channels with a common gust: whitened they are uncorrelated, and a difference of theirs shows better."""
+    """Two channels with a common gust: whitened they are uncorrelated, and a difference of theirs
+    shows better.
+    """
     draw, n = np.random.default_rng(2), 6000
     gust = draw.standard_normal((n, 1))
-    values = np.hstack([gust + 0.5 * draw.standard_normal((n, 1)), gust + 0.5 * draw.standard_normal((n, 1))])
+    values = np.hstack(
+        [gust + 0.5 * draw.standard_normal((n, 1)), gust + 0.5 * draw.standard_normal((n, 1))]
+    )
     grid = Grid(np.arange(n), np.arange(n) == 0, 0.5, np.ones(1), True)
     slack = np.zeros_like(values)
     slack[: n // 2, 1] = 1e6  # the second channel says nothing here, and must not spoil the first
@@ -87,14 +97,18 @@ def test_the_noise_of_a_mean_is_that_of_a_long_random_series():
     rng = np.random.default_rng(20)
     for channel in (0, 1):
         series = lfilter(
-            [1.0], [1.0, *-coefficients[channel]], noise.deviations[channel] * rng.standard_normal(400_000)
+            [1.0],
+            [1.0, *-coefficients[channel]],
+            noise.deviations[channel] * rng.standard_normal(400_000),
         )
         means = np.convolve(series, np.full(8, 1.0 / 8.0), "valid")
         assert deviation_of_mean(noise, channel, 8) == pytest.approx(np.std(means), rel=0.02)
 
 
 def naming(explained: float, chosen: bool = True) -> SimpleNamespace:
-    """A log of two opposite legs, 80 to 150 KIAS, with an effect that is `explained` times the term k1."""
+    """A log of two opposite legs, 80 to 150 KIAS, with an effect that is `explained` times the term
+    k1.
+    """
     speed = np.tile(np.linspace(80.0, 150.0, 300) * KNOT, 2)
     pressure = air.impact_pressure(speed)
     x = pressure / 1630.28
@@ -103,7 +117,9 @@ def naming(explained: float, chosen: bool = True) -> SimpleNamespace:
     along = np.stack([0.5 * speed, 0.5 * speed * x, 0.5 * speed / x, out, zero], axis=1)
     across = np.stack([zero, zero, zero, zero, out], axis=1)
     names = ("curve k1", "curve k2", "curve k3", "wind north", "wind east")
-    free = SimpleNamespace(names=names, columns=np.stack([along, across], axis=1), deviations=np.full(5, 40.0))
+    free = SimpleNamespace(
+        names=names, columns=np.stack([along, across], axis=1), deviations=np.full(5, 40.0)
+    )
     column = np.stack([along[:, 0], zero], axis=1)
     layout = SimpleNamespace(
         residuals=SimpleNamespace(names=("airspeed_along", "airspeed_across")),
@@ -117,7 +133,8 @@ def naming(explained: float, chosen: bool = True) -> SimpleNamespace:
 
 def test_an_effect_that_is_an_error_curve_is_told_as_that_curve():
     found = calibration_change(naming(0.04))
-    # An impact pressure 4 % higher is an airspeed 2 % higher; at Mach 0.23 compressibility takes 1.3 % of that.
+    # An impact pressure 4 % higher is an airspeed 2 % higher; at Mach 0.23 compressibility takes
+    # 1.3 % of that.
     assert found.change == pytest.approx(0.0198 * found.airspeed, rel=0.02)
     assert found.airspeed[0] / KNOT == pytest.approx(81.4, abs=0.5)
     assert calibration_change(naming(0.04, chosen=False)) is None

@@ -1,4 +1,6 @@
-"""A card flown again: the same airplane is within every tolerance, and a difference shows in its unit."""
+"""A card flown again: the same airplane is within every tolerance, and a difference shows in its
+unit.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -43,20 +45,33 @@ def log(rate: float = -1.0, pitch: float = 2.0, noise: int = 0, segments: bool =
 
 
 def cards(first: float = -1.0, second: float = -1.0) -> tuple[list[FlightLog], list[FlightLog]]:
-    """The card flown twice by the model, and twice by the patched one, at rates of slowing down [kt/s]."""
+    """The card flown twice by the model, and twice by the patched one, at rates of slowing down
+    [kt/s].
+    """
     return [log(first, noise=1), log(first, noise=2)], [log(second, noise=3), log(second, noise=4)]
 
 
 def test_the_same_airplane_is_within_every_tolerance():
     flown = compare_cards(log(noise=9), *cards())
-    assert [t.quantity for t in flown.tolerances] == ["indicated airspeed", "pitch", "bank", "heading"]
+    assert [t.quantity for t in flown.tolerances] == [
+        "indicated airspeed",
+        "pitch",
+        "bank",
+        "heading",
+    ]
     assert all(t.before == t.after == t.by_chance == 1.0 for t in flown.tolerances)
     assert not flown.skipped
-    decel = next(h for h in flown.histories if h.quantity == "indicated airspeed" and h.time[0] > 1.0)
+    decel = next(
+        h for h in flown.histories if h.quantity == "indicated airspeed" and h.time[0] > 1.0
+    )
     assert decel.time[0] == pytest.approx(40.0)  # at the time of the log
     assert decel.measured[0] == pytest.approx(150.0, abs=0.5)
     pitch = compare_cards(log(pitch=3.0), *cards()).tolerances[1]
-    assert (pitch.half_width, pitch.before, pitch.after) == (pytest.approx(0.6), 0.0, 0.0)  # degrees
+    assert (pitch.half_width, pitch.before, pitch.after) == (
+        pytest.approx(0.6),
+        0.0,
+        0.0,
+    )  # degrees
     assert "segments" in compare_cards(log(segments=False), *cards()).skipped
 
 
@@ -66,7 +81,9 @@ def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
     # 1.2 kt apart after 6 of the 30 s in which it slows down, of 70 s in all
     assert airspeed.before == pytest.approx(46 / 70, abs=0.02)
     assert airspeed.after == 1.0
-    slowing = next(f for f in flown.features if (f.segment, f.name) == (DECEL, "change of airspeed"))
+    slowing = next(
+        f for f in flown.features if (f.segment, f.name) == (DECEL, "change of airspeed")
+    )
     assert slowing.measured == pytest.approx(-1.2, abs=0.01)
     assert slowing.simulated == pytest.approx(-1.0, abs=0.01)
     assert abs(slowing.measured - slowing.simulated) > 10.0 * slowing.deviation
@@ -92,13 +109,19 @@ def test_a_turn_has_bank_beyond_that_of_its_turn_rate():
 def naming_of(layout: Any, sizes: Array) -> Any:
     """A naming without effects: a layout and the sizes of its free parameters."""
     return SimpleNamespace(
-        layout=layout, fit=SimpleNamespace(columns=()), equations=SimpleNamespace(free_sizes=lambda columns: sizes)
+        layout=layout,
+        fit=SimpleNamespace(columns=()),
+        equations=SimpleNamespace(free_sizes=lambda columns: sizes),
     )
 
 
 @pytest.mark.parametrize("parameters", [(-0.060, 0.006, 0.060), (0.10, -0.02, -0.08)])
-def test_a_card_is_flown_with_the_error_curve_that_the_log_shows(parameters: tuple[float, ...]) -> None:
-    """The curve of a log of 80 to 160 kt, an analyst's own, is within 0.4 kt of the one that was flown."""
+def test_a_card_is_flown_with_the_error_curve_that_the_log_shows(
+    parameters: tuple[float, ...],
+) -> None:
+    """The curve of a log of 80 to 160 kt, an analyst's own, is within 0.4 kt of the one that was
+    flown.
+    """
     error = PressureErrorSpec(parameters=parameters)
     case = Case(maneuver="rapid_decel", turbulence="none", pressure_error=error, truth_seed=4713)
     layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(), Catalog("effect", {}))
@@ -114,10 +137,15 @@ def test_a_card_is_flown_with_the_error_curve_that_the_log_shows(parameters: tup
 @pytest.mark.parametrize(("offset", "feet"), [(14.0, 8000.0), (-12.0, 4000.0)])
 def test_a_card_is_flown_in_the_temperature_of_the_flight(offset: float, feet: float) -> None:
     """Counted from the standard day at the pressure height, the temperature was 0.3 and 0.8 K off."""
-    case = Case(maneuver="rapid_decel", turbulence="none", altitude=feet * FOOT, temperature_offset=offset)
+    case = Case(
+        maneuver="rapid_decel", turbulence="none", altitude=feet * FOOT, temperature_offset=offset
+    )
     untold = AnalysisSetting()
     layout = lay_out(
-        sense(fly(case), "20/20"), aircraft_model("navajo"), untold, Catalog("effect", {DAY: EFFECTS[DAY]})
+        sense(fly(case), "20/20"),
+        aircraft_model("navajo"),
+        untold,
+        Catalog("effect", {DAY: EFFECTS[DAY]}),
     )
     fit = fit_free_parameters(layout.residuals.values, layout.free, layout.used)
     shown = as_the_log_shows(replace(case, temperature_offset=0.0), naming_of(layout, fit.sizes))
@@ -142,12 +170,16 @@ def test_the_hand_is_told_by_what_moves_to_and_fro():
 
 
 @pytest.mark.parametrize(
-    ("air", "pilot", "found"), [("light", "none", ""), ("light", "busy", "busy"), ("moderate", "none", "")]
+    ("air", "pilot", "found"),
+    [("light", "none", ""), ("light", "busy", "busy"), ("moderate", "none", "")],
 )
 def test_the_card_is_flown_by_the_hand_that_the_log_shows(air: str, pilot: str, found: str):
     """The header tells of no pilot, and the log was flown by one; other gusts are no other hand."""
     card = Case(
-        maneuver="circle", turbulence="light", das=DataSystem(20.0, 20.0), card={"speeds_kt": [150.0, 120.0]}
+        maneuver="circle",
+        turbulence="light",
+        das=DataSystem(20.0, 20.0),
+        card={"speeds_kt": [150.0, 120.0]},
     )
     flight = sense(fly(replace(card, turbulence=air, pilot=pilot, truth_seed=36_001)), "20/20")
     again = fly_again(flight, card, ())

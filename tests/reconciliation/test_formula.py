@@ -1,4 +1,6 @@
-"""Formulas: effects that are coefficients of terms, and the search for them where the table has no name."""
+"""Formulas: effects that are coefficients of terms, and the search for them where the table has no
+name.
+"""
 
 import re
 from dataclasses import replace
@@ -11,7 +13,14 @@ from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_case
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import chosen
-from pitotbench.effects.formula import FORCE_FORMULAS, FORCE_TERMS, FORMULAS, READINGS, TERMS, values_of
+from pitotbench.effects.formula import (
+    FORCE_FORMULAS,
+    FORCE_TERMS,
+    FORMULAS,
+    READINGS,
+    TERMS,
+    values_of,
+)
 from pitotbench.effects.overlay import evaluate, properties_in
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import equations_from, scaled_to
@@ -63,7 +72,9 @@ def found(layout: Layout) -> FoundFormula:
     return find_formula(layout, null_of(layout))
 
 
-def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_flight(found, slipping):
+def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_flight(
+    found, slipping
+):
     (term,) = found.terms
     assert (term.quantity, term.symbol, term.term) == ("drag", "ΔC_D", "sin²β")
     assert abs(term.size.value - 3.0) < term.size.two_sigma < 0.75
@@ -72,15 +83,24 @@ def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_f
     other = laid_out(slipping[1])
     assert closure_on(other, null_of(other), found).share > 0.8
     assert found.closure.share > 0.9
-    fewer = laid_out(replace(slipping[1], velocity_down=None))  # the flight held out may lack a channel
+    fewer = laid_out(
+        replace(slipping[1], velocity_down=None)
+    )  # the flight held out may lack a channel
     assert len(fewer.residuals.names) < len(other.residuals.names)
     assert closure_on(fewer, for_channels(null_of(other), fewer), found).share > 0.8
 
 
-def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(tmp_path):
-    """The left fuel flow reads 8 % low, no matter of the error curve. Without the formula it seems to be."""
+def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(
+    tmp_path,
+):
+    """The left fuel flow reads 8 % low, no matter of the error curve. Without the formula it seems
+    to be.
+    """
     plain = flown(None, 43, tmp_path, "20/20")
-    sound, low = laid_out(plain), laid_out(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left))
+    sound, low = (
+        laid_out(plain),
+        laid_out(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left)),
+    )
     null = null_of(sound)
     assert find_formula(sound, null) is None
     formula = find_formula(low, null)
@@ -118,12 +138,21 @@ def test_every_force_formula_loads_and_flies():
 
 
 def test_terms_from_a_log_are_those_of_the_simulator(layout):
-    """The properties that JSBSim has in the measured states, against those that are computed from the channels."""
+    """The properties that JSBSim has in the measured states, against those that are computed from
+    the channels.
+    """
     clean = layout.scene.clean
     rows = replay_rows(clean, COARSE)
-    paths = {p for name in FORCE_TERMS for p in properties_in(TERMS[name].value) if not any(h in p for h in HELD)}
+    paths = {
+        p
+        for name in FORCE_TERMS
+        for p in properties_in(TERMS[name].value)
+        if not any(h in p for h in HELD)
+    }
     units = layout.scene.force_model.aircraft.unit_forces(motion_of(clean, rows), frozenset(paths))
-    signals = Signals(clean.time[rows], {name: values[rows] for name, values in clean.channels.items()})
+    signals = Signals(
+        clean.time[rows], {name: values[rows] for name, values in clean.channels.items()}
+    )
     for name in FORCE_TERMS:
         read = properties_in(TERMS[name].value)
         if not read or not read <= paths:
@@ -157,8 +186,12 @@ def signals(slipping) -> Signals:
 
 
 def test_a_static_pressure_formula_is_that_by_hand(signals):
-    wrong = FORMULAS["static_pressure_formula"].apply(signals, {"elevator": 0.8, "bank_squared": -0.1})
-    error = (0.8 * signals["elevator"] - 0.1 * np.sin(signals["roll"]) ** 2) * signals["impact_pressure"]
+    wrong = FORMULAS["static_pressure_formula"].apply(
+        signals, {"elevator": 0.8, "bank_squared": -0.1}
+    )
+    error = (0.8 * signals["elevator"] - 0.1 * np.sin(signals["roll"]) ** 2) * signals[
+        "impact_pressure"
+    ]
     assert np.allclose(wrong["static_pressure"] - signals["static_pressure"], error)
     assert np.allclose(wrong["impact_pressure"] - signals["impact_pressure"], -error)
 
@@ -177,7 +210,9 @@ def test_a_missing_coefficient_is_zero_and_a_missing_channel_is_named(slipping):
     (choice,) = chosen([entry])
     signals = Signals(slipping[0].time, {"heading": slipping[0].heading})
     turned = choice.effect.apply(signals, choice.sizes)
-    assert np.allclose(np.degrees(turned["heading"] - signals["heading"]), 2.0 * np.cos(signals["heading"]))
+    assert np.allclose(
+        np.degrees(turned["heading"] - signals["heading"]), 2.0 * np.cos(signals["heading"])
+    )
     with pytest.raises(BadInputError, match="roll"):
         choice.effect.apply(signals, {"bank_deg": 1.0})
 
@@ -201,7 +236,9 @@ def test_noise_chooses_no_term_and_a_planted_pair_is_found():
     columns = draw.normal(size=(800, 200))
     noise = draw.normal(size=800)
     assert choose_terms(_equations(columns, noise), range(200)) is None
-    planted = choose_terms(_equations(columns, noise + 0.8 * columns[:, 17] - 0.4 * columns[:, 90]), range(200))
+    planted = choose_terms(
+        _equations(columns, noise + 0.8 * columns[:, 17] - 0.4 * columns[:, 90]), range(200)
+    )
     assert set(planted.columns) == {17, 90}
     assert planted.alike == ((), ())
     # A term that does as well is told.
@@ -215,6 +252,9 @@ def test_a_term_of_one_moment_does_not_hold_out():
     draw = np.random.default_rng(7)
     burst = np.zeros(800)
     burst[100:200] = 3.0 * draw.normal(size=100)
-    column, noise = burst + np.where(burst == 0.0, draw.normal(size=800), 0.0), draw.normal(size=800)
+    column, noise = (
+        burst + np.where(burst == 0.0, draw.normal(size=800), 0.0),
+        draw.normal(size=800),
+    )
     assert choose_terms(_equations(column[:, None], noise + burst), [0]) is None
     assert choose_terms(_equations(column[:, None], noise + column), [0]) is not None

@@ -1,4 +1,6 @@
-"""Effects that were put into a flight are found with their size and close a held-out log; else none is named."""
+"""Effects that were put into a flight are found with their size and close a held-out log; else none
+is named.
+"""
 
 from dataclasses import replace
 
@@ -29,9 +31,15 @@ FEW = ("belly_pod", "inclined_pod", "power_deficit", "mass", "pitot_lag", "gps_l
 @pytest.fixture(scope="module")
 def laid_out():
     """A flight with a pod that the model lacks, laid out for a few hypotheses."""
-    case = Case(maneuver="rapid_decel", truth_seed=21, effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.12}),))
+    case = Case(
+        maneuver="rapid_decel",
+        truth_seed=21,
+        effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.12}),),
+    )
     few = Catalog("effect", {name: EFFECTS[name] for name in FEW})
-    return lay_out(sense(fly(case), "20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
+    return lay_out(
+        sense(fly(case), "20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few
+    )
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +49,23 @@ def pod(laid_out):
 
 
 def test_effects_fitted_at_once_are_those_that_are_needed_each_in_one_form(laid_out):
-    entries = {name: {} for name in ("mass", "inclined_pod", "belly_pod")}  # in the model at no size
+    entries = {
+        name: {} for name in ("mass", "inclined_pod", "belly_pod")
+    }  # in the model at no size
     found = fit_together([laid_out], [theoretical_distribution(laid_out)], entries)
     (name,) = found.sizes
     assert name in ("belly_pod", "inclined_pod")
     assert found.closure.share > 0.9
-    found = fit_together([laid_out], [theoretical_distribution(laid_out)], {"belly_pod": {"drag_area_m2": 0.0}})
+    found = fit_together(
+        [laid_out], [theoretical_distribution(laid_out)], {"belly_pod": {"drag_area_m2": 0.0}}
+    )
     (size,) = found.sizes["belly_pod"]
     assert abs(size.value - 0.12) < size.two_sigma
 
 
-@pytest.mark.parametrize(("value", "needed"), [(0.03, False), (0.06, True), (0.30, True), (0.40, False)])
+@pytest.mark.parametrize(
+    ("value", "needed"), [(0.03, False), (0.06, True), (0.30, True), (0.40, False)]
+)
 def test_an_effect_within_its_bound_or_of_an_impossible_size_is_not_needed(value, needed):
     """The center of gravity of the class moves within 0.25 m; this one is known to ±0.04 m."""
     key = ("center_of_gravity", "aft_m")
@@ -80,9 +94,12 @@ def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
 
 
 def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight) -> None:
-    late = (EffectSpec("pitot_lag", {"lag_s": 1.0}),)  # without null flights a lag must be large to be told
+    late = (
+        EffectSpec("pitot_lag", {"lag_s": 1.0}),
+    )  # without null flights a lag must be large to be told
     found = reconcile_logs(
-        [NamedLog("log", sense(replace(flight, case=replace(flight.case, effects=late)), "20/20"))], "none"
+        [NamedLog("log", sense(replace(flight, case=replace(flight.case, effects=late)), "20/20"))],
+        "none",
     )
     assert found.naming.chosen == ("pitot_lag",)
     drawn = clearest_channel(found.naming, found.null, traces(found.naming))
@@ -112,7 +129,9 @@ def test_the_verdict_is_plain_data_and_its_patch_an_entry_of_a_case_file(pod) ->
     assert document["effects"][0]["parameters"][0]["name"] == "drag_area_m2"
     (entry,) = read_case(patch_of_effects(pod.effects, "flight.csv", "2026-01-01").text).effects
     assert entry.name == "belly_pod"
-    assert entry.parameters["drag_area_m2"] == pytest.approx(pod.effects[0].sizes[0].value, rel=1e-4)
+    assert entry.parameters["drag_area_m2"] == pytest.approx(
+        pod.effects[0].sizes[0].value, rel=1e-4
+    )
 
 
 def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
@@ -125,12 +144,18 @@ def test_an_unknown_aircraft_and_a_log_without_attitude_are_refused(sensed) -> N
     with pytest.raises(UnknownNameError, match="Known"):
         reconcile_logs([NamedLog("log", sensed())], "navayo")
     with pytest.raises(BadInputError, match="attitude"):
-        reconcile_logs([NamedLog("log", replace(sensed(), roll=None, pitch=None, heading=None))], "none")
+        reconcile_logs(
+            [NamedLog("log", replace(sensed(), roll=None, pitch=None, heading=None))], "none"
+        )
 
 
 def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
-    """A receiver that smooths is late; the plain latency and its other form are no alternatives of each other."""
-    verdict = reconcile_logs([NamedLog("log", sensed("gps_smoothing", das="20/20"))], "none").verdict
+    """A receiver that smooths is late; the plain latency and its other form are no alternatives of
+    each other.
+    """
+    verdict = reconcile_logs(
+        [NamedLog("log", sensed("gps_smoothing", das="20/20"))], "none"
+    ).verdict
     assert verdict.kind in ("named", "one_of")
     assert {cause_of(effect.name) for effect in verdict.effects} == {"gps_latency"}
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
@@ -140,7 +165,8 @@ def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
 # It declares no speed of its governors, and its engines state no fuel flow for their power.
 LACKING = {"governor_speed", "power_deficit"}
 FEW = Catalog(
-    "effect", {n: EFFECTS[n] for n in ("belly_pod", "mass", "pitot_lag", "gps_latency", *sorted(LACKING))}
+    "effect",
+    {n: EFFECTS[n] for n in ("belly_pod", "mass", "pitot_lag", "gps_latency", *sorted(LACKING))},
 )
 
 
@@ -152,23 +178,35 @@ def test_the_bench_s_own_twin_takes_every_effect_and_another_does_not():
 
 
 @pytest.mark.parametrize(
-    ("effect", "parameter", "true"), [("pitot_lag", "lag_s", 0.5), ("belly_pod", "drag_area_m2", 0.2)]
+    ("effect", "parameter", "true"),
+    [("pitot_lag", "lag_s", 0.5), ("belly_pod", "drag_area_m2", 0.2)],
 )
 def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
     case = Case(
-        aircraft="c310", maneuver="rapid_decel", truth_seed=21, effects=(EffectSpec(effect, {parameter: true}),)
+        aircraft="c310",
+        maneuver="rapid_decel",
+        truth_seed=21,
+        effects=(EffectSpec(effect, {parameter: true}),),
     )
-    layout = lay_out(sense(fly(case), "20/20"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW)
+    layout = lay_out(
+        sense(fly(case), "20/20"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW
+    )
     assert not LACKING & {signature.effect for signature in layout.signatures}
     verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
     assert [each.name for each in verdict.effects] == [effect]
     size = verdict.effects[0].sizes[0]
     assert abs(size.value - true) < size.two_sigma < 0.5 * true
-    assert [note for note in verdict.notes if "model of the aircraft lacks" in note and "governor_speed" in note]
+    assert [
+        note
+        for note in verdict.notes
+        if "model of the aircraft lacks" in note and "governor_speed" in note
+    ]
 
 
 def test_the_force_meter_takes_what_an_airplane_has():
-    """One engine has one throttle; the thrust of a turboprop, which comes to its power slowly, is not known."""
+    """One engine has one throttle; the thrust of a turboprop, which comes to its power slowly, is
+    not known.
+    """
     single, twin, turboprop = (aircraft_model(name) for name in ("c172x", "c310", "DHC6"))
     assert "throttle_right" not in single.controls
     assert set(twin.controls) - set(single.controls) == {"throttle_right"}
@@ -198,11 +236,18 @@ def test_an_event_does_not_return_in_another_flight(event: str) -> None:
 
 
 def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
-    """A narrow error of the static source: with the typical airspeed instead of the fitted one nothing closes."""
+    """A narrow error of the static source: with the typical airspeed instead of the fitted one
+    nothing closes.
+    """
     bump = Catalog("effect", {"local_static_bump": EFFECTS["local_static_bump"]})
-    hidden = EffectSpec("local_static_bump", {"coefficient": 0.05, "center_mps": 55.0, "width_mps": 4.0})
+    hidden = EffectSpec(
+        "local_static_bump", {"coefficient": 0.05, "center_mps": 55.0, "width_mps": 4.0}
+    )
     logs = [
-        sense(fly(Case(maneuver="rapid_decel", truth_seed=seed, sensor_seed=seed, effects=(hidden,))), "20/20")
+        sense(
+            fly(Case(maneuver="rapid_decel", truth_seed=seed, sensor_seed=seed, effects=(hidden,))),
+            "20/20",
+        )
         for seed in (33_001, 33_002)
     ]
     layout = lay_out(logs[0], None, AnalysisSetting(), bump)
@@ -215,7 +260,9 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
 
 
 def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
-    """A polar that bends at a lift coefficient of 1.2: the column of the typical one, 0.4, stood in its place."""
+    """A polar that bends at a lift coefficient of 1.2: the column of the typical one, 0.4, stood in
+    its place.
+    """
     bend = Catalog("effect", {"polar_bend": EFFECTS["polar_bend"]})
     layout = lay_out(sense(flight, "20/20"), aircraft_model("navajo"), AnalysisSetting(), bend)
     shown = at_sizes(layout, {("polar_bend", "factor"): 0.1}, {"polar_bend": {"onset": 1.2}})

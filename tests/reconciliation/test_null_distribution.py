@@ -1,4 +1,6 @@
-"""Judged by null flights, a fresh flight shows no gap; one whose altitude swings does, whatever it follows."""
+"""Judged by null flights, a fresh flight shows no gap; one whose altitude swings does, whatever it
+follows.
+"""
 
 from dataclasses import replace
 
@@ -30,7 +32,9 @@ def judge_one(layout: Layout, null: NullDistribution) -> Verdict:
 
 @pytest.fixture(scope="module")
 def null(flight: Flight) -> NullDistribution:
-    return learn_null_distribution([lay_out(sensed_anew(flight, seed), None, SETTING) for seed in range(101, 106)])
+    return learn_null_distribution(
+        [lay_out(sensed_anew(flight, seed), None, SETTING) for seed in range(101, 106)]
+    )
 
 
 def test_a_fresh_flight_shows_no_gap(flight: Flight, null: NullDistribution) -> None:
@@ -38,7 +42,9 @@ def test_a_fresh_flight_shows_no_gap(flight: Flight, null: NullDistribution) -> 
     assert verdict.kind == "no_gap"
 
 
-def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(flight: Flight, null: NullDistribution) -> None:
+def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(
+    flight: Flight, null: NullDistribution
+) -> None:
     log = sensed_anew(flight, 121)
     swinging = replace(log, altitude=log.altitude + 3.0 * np.sin(2.0 * np.pi * log.time / 20.0))
     verdict = judge_one(lay_out(swinging, None, SETTING), null)
@@ -50,9 +56,15 @@ def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribu
     """One that adds little to the sum of squares and follows nothing that is looked at."""
     log = sensed_anew(flight, 122)
     swing = 1.0 + 0.02 * np.sin(2.0 * np.pi * log.time / 23.0)
-    verdict = judge_one(lay_out(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), null)
+    verdict = judge_one(
+        lay_out(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), null
+    )
     assert verdict.kind == "unknown"
-    assert verdict.located[0].variable in ("a period of 23 s", "a period of 22 s", "a period of 24 s")
+    assert verdict.located[0].variable in (
+        "a period of 23 s",
+        "a period of 22 s",
+        "a period of 24 s",
+    )
 
 
 def with_curve(flight: Flight, times: float) -> FlightLog:
@@ -61,11 +73,17 @@ def with_curve(flight: Flight, times: float) -> FlightLog:
     return sensed_anew(replace(flight, case=replace(flight.case, pressure_error=other)), 123)
 
 
-def test_an_error_curve_is_taken_out_before_forces_are_judged(flight: Flight, null: NullDistribution) -> None:
-    """It is unknown in every log; to first order alone, one and a half times the usual one would pass for drag."""
+def test_an_error_curve_is_taken_out_before_forces_are_judged(
+    flight: Flight, null: NullDistribution
+) -> None:
+    """It is unknown in every log; to first order alone, one and a half times the usual one would
+    pass for drag.
+    """
     log, true = with_curve(flight, 1.5), with_curve(flight, 0.0).impact_pressure
     layout = lay_out(log, None, SETTING)
-    left, before = (np.std(q / true - 1.0) for q in (layout.track["impact_pressure"], log.impact_pressure))
+    left, before = (
+        np.std(q / true - 1.0) for q in (layout.track["impact_pressure"], log.impact_pressure)
+    )
     assert np.mean(layout.track["impact_pressure"] / true - 1.0) == pytest.approx(0.0, abs=0.003)
     assert left < 0.2 * before
     assert judge_one(layout, null).kind == "no_gap"
@@ -82,7 +100,9 @@ def test_a_late_velocity_is_named_though_the_gusts_in_it_are_late_as_well(
 
 
 def test_a_size_that_null_flights_still_seem_to_have_is_found_and_becomes_usual() -> None:
-    """Eight flights of white noise, in which one size of four stands at about 5σ and one like it follows it."""
+    """Eight flights of white noise, in which one size of four stands at about 5σ and one like it
+    follows it.
+    """
     random = np.random.default_rng(4)
     columns = random.normal(size=(200, 4)) / np.sqrt(200.0)
     columns[:, 3] = 0.9 * columns[:, 2] + 0.3 * columns[:, 3]

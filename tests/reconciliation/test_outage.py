@@ -1,4 +1,6 @@
-"""Recording faults are counted, not fitted; what is held in an outage of GPS or air data is no measurement."""
+"""Recording faults are counted, not fitted; what is held in an outage of GPS or air data is no
+measurement.
+"""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -20,8 +22,12 @@ from pitotbench.units import Booleans
 HELD = (60.0, 68.0)  # s after the start
 
 
-def held(log: FlightLog, since: float, until: float, names: Collection[str] = GPS_CHANNELS) -> FlightLog:
-    """The log with some channels held at their last sample, as a recorder does when a receiver falls silent."""
+def held(
+    log: FlightLog, since: float, until: float, names: Collection[str] = GPS_CHANNELS
+) -> FlightLog:
+    """The log with some channels held at their last sample, as a recorder does when a receiver
+    falls silent.
+    """
     rows = _between(log, since, until)
     channels = {}
     for name, values in log.channels().items():
@@ -71,7 +77,9 @@ def test_a_pause_of_the_recording_and_samples_lost_at_random_are_no_outage() -> 
 def test_a_coarse_velocity_that_repeats_itself_is_no_outage(sensed) -> None:
     log = replace(sensed(das="20/20"), gps_fresh=None)
     step = 0.5144  # 1 kt
-    coarse = {n: step * np.round(getattr(log, n) / step) for n in ("velocity_north", "velocity_east")}
+    coarse = {
+        n: step * np.round(getattr(log, n) / step) for n in ("velocity_north", "velocity_east")
+    }
     coarse["velocity_down"] = 0.1 * np.round(log.velocity_down / 0.1)
     rounded = replace(log, **coarse)
     assert not in_outage(log.time, rounded.renewed_fixes()).any()
@@ -89,7 +97,9 @@ def test_air_data_that_stand_still_are_told_and_not_used(sensed) -> None:
 
 
 def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
-    """Eight seconds of held fixes, joined by a curve, once made two names with a Bayes factor of e^12,000."""
+    """Eight seconds of held fixes, joined by a curve, once made two names with a Bayes factor of
+    e^12,000.
+    """
     log = held(sensed(das="20/20"), *HELD)
     track = track_of(log)
     time = track.time - log.time[0]
@@ -107,15 +117,21 @@ def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
 def test_a_log_with_an_outage_is_that_with_a_pause(sensed) -> None:
     log = sensed(das="20/20")
     cut = replace(log, gps_fresh=None).select(~_between(log, *HELD))
-    layouts = [lay_out(each, None, AnalysisSetting(), NO_EFFECTS) for each in (held(log, *HELD), cut)]
+    layouts = [
+        lay_out(each, None, AnalysisSetting(), NO_EFFECTS) for each in (held(log, *HELD), cut)
+    ]
     np.testing.assert_allclose(*(each.residuals.values for each in layouts), atol=1e-9)
 
 
 @pytest.mark.parametrize("seconds", [15.0, 30.0])
-def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(sensed, seconds: float) -> None:
+def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(
+    sensed, seconds: float
+) -> None:
     """It ended with an error of linear algebra, or with a name."""
     log = sensed(das="20/1")
-    with pytest.raises(BadInputError, match=r"instants to compare, and 40 are needed: give at least 44 s"):
+    with pytest.raises(
+        BadInputError, match=r"instants to compare, and 40 are needed: give at least 44 s"
+    ):
         lay_out(log.select(log.time - log.time[0] < seconds), None, AnalysisSetting())
     long_enough = log.select(log.time - log.time[0] < 44.0)
     assert len(lay_out(long_enough, None, AnalysisSetting(), NO_EFFECTS).grid) >= 40
@@ -124,7 +140,12 @@ def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(sens
         lay_out(held(log, 9.0, float(log.time[-1] - log.time[0]) - 9.0), None, AnalysisSetting())
 
 
-TYPICAL = {"sample_and_hold": 0.25, "dropped_samples": 0.05, "quantization": 40.0, "saturation": 3500.0}
+TYPICAL = {
+    "sample_and_hold": 0.25,
+    "dropped_samples": 0.05,
+    "quantization": 40.0,
+    "saturation": 3500.0,
+}
 
 
 @pytest.mark.parametrize("das", ["20/1", "50/50"])
@@ -133,7 +154,9 @@ def test_a_sound_log_passes(sensed, das: str) -> None:
     assert found.effects == ()
     assert {c.status for c in found.checks} == {"passed"}
     if das == "20/1":  # where no column marks the fixes
-        (gps,) = [c for c in check_log(replace(sensed(das=das), gps_fresh=None)).checks if c.name == "GPS"]
+        (gps,) = [
+            c for c in check_log(replace(sensed(das=das), gps_fresh=None)).checks if c.name == "GPS"
+        ]
         assert gps.why == "velocity is renewed every 1 s and interpolated between"
 
 
@@ -145,23 +168,32 @@ def test_a_fault_is_named_with_its_size(sensed, name: str) -> None:
     size = found.effects[0].sizes[0]
     assert size.value == pytest.approx(TYPICAL[name], rel=0.15)
     assert any(c.status == "failed" for c in found.checks)
-    if name in ("dropped_samples", "sample_and_hold"):  # the chance that coarse pressures repeat hides no loss
+    if name in (
+        "dropped_samples",
+        "sample_and_hold",
+    ):  # the chance that coarse pressures repeat hides no loss
         pressures = ("impact_pressure", "static_pressure")
         coarse = {each: np.round(getattr(log, each) / 2.0) * 2.0 for each in pressures}
         assert name in [effect.name for effect in check_log(replace(log, **coarse)).effects]
 
 
 def held_pressures(log: FlightLog, rows: int, steps: float) -> FlightLog:
-    """The log of a recorder whose pressures come every `rows` rows, and whose probe has steps of its own [K]."""
+    """The log of a recorder whose pressures come every `rows` rows, and whose probe has steps of
+    its own [K].
+    """
     source = np.arange(len(log)) // rows * rows
-    pressures = {name: getattr(log, name)[source] for name in ("impact_pressure", "static_pressure")}
+    pressures = {
+        name: getattr(log, name)[source] for name in ("impact_pressure", "static_pressure")
+    }
     probe = np.round(log.total_temperature / steps) * steps
     return replace(log, **pressures, total_temperature=probe)
 
 
 @pytest.mark.parametrize("steps", [0.05, 0.5])
 def test_pressures_of_a_slower_bus_are_a_remark_and_no_lost_sample(sensed, steps: float) -> None:
-    """Whole rows repeat where the probe happens to repeat as well: a jet's log lost a fifth of its rows so."""
+    """Whole rows repeat where the probe happens to repeat as well: a jet's log lost a fifth of its
+    rows so.
+    """
     found = check_log(held_pressures(sensed(das="20/1"), 6, steps))
     assert found.effects == ()
     assert found.fresh.all()

@@ -1,4 +1,6 @@
-"""The patch as a case file takes it and as JSBSim loads it, and the maneuver that tells causes apart."""
+"""The patch as a case file takes it and as JSBSim loads it, and the maneuver that tells causes
+apart.
+"""
 
 import tomllib
 import xml.etree.ElementTree as ET
@@ -49,10 +51,16 @@ def test_an_inseparable_effect_stands_in_comments_ready_to_replace_the_named_one
     [
         # A size out of range is brought to its edge.
         ("belly_pod", ("drag_area_m2", 3.0, 0.1), {}, {"drag_area_m2": 0.8}),
-        # A case with water in the line must state its column, so that the patch could not be flown without it.
+        # A case with water in the line must state its column, so that the patch could not be flown
+        # without it.
         ("water_in_line", ("lag_s", 0.5, 0.2), {}, {"column_m": 0.0, "lag_s": 0.5}),
         # The time of an event is kept.
-        ("sea_breeze_front", ("north_mps", 3.0, 0.4), {"at_s": 123.0}, {"at_s": 123.0, "north_mps": 3.0}),
+        (
+            "sea_breeze_front",
+            ("north_mps", 3.0, 0.4),
+            {"at_s": 123.0},
+            {"at_s": 123.0, "north_mps": 3.0},
+        ),
     ],
 )
 def test_the_patch_holds_sizes_that_can_be_flown(name, size, shapes, entry):
@@ -64,14 +72,18 @@ def test_the_patch_holds_sizes_that_can_be_flown(name, size, shapes, entry):
 
 
 def test_the_overlay_holds_what_is_added_and_nothing_else():
-    text = overlay_xml("navajo", [EffectSpec("belly_pod", {"drag_area_m2": 0.12}), EffectSpec("pitot_lag")])
+    text = overlay_xml(
+        "navajo", [EffectSpec("belly_pod", {"drag_area_m2": 0.12}), EffectSpec("pitot_lag")]
+    )
     root = ET.fromstring(text)
     assert [p.text for p in root.findall("system/property")] == ["effects/belly-pod/drag-area-m2"]
     functions = root.findall("aerodynamics/axis/function")
     assert [f.get("name") for f in functions] == ["effects/drag-0"]
     assert root.find("propulsion") is None
     assert root.find("metrics") is None
-    assert overlay_xml("navajo", [EffectSpec("pitot_lag", {"lag_s": 0.4})]) == ""  # on the sensors alone
+    assert (
+        overlay_xml("navajo", [EffectSpec("pitot_lag", {"lag_s": 0.4})]) == ""
+    )  # on the sensors alone
 
 
 LAG = (EffectSpec("pitot_lag", {"lag_s": 0.3}),)
@@ -82,7 +94,10 @@ def separation(maneuver: str) -> float:
     few = Catalog("effect", {name: FITTED[name] for name in ("pitot_lag", "gps_latency")})
     log = sense(fly(Case(maneuver=maneuver, truth_seed=52, sensor_seed=52, effects=LAG)), "20/20")
     layout = lay_out(log, None, AnalysisSetting(day_known=True), few)
-    equations, columns = whitened_equations(layout, noise_of_log(layout)), columns_of(layout.signatures)
+    equations, columns = (
+        whitened_equations(layout, noise_of_log(layout)),
+        columns_of(layout.signatures),
+    )
     gains = {name: equations.fit(of_effect).gain for name, of_effect in columns.items()}
     return float(np.sqrt(max(0.0, gains["pitot_lag"] - gains["gps_latency"])))
 
@@ -100,7 +115,10 @@ def test_it_is_advised_where_causes_of_two_kinds_cannot_be_separated_but_not_aga
     assert "circle" in flights_to_fly("one_of", group)[0]
     assert "circle" not in flights_to_fly("one_of", group, ["circle"])[0]
     assert "four_leg" in flights_to_fly("one_of", group, ["diagnostic", "circle"])[0]
-    assert "look at the airplane" in flights_to_fly("one_of", group, ["diagnostic", "circle", "four_leg"])[0]
+    assert (
+        "look at the airplane"
+        in flights_to_fly("one_of", group, ["diagnostic", "circle", "four_leg"])[0]
+    )
 
 
 @pytest.mark.parametrize("name", EFFECTS)

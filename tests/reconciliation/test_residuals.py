@@ -1,4 +1,6 @@
-"""How an effect changes the residuals, and that rows beyond a sensor's range do not reach what others teach."""
+"""How an effect changes the residuals, and that rows beyond a sensor's range do not reach what
+others teach.
+"""
 
 from dataclasses import replace
 
@@ -11,7 +13,11 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import Effect
 from pitotbench.reconciliation.equations import noise_of_log, noise_residuals
-from pitotbench.reconciliation.free_parameters import ANGLE_BIAS, AnalysisSetting, fit_free_parameters
+from pitotbench.reconciliation.free_parameters import (
+    ANGLE_BIAS,
+    AnalysisSetting,
+    fit_free_parameters,
+)
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of
 from pitotbench.reconciliation.noise import autocovariance
 from pitotbench.reconciliation.renewal import NO_EFFECTS
@@ -34,7 +40,9 @@ def laid_out(sensed) -> Layout:
 
 
 def test_what_a_change_of_a_track_does_not_move_is_taken_over(laid_out: Layout) -> None:
-    """Each channel of the log is moved alone: the residuals are those that are computed without any knowledge."""
+    """Each channel of the log is moved alone: the residuals are those that are computed without any
+    knowledge.
+    """
     scene = laid_out.scene
     moved = 0
     for name, values in scene.clean.channels.items():
@@ -49,7 +57,9 @@ def test_what_a_change_of_a_track_does_not_move_is_taken_over(laid_out: Layout) 
 
 @pytest.mark.parametrize(("offset_deg", "scale"), [(2.0, 0.0), (-3.0, 0.2)])
 def test_a_vane_that_is_off_leaves_no_force(flight, offset_deg: float, scale: float) -> None:
-    """Lift and drag are not linear in the angle of attack: two degrees of a vane's zero once were called a pod."""
+    """Lift and drag are not linear in the angle of attack: two degrees of a vane's zero once were
+    called a pod.
+    """
     effect = EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": offset_deg})
     forces = {}
     for effects in ((), (effect,)):
@@ -57,11 +67,15 @@ def test_a_vane_that_is_off_leaves_no_force(flight, offset_deg: float, scale: fl
         setting = AnalysisSetting(day_known=True, instruments_known=True)
         layout = lay_out(log, aircraft_model("navajo"), setting, Catalog("effect", {}))
         left = fit_free_parameters(layout.residuals.values, layout.free, layout.used).residuals
-        places = [layout.residuals.places[name] for name in ("specific_force_x", "specific_force_z")]
+        places = [
+            layout.residuals.places[name] for name in ("specific_force_x", "specific_force_z")
+        ]
         forces[bool(effects)] = np.sqrt(np.mean(left[:, places] ** 2, axis=0))
     alpha, angles = layout.track["angle_of_attack"], layout.angles
     left = (
-        (angles["angle_of_attack scale"] - scale) * alpha + angles["angle_of_attack bias"] - np.radians(offset_deg)
+        (angles["angle_of_attack scale"] - scale) * alpha
+        + angles["angle_of_attack bias"]
+        - np.radians(offset_deg)
     )
     assert np.sqrt(np.mean(left**2)) < ANGLE_BIAS["angle_of_attack"]
     assert np.all(forces[True] < 1.1 * forces[False])
@@ -71,7 +85,9 @@ def test_change_by_an_answer_is_that_of_another_answer(laid_out: Layout) -> None
     scene, replay = laid_out.scene, laid_out.scene.replay
     added = np.random.default_rng(3).normal(size=(len(replay.rows), len(REACTION_NAMES)))
     other = replace(replay, values=replay.values + added)
-    expected = channel_residuals(scene.clean, scene.grid, scene.frame, other).values - scene.base.values
+    expected = (
+        channel_residuals(scene.clean, scene.grid, scene.frame, other).values - scene.base.values
+    )
     change = change_by_answer(scene.base.names, scene.clean, scene.grid, replay.rows, added)
     scale = np.abs(replay.values).max(axis=0).max()
     assert np.abs(expected).max() > 0.1
@@ -83,20 +99,28 @@ CHANNELS = ("airspeed_along", "airspeed_across")
 
 @pytest.fixture(scope="module")
 def pair(sensed) -> tuple[Layout, Layout]:
-    """One flight on the instants below 146 kt, of 160: with a sensor that ends there, and one with more range."""
+    """One flight on the instants below 146 kt, of 160: with a sensor that ends there, and one with
+    more range.
+    """
     logs = sensed(), sensed("saturation")
-    plain, capped = (lay_out(log, None, AnalysisSetting(day_known=True), NO_EFFECTS) for log in logs)
+    plain, capped = (
+        lay_out(log, None, AnalysisSetting(day_known=True), NO_EFFECTS) for log in logs
+    )
     assert np.mean(~capped.measured) > 0.2
     same_instants = replace(plain.residuals, slack=capped.residuals.slack)
     return replace(plain, residuals=same_instants), capped
 
 
 def test_the_rest_of_the_log_leaves_what_it_leaves_without_the_range(pair) -> None:
-    """Error curve and wind come from the rest. From all rows, the curve would bend by 14 kt at the end."""
+    """Error curve and wind come from the rest. From all rows, the curve would bend by 14 kt at the
+    end.
+    """
     plain, capped = (noise_residuals(layout) for layout in pair)
     for name in CHANNELS:
         i = pair[0].residuals.names.index(name)
-        assert np.std(capped[:, i] - plain[:, i]) < np.std(plain[:, i]), name  # 6.5 times that from all rows
+        assert np.std(capped[:, i] - plain[:, i]) < np.std(plain[:, i]), (
+            name
+        )  # 6.5 times that from all rows
 
 
 def test_the_wind_and_a_mean_product_are_those_of_the_rest(pair) -> None:
@@ -110,7 +134,9 @@ def test_the_wind_and_a_mean_product_are_those_of_the_rest(pair) -> None:
 
 
 def test_nothing_is_predicted_from_an_instant_that_is_not_used(pair) -> None:
-    """What stood at the end of the range counted as the past of the next six seconds: a sea breeze was named."""
+    """What stood at the end of the range counted as the past of the next six seconds: a sea breeze
+    was named.
+    """
     layout = pair[1]
     random = np.random.default_rng(2)
     values = random.standard_normal(layout.residuals.values.shape)
@@ -118,5 +144,7 @@ def test_nothing_is_predicted_from_an_instant_that_is_not_used(pair) -> None:
     assert 0 < unused.sum() < len(unused)
     noise = noise_of_log(layout)
     other = np.where(unused[:, None], 1e3 * random.standard_normal(values.shape), values)
-    found = [noise.whiten(each, layout.grid, layout.residuals.slack)[~unused] for each in (values, other)]
+    found = [
+        noise.whiten(each, layout.grid, layout.residuals.slack)[~unused] for each in (values, other)
+    ]
     np.testing.assert_array_equal(found[0], found[1])

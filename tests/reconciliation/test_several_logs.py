@@ -1,4 +1,6 @@
-"""Several flights together: the sums against dense algebra on stacked logs, contradictions, flights left out."""
+"""Several flights together: the sums against dense algebra on stacked logs, contradictions, flights
+left out.
+"""
 
 from dataclasses import replace
 
@@ -9,7 +11,12 @@ from scipy.stats import multivariate_normal, norm
 from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconciliation.equations import closure_of, equations_from, inner_products, noise_of_log
+from pitotbench.reconciliation.equations import (
+    closure_of,
+    equations_from,
+    inner_products,
+    noise_of_log,
+)
 from pitotbench.reconciliation.evidence import Evidence
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
@@ -20,7 +27,9 @@ from pitotbench.reconciliation.verdict import closes, judge, verdict_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import Closure
 
-FEW = Catalog("effect", {n: EFFECTS[n] for n in ("pitot_lag", "gps_latency", "wind_drift", "static_lag")})
+FEW = Catalog(
+    "effect", {n: EFFECTS[n] for n in ("pitot_lag", "gps_latency", "wind_drift", "static_lag")}
+)
 HIDDEN = EffectSpec("gps_latency", {"latency_s": 0.3})
 
 
@@ -33,7 +42,11 @@ def test_the_evidence_of_several_logs_is_that_of_one_stacked_log(seed: int) -> N
     total, log_evidence = Evidence(np.zeros((sizes + 1, sizes + 1))), 0.0
     shared, nuisance, residuals = [], [], []
     for n in rows:
-        x, f, r = random.normal(size=(n, sizes)), random.normal(size=(n, free)), random.normal(size=n)
+        x, f, r = (
+            random.normal(size=(n, sizes)),
+            random.normal(size=(n, free)),
+            random.normal(size=n),
+        )
         every = np.concatenate([f, x, r[:, None]], axis=1)
         one, part = Evidence(every.T @ every).given(range(free), own, range(free, free + sizes))
         total, log_evidence = total + one, log_evidence + part
@@ -70,10 +83,15 @@ def test_by_chance_sizes_are_as_far_apart_as_normal_numbers() -> None:
     random, covariance = np.random.default_rng(5), np.array([[1.0, 0.4], [0.4, 2.0]])
     keys = (("a", "x"), ("a", "y"))
     draws = random.multivariate_normal(np.zeros(2), covariance, size=(4000, 2))
-    found = [contradiction(OwnSizes(keys, one, covariance), OwnSizes(keys, two, covariance)) for one, two in draws]
+    found = [
+        contradiction(OwnSizes(keys, one, covariance), OwnSizes(keys, two, covariance))
+        for one, two in draws
+    ]
     for limit in (0.5, 1.0, 2.0):
         expected = 2.0 * norm.sf(limit)
-        assert np.mean(np.array(found) > limit) == pytest.approx(expected, abs=4.0 * np.sqrt(expected / 4000))
+        assert np.mean(np.array(found) > limit) == pytest.approx(
+            expected, abs=4.0 * np.sqrt(expected / 4000)
+        )
 
 
 @pytest.mark.parametrize(
@@ -87,7 +105,9 @@ def test_by_chance_sizes_are_as_far_apart_as_normal_numbers() -> None:
         (Closure(1400.0, 1200.0, 1000.0, chance=15.0), False),
     ],
 )
-def test_a_log_takes_a_name_back_where_more_than_chance_is_left(closure: Closure, closed: bool) -> None:
+def test_a_log_takes_a_name_back_where_more_than_chance_is_left(
+    closure: Closure, closed: bool
+) -> None:
     assert closes(closure) == closed
 
 
@@ -118,14 +138,22 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
 
 
 def laid(maneuver: str, seed: int, *effects: EffectSpec, shown: Catalog = FEW):
-    case = Case(maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects)
+    case = Case(
+        maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects
+    )
     layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), shown)
-    return layout, NullDistribution(noise_of_log(layout), ScoreScale({}, {}, {}, {}), 6.0, 6.0, flights=8)
+    return layout, NullDistribution(
+        noise_of_log(layout), ScoreScale({}, {}, {}, {}), 6.0, 6.0, flights=8
+    )
 
 
 @pytest.fixture(scope="module")
 def flights():
-    return (laid("rapid_decel", 2301, HIDDEN), laid("step_decrease", 2302, HIDDEN), laid("rapid_decel", 2303))
+    return (
+        laid("rapid_decel", 2301, HIDDEN),
+        laid("step_decrease", 2302, HIDDEN),
+        laid("rapid_decel", 2303),
+    )
 
 
 def judged(*flights):

@@ -1,4 +1,6 @@
-"""Signatures, also of a part of the flight, held against what effects do to a log and against brute force."""
+"""Signatures, also of a part of the flight, held against what effects do to a log and against brute
+force.
+"""
 
 from dataclasses import replace
 
@@ -31,7 +33,12 @@ def laid_out(flight: Flight, das: str, lag: str = "") -> Layout:
     """The layout of a flight with one noise, and with a lag or without one."""
     effects = (EffectSpec(lag, {EFFECTS[lag].parameters[0].name: SIZE}),) if lag else ()
     late = replace(flight, case=replace(flight.case, effects=effects))
-    return lay_out(record(late, data_system(das), 4712), aircraft_model("navajo"), AnalysisSetting(), NO_EFFECTS)
+    return lay_out(
+        record(late, data_system(das), 4712),
+        aircraft_model("navajo"),
+        AnalysisSetting(),
+        NO_EFFECTS,
+    )
 
 
 def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tuple[Array, Array]:
@@ -39,25 +46,42 @@ def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tup
     late = laid_out(flight, das, lag)
     whiten = noise_of_log(without).whitener(without.grid, without.residuals.slack)
     effect = EFFECTS[lag]
-    claimed = residual_change(effect, without.scene, effect.complete({effect.parameters[0].name: SIZE}))
+    claimed = residual_change(
+        effect, without.scene, effect.complete({effect.parameters[0].name: SIZE})
+    )
     done = late.residuals.values - without.residuals.values
     return whiten(claimed).ravel(), whiten(done).ravel()
 
 
 def test_a_signature_claims_what_a_lag_does() -> None:
-    """Two speeds with turns between them: what a lag shows there is what a pilot does to hold the airspeed."""
+    """Two speeds with turns between them: what a lag shows there is what a pilot does to hold the
+    airspeed.
+    """
     card = {"speeds_kt": [140.0, 105.0]}
-    flight = fly(Case(maneuver="four_leg", card=card, turbulence="none", pilot="good", truth_seed=4711))
+    flight = fly(
+        Case(maneuver="four_leg", card=card, turbulence="none", pilot="good", truth_seed=4711)
+    )
     without = laid_out(flight, "20/5")
     for lag in LAGS:
         claimed, done = claimed_and_done(flight, without, "20/5", lag)
         assert np.linalg.norm(done) > 8.0
-        assert claimed @ done / (claimed @ claimed) == pytest.approx(1.0, abs=0.2)  # it was 0.4 and 0.7
+        assert claimed @ done / (claimed @ claimed) == pytest.approx(
+            1.0, abs=0.2
+        )  # it was 0.4 and 0.7
 
 
 def test_a_flight_that_cannot_show_a_lag_does_not_claim_to() -> None:
-    """On a circle at constant airspeeds, a lag is worth less than 1σ. The noise of a slow GPS claimed 5σ."""
-    circle = fly(Case(maneuver="circle", card={"speeds_kt": [150.0, 110.0]}, turbulence="none", truth_seed=4711))
+    """On a circle at constant airspeeds, a lag is worth less than 1σ. The noise of a slow GPS
+    claimed 5σ.
+    """
+    circle = fly(
+        Case(
+            maneuver="circle",
+            card={"speeds_kt": [150.0, 110.0]},
+            turbulence="none",
+            truth_seed=4711,
+        )
+    )
     without = laid_out(circle, "20/1")
     for lag in LAGS:
         claimed, done = claimed_and_done(circle, without, "20/1", lag)
@@ -66,12 +90,20 @@ def test_a_flight_that_cannot_show_a_lag_does_not_claim_to() -> None:
 
 
 def test_accelerometers_that_shake_are_not_used() -> None:
-    """The noise of 3 m/s² would wander by 0.4 m/s within the window, where a fix is known to 0.05 m/s."""
+    """The noise of 3 m/s² would wander by 0.4 m/s within the window, where a fix is known to 0.05
+    m/s.
+    """
     flight = fly(Case(maneuver="rapid_decel", turbulence="none", truth_seed=4712))
 
     def with_and_without(noise: float) -> tuple[Array, Array]:
-        track = track_of(record(flight, replace(data_system("50/10"), acceleration_noise=noise), 4713))
-        others = {name: values for name, values in track.channels.items() if not name.startswith("specific_force")}
+        track = track_of(
+            record(flight, replace(data_system("50/10"), acceleration_noise=noise), 4713)
+        )
+        others = {
+            name: values
+            for name, values in track.channels.items()
+            if not name.startswith("specific_force")
+        }
         without = replace(track, channels=others)
         north = [clean_track(each, np.zeros(3))["velocity_north"] for each in (track, without)]
         return north[0], north[1]
@@ -92,7 +124,9 @@ def layout(sensed) -> Layout:
 @pytest.mark.parametrize("name", ["gps_latency", "antenna_lever_arm", "static_zero_offset"])
 @pytest.mark.parametrize("ends", [True, False])
 def test_the_scan_is_that_of_signatures_cut_at_the_times(layout, name, ends):
-    """Each signature set to zero outside its part, whitened whole, and fitted with the free parameters."""
+    """Each signature set to zero outside its part, whitened whole, and fitted with the free
+    parameters.
+    """
     noise = noise_of_log(layout)
     scan, columns = change_points._Scan(layout, noise), columns_of(layout.signatures)[name]
     begin, end = 3, 8
@@ -104,7 +138,10 @@ def test_the_scan_is_that_of_signatures_cut_at_the_times(layout, name, ends):
     rows = [whiten(layout.free.columns), whiten(cut), whiten(layout.residuals.values)[:, :, None]]
     free, part, residual = (each.reshape(-1, each.shape[2]) for each in rows)
     widest = change_points.WIDEST * np.array(
-        [abs(change_points.FITTED[name].parameter(layout.signatures[c].parameter).typical) for c in columns]
+        [
+            abs(change_points.FITTED[name].parameter(layout.signatures[c].parameter).typical)
+            for c in columns
+        ]
     )
 
     def misfit(columns: np.ndarray, deviations: np.ndarray) -> float:
@@ -114,7 +151,9 @@ def test_the_scan_is_that_of_signatures_cut_at_the_times(layout, name, ends):
         return float(np.sum((right - data @ np.linalg.lstsq(data, right, rcond=1e-13)[0]) ** 2))
 
     both = np.concatenate([free, part], axis=1)
-    expected = misfit(free, layout.free.deviations) - misfit(both, np.concatenate([layout.free.deviations, widest]))
+    expected = misfit(free, layout.free.deviations) - misfit(
+        both, np.concatenate([layout.free.deviations, widest])
+    )
     found = scan._gains(columns, np.array([begin]), np.array([end]) if ends else None)[0]
     assert found == pytest.approx(expected, rel=1e-4, abs=1e-3)
 
@@ -133,10 +172,13 @@ def test_a_receiver_that_is_late_for_a_time_is_named_with_its_times_and_patched(
     found = verdict.effects[0]
     assert found.name == "gps_latency_for_a_time"
     assert found.sizes[0].value == pytest.approx(0.5, abs=found.sizes[0].two_sigma)
-    # A lateness does not show while the velocity is steady, so that its begin and end are known to such a stretch.
+    # A lateness does not show while the velocity is steady, so that its begin and end are known to
+    # such a stretch.
     begin, end = dict(found.times).values()
     assert (min(end, END) - max(begin, BEGIN)) / (max(end, END) - min(begin, BEGIN)) > 0.7
-    patch = patch_of_effects(verdict.effects[:1], "flight.csv", "2026-01-01", {found.name: dict(found.times)})
+    patch = patch_of_effects(
+        verdict.effects[:1], "flight.csv", "2026-01-01", {found.name: dict(found.times)}
+    )
     (entry,) = read_case(patch.text).effects
     assert entry.name == "gps_latency"
     assert entry.parameters["from_s"] == pytest.approx(begin, rel=1e-4)

@@ -21,7 +21,9 @@ from pitotbench.reconciliation.renewal import (
 )
 from pitotbench.reconciliation.signatures import residual_change, signatures_of
 
-FEW = Catalog("effect", {name: EFFECTS[name] for name in ("pitot_lag", "recovery_deficit", "wind_drift", DAY)})
+FEW = Catalog(
+    "effect", {name: EFFECTS[name] for name in ("pitot_lag", "recovery_deficit", "wind_drift", DAY)}
+)
 
 
 def test_effects_that_are_not_on_the_sensors_change_nothing(laid_out) -> None:
@@ -32,7 +34,9 @@ def test_effects_that_are_not_on_the_sensors_change_nothing(laid_out) -> None:
 
 @pytest.mark.parametrize("name", ["recovery_deficit", "pitot_lag"])
 def test_what_is_left_is_the_flight_without_the_effect(laid_out, name: str) -> None:
-    """The residuals differ from those of the same flight without the effect by a part of the change."""
+    """The residuals differ from those of the same flight without the effect by a part of the
+    change.
+    """
     plain, log = laid_out(), laid_out(name)
     entries: Entries = {name: EFFECTS[name].typical()}
     left = without_effects(log, entries)
@@ -44,20 +48,27 @@ def test_what_is_left_is_the_flight_without_the_effect(laid_out, name: str) -> N
 
 
 def test_the_answer_is_exact_where_a_propeller_meets_its_stop(laid_out) -> None:
-    """There the answer of the model has no slope; to first order a third of the change was missed at the best."""
+    """There the answer of the model has no slope; to first order a third of the change was missed
+    at the best.
+    """
     name = "recovery_deficit"
     plain, log = laid_out(), laid_out(name)
     left = without_effects(log, {name: EFFECTS[name].typical()})
     place = plain.residuals.places["propeller_speed_left"]
-    before, after = (np.abs(each.residuals.values - plain.residuals.values)[:, place].max() for each in (log, left))
+    before, after = (
+        np.abs(each.residuals.values - plain.residuals.values)[:, place].max()
+        for each in (log, left)
+    )
     assert before > 0.3  # rad/s, where it meets its stop
     assert after < 0.15 * before
 
 
 def test_an_effect_in_the_model_stays_there_as_another_one_is_taken_out(laid_out) -> None:
-    """A later look takes a further large effect out of the log; what is in the model must not come back.
+    """A later look takes a further large effect out of the log; what is in the model must not come
+    back.
 
-    What that itself changes, because the further effect is not linear, is seen on a flight without the first one.
+    What that itself changes, because the further effect is not linear, is seen on a flight without
+    the first one.
     """
     name = "pitot_lag"
     entries: Entries = {"recovery_deficit": EFFECTS["recovery_deficit"].typical()}
@@ -76,7 +87,9 @@ def test_an_effect_in_the_model_stays_there_as_another_one_is_taken_out(laid_out
 
 
 def test_an_unknown_day_stays_unknown_as_an_effect_is_taken_out(sensed) -> None:
-    layout = lay_out(sensed(das="20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=False), FEW)
+    layout = lay_out(
+        sensed(das="20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=False), FEW
+    )
     again = without_sensor_effects(layout, {"pitot_lag": EFFECTS["pitot_lag"].typical()})
     assert any(name.startswith(DAY) for name in layout.free.names)
     assert again.free.names == layout.free.names
@@ -96,10 +109,22 @@ def test_an_effect_in_the_model_keeps_its_form_error(laid_out) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["mass", "center_of_gravity", "propeller_efficiency", "governor_speed", "power_deficit", "flap_not_up"]
+    "name",
+    [
+        "mass",
+        "center_of_gravity",
+        "propeller_efficiency",
+        "governor_speed",
+        "power_deficit",
+        "flap_not_up",
+    ],
 )
-def test_an_effect_in_the_model_is_still_judged_by_its_whole_change(short: Layout, name: str) -> None:
-    """On top of a quarter of the size, a size changes what it changes from a quarter to five quarters."""
+def test_an_effect_in_the_model_is_still_judged_by_its_whole_change(
+    short: Layout, name: str
+) -> None:
+    """On top of a quarter of the size, a size changes what it changes from a quarter to five
+    quarters.
+    """
     scene, effect = short.scene, EFFECTS[name]
     quarter = {key: 0.25 * size for key, size in effect.typical().items()}
     patched = with_effects(short, aircraft_model("navajo"), {name: quarter})
@@ -107,7 +132,8 @@ def test_an_effect_in_the_model_is_still_judged_by_its_whole_change(short: Layou
     assert [s.parameter for s in again] == [p.name for p in effect.parameters]
     for one in again:
         more, less = (
-            residual_change(effect, scene, {**quarter, one.parameter: k * one.size}) for k in (1.25, 0.25)
+            residual_change(effect, scene, {**quarter, one.parameter: k * one.size})
+            for k in (1.25, 0.25)
         )
         missed = more - less - one.size * one.column
         assert np.sum(missed**2) < 0.02**2 * np.sum((more - less) ** 2)
@@ -128,14 +154,18 @@ def laid_out(sensed):
     def layout(*names: str) -> Layout:
         if names not in kept:
             log = sensed(*names, das="50/50")
-            kept[names] = lay_out(log, aircraft_model("navajo"), AnalysisSetting(day_known=True), FEW)
+            kept[names] = lay_out(
+                log, aircraft_model("navajo"), AnalysisSetting(day_known=True), FEW
+            )
         return kept[names]
 
     return layout
 
 
 def _differences(layout: Layout, other: Layout) -> dict[str, float]:
-    """The difference of two logs by channel, without what free parameters take up, in units of the noise of one."""
+    """The difference of two logs by channel, without what free parameters take up, in units of the
+    noise of one.
+    """
     values = layout.residuals.values - other.residuals.values
     usable = layout.residuals.slack < 1.0
     fitted = fit_free_parameters(values, layout.free, usable).residuals

@@ -9,7 +9,15 @@ from pitotbench import BadInputError, FlightLog, air
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
-from pitotbench.effects.overlay import Overlay, evaluate, operation, product, properties_in, quotient, total
+from pitotbench.effects.overlay import (
+    Overlay,
+    evaluate,
+    operation,
+    product,
+    properties_in,
+    quotient,
+    total,
+)
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import (
     Track,
@@ -55,9 +63,13 @@ def lateness(log: FlightLog) -> float:
     return float(-(air_data - gps) @ slope / (slope @ slope))
 
 
-@pytest.mark.parametrize(("rate", "gps_rate"), [(20.0, 1.0), (20.0, 5.0), (50.0, 5.0), (50.0, 50.0), (100.0, 10.0)])
+@pytest.mark.parametrize(
+    ("rate", "gps_rate"), [(20.0, 1.0), (20.0, 5.0), (50.0, 5.0), (50.0, 50.0), (100.0, 10.0)]
+)
 @pytest.mark.parametrize("marked", [True, False])
-def test_no_phantom_delay_also_where_no_column_marks_the_fixes(rate: float, gps_rate: float, marked: bool) -> None:
+def test_no_phantom_delay_also_where_no_column_marks_the_fixes(
+    rate: float, gps_rate: float, marked: bool
+) -> None:
     log = log_of(rate, gps_rate)
     log = log if marked else replace(log, gps_fresh=None)
     assert abs(lateness(log)) < 0.004
@@ -105,11 +117,15 @@ def test_a_log_that_is_too_short_or_stands_still_is_refused() -> None:
 
 @pytest.mark.parametrize("warmer", [-15.0, 0.0, 8.0, 20.0])
 def test_the_offset_of_a_day_is_that_of_its_air_at_every_height(warmer: float) -> None:
-    """The air is made from its own law: hydrostatic balance through a standard lapse with an offset."""
+    """The air is made from its own law: hydrostatic balance through a standard lapse with an
+    offset.
+    """
     height = np.linspace(1000.0, 2500.0, 400)
     temperature = air.SEA_LEVEL_TEMPERATURE + warmer - air.LAPSE_RATE * height
     exponent = air.GRAVITY / (air.GAS_CONSTANT * air.LAPSE_RATE)
-    pressure = air.SEA_LEVEL_PRESSURE * (temperature / (air.SEA_LEVEL_TEMPERATURE + warmer)) ** exponent
+    pressure = (
+        air.SEA_LEVEL_PRESSURE * (temperature / (air.SEA_LEVEL_TEMPERATURE + warmer)) ** exponent
+    )
     still = np.zeros_like(height)
     channels = {
         "static_pressure": pressure,
@@ -153,23 +169,33 @@ def sizes_of_forces() -> list[tuple[str, str]]:
 
 
 def test_most_effects_of_the_airframe_add_forces() -> None:
-    assert {"belly_pod", "induced_drag", "polar_bend", "trim_offset", "turn_drag"} <= dict(sizes_of_forces()).keys()
+    assert {"belly_pod", "induced_drag", "polar_bend", "trim_offset", "turn_drag"} <= dict(
+        sizes_of_forces()
+    ).keys()
 
 
 @pytest.mark.parametrize(("name", "parameter"), sizes_of_forces())
-def test_added_forces_are_those_of_the_force_meter(measured: Measured, name: str, parameter: str) -> None:
+def test_added_forces_are_those_of_the_force_meter(
+    measured: Measured, name: str, parameter: str
+) -> None:
     model, motion, held, units = measured
     effect = EFFECTS[name]
     sizes = {p.name: 1.7 * p.typical for p in effect.parameters if p.shape or p.name == parameter}
     overlay = effect.overlay(effect.complete(sizes), model.baseline)
     on_meter = answer(lambda m: model.react(m, overlay, False), motion) - held
     assert np.abs(on_meter).max() > 3e-4  # m/s², rad/s²: far above rounding
-    assert np.allclose(added_forces(overlay, units), on_meter, rtol=0.0, atol=SAME * np.abs(on_meter).max())
+    assert np.allclose(
+        added_forces(overlay, units), on_meter, rtol=0.0, atol=SAME * np.abs(on_meter).max()
+    )
 
 
 @pytest.mark.parametrize(
     ("name", "size"),
-    [("control_effectiveness", "elevator_change"), ("flap_not_up", "extension"), ("mass", "mass_kg")],
+    [
+        ("control_effectiveness", "elevator_change"),
+        ("flap_not_up", "extension"),
+        ("mass", "mass_kg"),
+    ],
 )
 def test_forces_that_are_not_plain_additions_stay_on_the_force_meter(name: str, size: str) -> None:
     model, effect = aircraft_model("navajo"), EFFECTS[name]

@@ -1,4 +1,6 @@
-"""Case files read back equal, every problem is answered by its key; which rates fit which data system."""
+"""Case files read back equal, every problem is answered by its key; which rates fit which data
+system.
+"""
 
 import tomllib
 
@@ -40,10 +42,14 @@ cases = st.builds(
     Case,
     aircraft=st.text(max_size=20),
     maneuver=names,
-    card=st.dictionaries(names, st.floats(-1e9, 1e9) | st.integers(-99, 99) | st.booleans() | st.text(max_size=5)),
+    card=st.dictionaries(
+        names, st.floats(-1e9, 1e9) | st.integers(-99, 99) | st.booleans() | st.text(max_size=5)
+    ),
     altitude=st.floats(-500.0, 2e4),
     temperature_offset=st.floats(-50.0, 50.0),
-    wind=st.builds(Wind, speed=some, from_direction=st.floats(-10.0, 10.0), up=st.floats(-10.0, 10.0)),
+    wind=st.builds(
+        Wind, speed=some, from_direction=st.floats(-10.0, 10.0), up=st.floats(-10.0, 10.0)
+    ),
     fuel=st.floats(0.001, 1.0),
     ballast=st.floats(-1000.0, 1000.0),
     turbulence=st.sampled_from(sorted(TURBULENCE_SEVERITY)),
@@ -56,7 +62,9 @@ cases = st.builds(
     ),
     das=systems,
     effects=st.lists(
-        st.builds(EffectSpec, name=names, parameters=st.dictionaries(names, st.floats(-9, 9), max_size=3)),
+        st.builds(
+            EffectSpec, name=names, parameters=st.dictionaries(names, st.floats(-9, 9), max_size=3)
+        ),
         max_size=3,
     ).map(tuple),
     truth_seed=st.integers(0, 2**31),
@@ -87,7 +95,9 @@ def test_any_suffix_of_the_dimension_is_read(tmp_path):
     )
     assert case.altitude == 1000.0
     assert case.ballast == pytest.approx(45.359, abs=1e-3)
-    assert case.temperature_offset == 10.0  # 10 °C warmer than standard is 10 K warmer, not 283.15 K warmer
+    assert (
+        case.temperature_offset == 10.0
+    )  # 10 °C warmer than standard is 10 K warmer, not 283.15 K warmer
     assert case.wind == Wind(speed=10.0 * FOOT, from_direction=1.5)
     assert case.das.temperature_noise == pytest.approx(0.5)
     assert case.pressure_error.airspeed == (50.0, 60.0)
@@ -103,10 +113,12 @@ BAD = {
     "altitude = 6000": r"altitude: the unit is missing: write altitude_ft",
     "altitude_kt = 6000": r"altitude_kt: unknown unit of altitude 'kt'\..*Known: m, ft",
     "altitude_parsec = 1": r"unknown unit of altitude 'parsec'",
-    "altitude_ft = 6000\naltitude_m = 1800": r"altitude_ft and altitude_m: one quantity, given twice",
+    "altitude_ft = 6000\naltitude_m = "
+    "1800": r"altitude_ft and altitude_m: one quantity, given twice",
     "altitude_ft = 'high'": r"altitude_ft: input should be a valid number, not 'high'",
     "das = '20/1'": (
-        r"1 problem\n  das: give a table of fields, \{ air_rate_hz = …, gps_rate_hz = … \}, not '20/1'"
+        r"1 problem\n  das: give a table of fields, \{ air_rate_hz = …, gps_rate_hz = … \}, not "
+        r"'20/1'"
     ),
     "effects = ['pod']": (
         r"1 problem\n  effects.0: give a table of fields, \{ name = …, parameters = … \}, not 'pod'"
@@ -122,15 +134,19 @@ BAD = {
     "truth_seed = -1": r"truth_seed: must not be negative",
     "[das]\nair_rate_hz = 0": r"das\.air_rate_hz: must be above 0",
     "[das]\nair_rate_hz = 200": r"das\.air_rate_hz: must not exceed the simulator's 100 Hz",
-    "[das]\nair_rate_hz = 10\ngps_rate_hz = 20": r"GPS rate \(20 Hz\) must not exceed the air-data rate \(10 Hz\)",
-    "integration_rate_hz = 20": r"integration_rate_hz: .* at 40, 50, 60, 70, 80, 90, 100 Hz, not at 20 Hz",
+    "[das]\nair_rate_hz = 10\ngps_rate_hz = "
+    "20": r"GPS rate \(20 Hz\) must not exceed the air-data rate \(10 Hz\)",
+    "integration_rate_hz = "
+    "20": r"integration_rate_hz: .* at 40, 50, 60, 70, 80, 90, 100 Hz, not at 20 Hz",
     "integration_rate_hz = 60": (
-        r"60 Hz is not a whole multiple of the 50 Hz of the air data: integrate the flight at 50 or 100 Hz"
+        r"60 Hz is not a whole multiple of the 50 Hz of the air data: integrate the flight at 50 "
+        r"or 100 Hz"
     ),
     "integration_rate = 50": r"integration_rate: the unit is missing: write integration_rate_hz",
     "[das]\nvane_noise_rad = -1": r"das\.vane_noise_rad: must not be negative",
     "[[effects]]\nparameters = {}": r"effects\.0\.name: field required",
-    "[[effects]]\nname = 'lag'\nparameters = { lag_s = 'x' }": r"effects\.0\.parameters\.lag_s: .*valid number",
+    "[[effects]]\nname = 'lag'\nparameters = { lag_s = 'x' "
+    "}": r"effects\.0\.parameters\.lag_s: .*valid number",
     "effects = 'lag'": r"effects: .*valid (tuple|array)",
     "card = { start = 2020-01-01 }": r"neither number, text",
     "altitude_ft = = 3": r"not valid TOML",

@@ -1,10 +1,12 @@
-"""5 maneuvers x 3 data systems x 4 models, in smooth and in light air: the 2σ results stay where they were.
+"""5 maneuvers x 3 data systems x 4 models, in smooth and in light air: the 2σ results stay where
+they were.
 
-Simulated light air is compared only where the C++ library draws the stored turbulence; pytest's closing line says
-where it does not. Light air from a formula is compared everywhere.
+Simulated light air is compared only where the C++ library draws the stored turbulence; pytest's
+closing line says where it does not. Light air from a formula is compared everywhere.
 
-The tolerance is 2 % (0.002 kt where that is larger): the same code gives the same digits, other versions of NumPy
-or SciPy differ in the last ones, and a real change of a noise model, a filter or a card moves more than that.
+The tolerance is 2 % (0.002 kt where that is larger): the same code gives the same digits, other
+versions of NumPy or SciPy differ in the last ones, and a real change of a noise model, a filter or
+a card moves more than that.
 """
 
 from pathlib import Path
@@ -17,7 +19,9 @@ from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 
 FORMULA_TABLE = pd.read_csv(Path(__file__).with_name("formula_two_sigma.csv"))
 TABLE = pd.read_csv(Path(__file__).with_name("two_sigma.csv"))
-MARKS = pd.read_csv(Path(__file__).with_name("turbulence_marks.csv"), index_col="maneuver")["mean_cas_mps"]
+MARKS = pd.read_csv(Path(__file__).with_name("turbulence_marks.csv"), index_col="maneuver")[
+    "mean_cas_mps"
+]
 RELATIVE, ABSOLUTE_KT = 0.02, 0.002
 
 
@@ -42,13 +46,19 @@ def test_light_air_from_a_formula():
 @pytest.mark.parametrize("maneuver", PAPER_MANEUVERS)
 def test_the_closing_line_names_what_was_not_compared(maneuver, request):
     name = f"{request.node.nodeid.partition('::')[0]}::{test_light_turbulence.__name__}[{maneuver}]"
-    skipped = pytest.TestReport(name, ("", 0, ""), {}, "skipped", ("", 0, "Skipped: other turbulence"), "call")
-    category, *_ = request.config.hook.pytest_report_teststatus(report=skipped, config=request.config)
+    skipped = pytest.TestReport(
+        name, ("", 0, ""), {}, "skipped", ("", 0, "Skipped: other turbulence"), "call"
+    )
+    category, *_ = request.config.hook.pytest_report_teststatus(
+        report=skipped, config=request.config
+    )
     assert category == "not compared in simulated light air"
 
 
 def compare(flight):
-    wanted = TABLE[(TABLE.maneuver == flight.case.maneuver) & (TABLE.turbulence == flight.case.turbulence)]
+    wanted = TABLE[
+        (TABLE.maneuver == flight.case.maneuver) & (TABLE.turbulence == flight.case.turbulence)
+    ]
     found = pd.DataFrame(two_sigma.rows(flight))
     assert list(found.das + found.model) == list(wanted.das + wanted.model)
     require_alike(found, wanted)
@@ -63,5 +73,7 @@ def test_smooth_air(maneuver, smooth_flights):
 def test_light_turbulence(maneuver, light_flights):
     flight = light_flights[maneuver]
     if two_sigma.turbulence_mark(flight) != pytest.approx(MARKS[maneuver], rel=1e-7):
-        pytest.skip("this platform's C++ library draws other turbulence: the stored figures are not its own")
+        pytest.skip(
+            "this platform's C++ library draws other turbulence: the stored figures are not its own"
+        )
     compare(flight)

@@ -1,7 +1,10 @@
-"""The 2σ results of every maneuver, data system and model for fixed seeds, and of logs from a formula:
-`PYTHONPATH=../calibrate python two_sigma.py > two_sigma.csv`, `... two_sigma.py formula > formula_two_sigma.csv`.
+"""The 2σ results of every maneuver, data system and model for fixed seeds, and of logs from a
+formula:
+`PYTHONPATH=../calibrate python two_sigma.py > two_sigma.csv`, `... two_sigma.py formula >
+formula_two_sigma.csv`.
 
-Run it only for a change that is meant to move the numbers, and say in the commit which moved and why.
+Run it only for a change that is meant to move the numbers, and say in the commit which moved and
+why.
 """
 
 import sys
@@ -25,11 +28,18 @@ LOW, HIGH = 100.0 * KNOT, 160.0 * KNOT
 
 
 def rows(flight: Flight) -> Iterator[dict[str, object]]:
-    """One row a data system and model: 2σ of the residual, mean bound and mean correction, 100 to 160 KIAS."""
+    """One row a data system and model: 2σ of the residual, mean bound and mean correction, 100 to
+    160 KIAS.
+    """
     for system in SYSTEMS:
         log = record(flight, data_system(system), SENSOR_SEED)
         for figures in _figures(log):
-            yield {"maneuver": flight.case.maneuver, "turbulence": flight.case.turbulence, "das": system, **figures}
+            yield {
+                "maneuver": flight.case.maneuver,
+                "turbulence": flight.case.turbulence,
+                "das": system,
+                **figures,
+            }
 
 
 def formula_rows() -> Iterator[dict[str, object]]:
@@ -56,14 +66,22 @@ def _figures(log: FlightLog) -> Iterator[dict[str, object]]:
 
 
 def turbulence_mark(flight: Flight) -> float:
-    """A number that depends on the random generator of the platform's C++ library: mean true airspeed [m/s]."""
-    return float(np.mean(air.calibrated_airspeed(flight["total_pressure"] - flight["static_pressure"])))
+    """A number that depends on the random generator of the platform's C++ library: mean true
+    airspeed [m/s].
+    """
+    return float(
+        np.mean(air.calibrated_airspeed(flight["total_pressure"] - flight["static_pressure"]))
+    )
 
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["formula"]:
         table = pd.DataFrame(formula_rows())
     else:
-        cases = [Case(maneuver=name, turbulence=level) for level in ("none", "light") for name in PAPER_MANEUVERS]
+        cases = [
+            Case(maneuver=name, turbulence=level)
+            for level in ("none", "light")
+            for name in PAPER_MANEUVERS
+        ]
         table = pd.DataFrame(row for case in cases for row in rows(fly(case)))
     table.to_csv(sys.stdout, index=False, float_format="%.5f", lineterminator="\n")

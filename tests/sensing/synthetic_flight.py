@@ -1,4 +1,6 @@
-"""A flight from formulas, not from the simulator: smooth, with a known answer and, if asked for, a gap."""
+"""A flight from formulas, not from the simulator: smooth, with a known answer and, if asked for, a
+gap.
+"""
 
 import numpy as np
 
@@ -11,8 +13,12 @@ RATE = 100.0
 STATIC_PRESSURE = 81200.0  # Pa, about 6,000 ft
 AIR_TEMPERATURE = 276.3  # K
 NOISE_FIELDS = [name for name in DataSystem.__dataclass_fields__ if name.endswith("_noise")]
-RESOLUTION_FIELDS = [name for name in DataSystem.__dataclass_fields__ if name.endswith("_resolution")]
-PERFECT = DataSystem(air_rate=100.0, gps_rate=100.0, **dict.fromkeys(NOISE_FIELDS + RESOLUTION_FIELDS, 0.0))
+RESOLUTION_FIELDS = [
+    name for name in DataSystem.__dataclass_fields__ if name.endswith("_resolution")
+]
+PERFECT = DataSystem(
+    air_rate=100.0, gps_rate=100.0, **dict.fromkeys(NOISE_FIELDS + RESOLUTION_FIELDS, 0.0)
+)
 
 
 def flight(seconds: float = 30.0, gap: float = 0.0, case: Case | None = None) -> Flight:

@@ -1,4 +1,6 @@
-"""From truth to log: each piece of a sensor, each imperfection and effect in its place, and what no log tells."""
+"""From truth to log: each piece of a sensor, each imperfection and effect in its place, and what no
+log tells.
+"""
 
 import re
 from dataclasses import fields, replace
@@ -10,7 +12,17 @@ from hypothesis import strategies as st
 from pyarrow import parquet
 from tests.sensing import synthetic_flight as fixture
 
-from pitotbench import BadInputError, Case, Flight, FlightLog, air, read_case, read_log, write_case, write_log
+from pitotbench import (
+    BadInputError,
+    Case,
+    Flight,
+    FlightLog,
+    air,
+    read_case,
+    read_log,
+    write_case,
+    write_log,
+)
 from pitotbench.calibration.options import USUAL
 from pitotbench.effects import EFFECTS
 from pitotbench.logbook.columns import QUANTITIES
@@ -41,9 +53,13 @@ def test_a_perfect_system_records_the_truth():
     log = record(flight, fixture.PERFECT, 1)
     for name in ("time", "static_pressure", "velocity_north", "velocity_east", "velocity_down"):
         np.testing.assert_allclose(getattr(log, name), flight[name], rtol=1e-12, err_msg=name)
-    np.testing.assert_allclose(log.impact_pressure, flight["total_pressure"] - flight["static_pressure"], rtol=1e-9)
+    np.testing.assert_allclose(
+        log.impact_pressure, flight["total_pressure"] - flight["static_pressure"], rtol=1e-9
+    )
     for channel in PLAIN:
-        if isinstance(channel.noise, str) or channel.noise == 0.0:  # a perfect system has no noise of its own
+        if (
+            isinstance(channel.noise, str) or channel.noise == 0.0
+        ):  # a perfect system has no noise of its own
             np.testing.assert_allclose(
                 getattr(log, channel.name),
                 flight[channel.name],
@@ -76,7 +92,9 @@ def test_temperature_probe(recovery):
 
 @pytest.mark.parametrize("name", list(SYSTEMS))
 def test_noise_is_the_systems(name):
-    """The difference to the noiseless log of the same flight has the stated deviation in every channel."""
+    """The difference to the noiseless log of the same flight has the stated deviation in every
+    channel.
+    """
     das, flight = SYSTEMS[name], fixture.flight(seconds=400.0)
     quiet = replace(das, **dict.fromkeys(fixture.NOISE_FIELDS + fixture.RESOLUTION_FIELDS, 0.0))
     noisy, clean = record(flight, das, 3), record(flight, quiet, 3)
@@ -168,7 +186,9 @@ def test_same_seed_same_log_and_another_seed_or_rate_another_draw():
     truth = record(flight, fixture.PERFECT, 1).impact_pressure
 
     def noise(rate: int, seed: int):
-        return record(flight, data_system(f"{rate}/10"), seed).impact_pressure - truth[:: 100 // rate]
+        return (
+            record(flight, data_system(f"{rate}/10"), seed).impact_pressure - truth[:: 100 // rate]
+        )
 
     first, slow = noise(50, 1), noise(25, 1)
     assert abs(np.corrcoef(first, noise(50, 2))[0, 1]) < 0.1
@@ -177,18 +197,30 @@ def test_same_seed_same_log_and_another_seed_or_rate_another_draw():
 
 
 def test_the_header_tells_the_case_and_no_truth():
-    case = Case(wind=Wind(speed=21.7 * KNOT), effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.31}),))
+    case = Case(
+        wind=Wind(speed=21.7 * KNOT), effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.31}),)
+    )
     header = record(fixture.flight(case=case), SYSTEMS["20/1"], 9).header
     assert header["seeds"] == {"truth": 1, "sensor": 9}
     assert header["case"]["das"]["air_rate_hz"] == 20.0
     assert header["case"]["aircraft"] == "navajo"
     assert {"pitotbench", "jsbsim", "numpy"} == set(header["versions"])
     told = repr(header)
-    for secret in ("wind", "pressure_error", "effects", "belly", "21.7", "0.31", "-0.13", "inverse"):
+    for secret in (
+        "wind",
+        "pressure_error",
+        "effects",
+        "belly",
+        "21.7",
+        "0.31",
+        "-0.13",
+        "inverse",
+    ):
         assert secret not in told, secret
     # The digest tells cases apart.
     digests = [
-        record(fixture.flight(1.0, case=c), SYSTEMS["20/1"], 9).header["case_sha256"] for c in (case, case, Case())
+        record(fixture.flight(1.0, case=c), SYSTEMS["20/1"], 9).header["case_sha256"]
+        for c in (case, case, Case())
     ]
     assert digests[0] == digests[1] != digests[2]
 
@@ -209,7 +241,10 @@ def test_truth_reads_back(tmp_path):
     assert path == tmp_path / "log.truth.parquet" == truth_path(tmp_path / "log.csv")
     back = parquet.read_table(path)
     assert read_case(back.schema.metadata[b"pitotbench case"].decode()) == flight.case
-    columns = {f"true_{QUANTITIES[n].column if n in QUANTITIES else n}": v for n, v in flight.channels.items()}
+    columns = {
+        f"true_{QUANTITIES[n].column if n in QUANTITIES else n}": v
+        for n, v in flight.channels.items()
+    }
     assert set(back.column_names) == {*columns, "segment", "on_condition"}
     for name, values in columns.items():
         np.testing.assert_array_equal(back[name].to_numpy(), values, err_msg=name)
@@ -224,10 +259,14 @@ def test_truth_reads_back(tmp_path):
 
 def test_an_error_of_the_static_source_moves_both_pressures_and_any_other_the_impact_pressure_alone():
     cases = {
-        place: Case(pressure_error=PressureErrorSpec(location=place)) for place in ("static", "total", "impact")
+        place: Case(pressure_error=PressureErrorSpec(location=place))
+        for place in ("static", "total", "impact")
     }
     flight = fixture.flight()
-    logs = {place: record(fixture.flight(case=case), fixture.PERFECT, 1) for place, case in cases.items()}
+    logs = {
+        place: record(fixture.flight(case=case), fixture.PERFECT, 1)
+        for place, case in cases.items()
+    }
     static = logs.pop("static")
     assert np.max(np.abs(static.static_pressure - flight["static_pressure"])) > 5.0
     np.testing.assert_allclose(
@@ -252,7 +291,9 @@ def test_the_slow_height_error_has_its_level_and_its_memory_and_goes_on_while_no
     assert np.mean(error[45:] * error[:-45]) / np.var(error) == pytest.approx(np.exp(-1.0), abs=0.1)
 
     def across_pauses(seconds):
-        paused = slow_error(time + seconds * (np.arange(len(time)) // 50), 2.0, 90.0, np.random.default_rng(4))
+        paused = slow_error(
+            time + seconds * (np.arange(len(time)) // 50), 2.0, 90.0, np.random.default_rng(4)
+        )
         return np.corrcoef(paused[49:-1:50], paused[50::50])[0, 1]
 
     assert abs(across_pauses(10000.0)) < 0.2
@@ -280,8 +321,13 @@ def test_quantize_rounds_to_the_nearest_step(values, resolution):
 
 
 def test_ends_steps_and_a_table_by_hand():
-    assert [repr(float(v)) for v in quantize(np.array([0.12341, 1630.37]), 0.001)] == ["0.123", "1630.37"]
-    np.testing.assert_array_equal(saturate(np.array([-3.0, 5.0, 99.0]), 0.0, 10.0), [0.0, 5.0, 10.0])
+    assert [repr(float(v)) for v in quantize(np.array([0.12341, 1630.37]), 0.001)] == [
+        "0.123",
+        "1630.37",
+    ]
+    np.testing.assert_array_equal(
+        saturate(np.array([-3.0, 5.0, 99.0]), 0.0, 10.0), [0.0, 5.0, 10.0]
+    )
     spec = PressureErrorSpec("table", airspeed=(40.0, 80.0), values=(0.1, 0.1))
     assert indicated_impact_pressure(np.array([1000.0]), known_curve(spec)) == pytest.approx(900.0)
 
@@ -359,7 +405,9 @@ def test_latency_equals_that_of_the_data_system():
 
 def test_a_gauge_reads_high_by_its_error():
     das = data_system("50/50")
-    read = record(flown(EffectSpec("manifold_pressure_gauge", {"left_inhg": 1.0, "right_inhg": 0.0})), das, 1)
+    read = record(
+        flown(EffectSpec("manifold_pressure_gauge", {"left_inhg": 1.0, "right_inhg": 0.0})), das, 1
+    )
     plain = record(flown(), das, 1)
     np.testing.assert_allclose(
         read.manifold_pressure_left - plain.manifold_pressure_left, INCH_OF_MERCURY, atol=5.01
@@ -371,7 +419,10 @@ def test_effects_on_the_aircraft_are_not_the_sensors_business_and_the_mass_is_th
     """The truth holds the load that an effect hides; the sheet, and so the log, does not."""
     das, truth = data_system("50/50"), flown()
     plain = record(truth, das, 1)
-    assert differing(record(flown(EffectSpec("belly_pod", {"drag_area_m2": 0.1})), das, 1), plain) == set()
+    assert (
+        differing(record(flown(EffectSpec("belly_pod", {"drag_area_m2": 0.1})), das, 1), plain)
+        == set()
+    )
     hidden = flown(EffectSpec("mass", {"mass_kg": 150.0}))
     hidden = replace(hidden, channels={**hidden.channels, "mass": truth["mass"] + 150.0})
     assert differing(record(hidden, das, 1), plain) == set()

@@ -1,4 +1,6 @@
-"""Data systems and their instants: on the samples where rates allow, between them where not, never across a gap."""
+"""Data systems and their instants: on the samples where rates allow, between them where not, never
+across a gap.
+"""
 
 from dataclasses import replace
 
@@ -40,7 +42,9 @@ def test_whole_ratios_fall_on_samples(air, gps):
 
 @given(st.floats(1.5, 100.0), st.floats(0.01, 1.0))
 def test_any_ratio(air, share):
-    """A linear channel is interpolated exactly; each row holds the latest fix and none of the future."""
+    """A linear channel is interpolated exactly; each row holds the latest fix and none of the
+    future.
+    """
     when = schedule(TIME, air, air * share)
     np.testing.assert_allclose(when.rows.of(TIME), when.time, atol=1e-6)
     age = when.time - when.gps.of(TIME)[when.fix]
@@ -71,11 +75,19 @@ def test_latency_shows_the_past():
 def test_only_the_high_end_gives_velocity_down_unless_a_system_states_it():
     """Martos et al. (2011), II.C; the receiver alone is noisier."""
     assert [data_system(name).label for name in SYSTEMS] == list(SYSTEMS)
-    assert [has_velocity_down(SYSTEMS[name]) for name in ("20/1", "50/50", "100/100")] == [False, True, True]
+    assert [has_velocity_down(SYSTEMS[name]) for name in ("20/1", "50/50", "100/100")] == [
+        False,
+        True,
+        True,
+    ]
     for stated in ("recorded", "missing"):
         systems = [replace(system, vertical_velocity=stated) for system in SYSTEMS.values()]
         assert {has_velocity_down(system) for system in systems} == {stated == "recorded"}
-    assert SYSTEMS["20/1"].velocity_noise > SYSTEMS["50/50"].velocity_noise == SYSTEMS["100/100"].velocity_noise
+    assert (
+        SYSTEMS["20/1"].velocity_noise
+        > SYSTEMS["50/50"].velocity_noise
+        == SYSTEMS["100/100"].velocity_noise
+    )
 
 
 def test_noise_is_ten_times_the_specification():
@@ -105,7 +117,10 @@ KNOWN = r"unknown data system .*Known: 20/1, 50/50, 100/100.*such as 25/5"
 @pytest.mark.parametrize(
     ("text", "rule"),
     [
-        *((text, KNOWN) for text in ("", "20", "20/", "fast/slow", "20/1/1", "-20/1", "20/-1", "1e2/1", "nan/1")),
+        *(
+            (text, KNOWN)
+            for text in ("", "20", "20/", "fast/slow", "20/1/1", "-20/1", "20/-1", "1e2/1", "nan/1")
+        ),
         ("1/20", "must be above 0 and not exceed the air-data rate; write air data first"),
         ("0/0", "must be above 0"),
         ("20/0", "must be above 0"),

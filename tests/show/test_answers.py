@@ -1,4 +1,6 @@
-"""The sentences of an answer: the certification rule, where a log comes from, what a bound takes for granted."""
+"""The sentences of an answer: the certification rule, where a log comes from, what a bound takes
+for granted.
+"""
 
 import re
 from dataclasses import replace
@@ -35,7 +37,9 @@ def _with_curve(result, correction_kt, two_sigma_kt):
 
 def _terminal(result, details=False) -> str:
     stream = StringIO()
-    print_calibration(result, Console(file=stream, highlight=False, soft_wrap=True, width=80), details=details)
+    print_calibration(
+        result, Console(file=stream, highlight=False, soft_wrap=True, width=80), details=details
+    )
     return stream.getvalue()
 
 
@@ -79,11 +83,15 @@ def test_a_limit_that_cannot_be_read_is_refused(text):
 
 
 def test_the_altitude_limit_judges_the_error_as_it_is_at_sea_level(result):
-    """A static error of 1 % of q_c at 200 kt (6633.5 Pa) is 18.1 ft at sea level, where ρ g is 12.01 Pa/m."""
+    """A static error of 1 % of q_c at 200 kt (6633.5 Pa) is 18.1 ft at sea level, where ρ g is
+    12.01 Pa/m.
+    """
     ones = np.ones(3)
     curve = replace(
         result.curve,
-        **dict.fromkeys(("correction", "two_sigma", "simultaneous_two_sigma", "white_two_sigma"), 0.0 * ones),
+        **dict.fromkeys(
+            ("correction", "two_sigma", "simultaneous_two_sigma", "white_two_sigma"), 0.0 * ones
+        ),
         indicated_airspeed=200.0 * KNOT * ones,
         normalized_pressure_error=0.01 * ones,
         normalized_two_sigma=0.0 * ones,
@@ -93,7 +101,9 @@ def test_the_altitude_limit_judges_the_error_as_it_is_at_sea_level(result):
     found = judgments(replace(result, curve=curve))[1]
     assert found.rule == "FAR 23.1325(e)"
     assert found.with_bound.size == pytest.approx(60.0 - 18.1, abs=0.1)
-    assert len(judgments(replace(result, curve=curve, place_assumed=True))) == 1, "no rule judges what is assumed"
+    assert len(judgments(replace(result, curve=curve, place_assumed=True))) == 1, (
+        "no rule judges what is assumed"
+    )
 
 
 def test_a_card_has_the_units_in_its_headings_and_the_numbers_of_the_curve(result):
@@ -104,7 +114,9 @@ def test_a_card_has_the_units_in_its_headings_and_the_numbers_of_the_curve(resul
         "correction_kt",
         "two_sigma_kt",
     ]
-    speed, calibrated, correction, bound = np.array([row.split(",")[:4] for row in rows], dtype=float).T
+    speed, calibrated, correction, bound = np.array(
+        [row.split(",")[:4] for row in rows], dtype=float
+    ).T
     assert calibrated - speed == pytest.approx(correction, abs=0.002)
     assert bound == pytest.approx(result.curve.two_sigma / KNOT, abs=0.001)
 
@@ -125,13 +137,19 @@ def test_the_terminal_answers_in_a_sentence_and_shows_the_curve_at_one_glance(re
 
 
 def test_a_stated_accuracy_is_named_with_its_part_of_both_bounds(result):
-    share = Share("impact_pressure_zero_pa", Estimate("zero", 102.0, 9.99), 2.44 * KNOT, 0.76 * KNOT)
+    share = Share(
+        "impact_pressure_zero_pa", Estimate("zero", 102.0, 9.99), 2.44 * KNOT, 0.76 * KNOT
+    )
     text = _terminal(replace(result, shares=(share,)), details=True)
-    assert "impact_pressure_zero_pa (estimated +102 ± 9.99) contributes ±2.44 kt to the curve" in text
+    assert (
+        "impact_pressure_zero_pa (estimated +102 ± 9.99) contributes ±2.44 kt to the curve" in text
+    )
     assert "±0.76 kt to the wind" in text
 
 
-@pytest.mark.parametrize(("header", "origin"), [({}, "measured log"), ({"case": {}}, "simulated log")])
+@pytest.mark.parametrize(
+    ("header", "origin"), [({}, "measured log"), ({"case": {}}, "simulated log")]
+)
 def test_a_page_says_whether_its_log_was_measured(log, result, header, origin):
     section = log_section("a.csv", replace(log, header=header), result)
     assert f"<p>From a {origin}</p>" in log_page("A log", [section])
@@ -159,7 +177,10 @@ def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_jso
     assert stated in document["assumptions"]
     assert document["impact_pressure_zero_pa"] is None
     # A log that states exact sensors is said to have no constant error.
-    said = "no constant error of temperature, recovery factor, static pressure, GPS velocity (stated by the log)"
+    said = (
+        "no constant error of temperature, recovery factor, static pressure, GPS velocity "
+        "(stated by the log)"
+    )
     assert said in _printed(result)
 
 
@@ -169,7 +190,8 @@ def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):
     zero = result.impact_pressure_zero
     printed = _printed(result)
     assert (
-        f"takes out a zero offset of the impact pressure of {zero.value:+.0f} ± {zero.two_sigma:.0f} Pa" in printed
+        f"takes out a zero offset of the impact pressure of {zero.value:+.0f} ± "
+        f"{zero.two_sigma:.0f} Pa" in printed
     )
     assert "a constant part of Δp looks the same" in printed
     assert calibration_json(result)["impact_pressure_zero_pa"]["value"] == zero.value

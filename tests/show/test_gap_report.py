@@ -37,7 +37,13 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.gap_page import account_page, draw_trace, reconciliation_record, telling_panels
-from pitotbench.show.gap_words import calibration_words, evidence_words, features_limit, part_words, sentences
+from pitotbench.show.gap_words import (
+    calibration_words,
+    evidence_words,
+    features_limit,
+    part_words,
+    sentences,
+)
 from pitotbench.show.style import stacked
 from pitotbench.show.verdict import account_json, candidate_columns, print_account
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
@@ -52,8 +58,14 @@ NAMED = Verdict(
     effects=(POD,),
     alternatives=((),),
     candidates=(POD, GEAR),
-    located=(Located("specific_force_x", "", "airspeed", -68.2), Located("temperature", "level", "", 9.0)),
-    checks=(Check("clock", "passed", "rows every 0.02 s"), Check("saturation", "failed", "stands at 900 Pa")),
+    located=(
+        Located("specific_force_x", "", "airspeed", -68.2),
+        Located("temperature", "level", "", 9.0),
+    ),
+    checks=(
+        Check("clock", "passed", "rows every 0.02 s"),
+        Check("saturation", "failed", "stands at 900 Pa"),
+    ),
     closure=Closure(2000.0, 1010.0, 1000.0),
     smallest_detectable=(Detectable("pitot_lag", "lag_s", 0.08),),
     advice=("to sharpen belly_pod: level flight (four_leg)",),
@@ -76,7 +88,13 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
         aircraft="navajo",
         holdout="other.csv",
         rounds=rounds,
-        gap_map=GapMap(("specific_force_x", "temperature"), ("over airspeed", "level"), before, before / 20.0, 4.3),
+        gap_map=GapMap(
+            ("specific_force_x", "temperature"),
+            ("over airspeed", "level"),
+            before,
+            before / 20.0,
+            4.3,
+        ),
         waterfall=(Step("belly_pod", 1010.0),) if added else (),
         traces=(Trace("specific_force_x", "m/s²", TIME, np.cos(TIME), np.cos(TIME), EVERY),),
         patch='[[effects]]\nname = "belly_pod"\n' if added else "",
@@ -93,13 +111,19 @@ def test_the_answer_is_in_sentences_and_plain_data():
     assert "specific force x over airspeed (-68σ)" in " ".join(evidence_words(account()))
     assert "closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
     assert "no significant gap remains" in text
-    assert any("before you believe" in text for text in sentences(replace(account(), null_flights=0)))
+    assert any(
+        "before you believe" in text for text in sentences(replace(account(), null_flights=0))
+    )
     # An effect that cannot be distinguished is named with its size.
     text = sentences(account(replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))))[0]
     assert "one of these" in text
     assert "or, less probably, gear not up (extension 0.26 ± 0.02; 99 %)" in text
     document = account_json(account())
-    assert document["rounds"][0] == {"verdict": "named", "added": ["belly_pod"], "closure": pytest.approx(0.99)}
+    assert document["rounds"][0] == {
+        "verdict": "named",
+        "added": ["belly_pod"],
+        "closure": pytest.approx(0.99),
+    }
     assert document["flown_again"]["within_tolerance"][0]["after"] == 0.97
     assert document["flown_again_holdout"]["skipped"] == "no card"
     assert document["closure_holdout"] == pytest.approx(0.95)
@@ -109,7 +133,9 @@ def doubted(**probabilities: float) -> Verdict:
     """A verdict of a pod with a probability, and of one further cause."""
     pod, rival = probabilities
     effect = replace(POD, probability=probabilities[pod])
-    found = replace(NAMED, kind="one_of", effects=(effect,), alternatives=((rival,),), candidates=(effect, GEAR))
+    found = replace(
+        NAMED, kind="one_of", effects=(effect,), alternatives=((rival,),), candidates=(effect, GEAR)
+    )
     return replace(found, probabilities=probabilities)
 
 
@@ -117,8 +143,11 @@ def test_what_a_set_leaves_for_causes_of_another_form_is_told():
     told = sentences(account(doubted(belly_pod=0.7, gear_not_up=0.05)))[0]
     assert "With 25 % it is a cause that the table does not hold" in told
     assert "table does not hold" not in sentences(account())[0]
-    # A cause whose best form is another candidate than its plain one has its probability all the same.
-    assert "table does not hold" not in sentences(account(doubted(belly_pod=0.5, hysteresis=0.45)))[0]
+    # A cause whose best form is another candidate than its plain one has its probability all the
+    # same.
+    assert (
+        "table does not hold" not in sentences(account(doubted(belly_pod=0.5, hysteresis=0.45)))[0]
+    )
 
 
 def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
@@ -131,7 +160,9 @@ def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
 
 def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
     against = "the sizes of the other flights close only 50% of the gap of b.csv"
-    told = sentences(account(replace(doubted(belly_pod=0.5, gear_not_up=0.01), remains=True, doubts=(against,))))
+    told = sentences(
+        account(replace(doubted(belly_pod=0.5, gear_not_up=0.01), remains=True, doubts=(against,)))
+    )
     assert f"What speaks against it: {against}." in told
     assert not any("Something remains" in line for line in told)
 
@@ -140,12 +171,22 @@ def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_account(found, Console(width=200))
     text, page = capsys.readouterr().out, account_page(found)
-    assert text.index("closes 99 %") < text.index("warning: other.csv: column 'heading") < text.index("where the")
-    assert page.index("closes 99 %") < page.index("column &#39;heading_deg&#39;") < page.index("Where the gap is")
+    assert (
+        text.index("closes 99 %")
+        < text.index("warning: other.csv: column 'heading")
+        < text.index("where the")
+    )
+    assert (
+        page.index("closes 99 %")
+        < page.index("column &#39;heading_deg&#39;")
+        < page.index("Where the gap is")
+    )
     assert account_json(found)["warnings"] == list(found.warnings)
 
 
-@pytest.mark.parametrize(("kind", "said"), [("unknown", "no effect of the table"), ("no_gap", "agree")])
+@pytest.mark.parametrize(
+    ("kind", "said"), [("unknown", "no effect of the table"), ("no_gap", "agree")]
+)
 def test_a_verdict_without_a_patch_offers_none(kind, said):
     verdict = replace(NAMED, kind=kind, effects=(), alternatives=(), closure_holdout=None)
     found = account(verdict, added=())
@@ -163,12 +204,18 @@ def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
     text = " ".join(sentences(found))
     assert "The gap follows a formula: pitch: Δθ = (2.04 ± 0.3)° sin²φ; ± is 2σ." in text
     assert f"In the place of Δθ with sin²φ, the log is explained as well by {rival}." in text
-    assert "The formula closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
+    assert (
+        "The formula closes 99 % of the explainable gap of this log, and 95 % of that of other.csv"
+        in text
+    )
     page = account_page(found)
     assert "sin²φ" in page
     assert "pitch_formula" in page
     told = account_json(found)["formula"]
-    assert (told["terms"][0]["value"], told["closure_holdout"]) == (2.04, formula.closure_holdout.share)
+    assert (told["terms"][0]["value"], told["closure_holdout"]) == (
+        2.04,
+        formula.closure_holdout.share,
+    )
     refused = replace(found, formula=replace(formula, refused="it closes only 10 %"))
     assert "It is not put into the model: it closes only 10 %." in sentences(refused)
     assert "pitch_formula" not in account_page(refused)
@@ -177,8 +224,20 @@ def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
 def test_the_page_stands_alone_and_holds_every_part():
     page = account_page(account())
     assert not re.search(r'(src|href)="(?!#|data:)', page)
-    parts = ("σ", "thrust less drag [g]", "[min]", "inHg", "rows every 0.02 s", "stands at 900 Pa", "lag 0.08 s")
-    assert [part for part in (*parts, "no card", "<td>25</td><td>97</td><td>98</td>") if part not in page] == []
+    parts = (
+        "σ",
+        "thrust less drag [g]",
+        "[min]",
+        "inHg",
+        "rows every 0.02 s",
+        "stands at 900 Pa",
+        "lag 0.08 s",
+    )
+    assert [
+        part
+        for part in (*parts, "no card", "<td>25</td><td>97</td><td>98</td>")
+        if part not in page
+    ] == []
     assert ">nan<" not in page
 
 
@@ -254,7 +313,11 @@ def test_every_channel_and_variable_has_a_unit_of_the_field():
 
 
 def test_the_page_begins_with_the_answer_and_its_picture():
-    found = replace(account(), telling=telling(), calibration=CalibrationChange(np.array([50.0]), np.array([0.5])))
+    found = replace(
+        account(),
+        telling=telling(),
+        calibration=CalibrationChange(np.array([50.0]), np.array([0.5])),
+    )
     page = account_page(found)
     first = page[: page.index("What is added")]
     assert "up to 1.0 kt too high (at 97 KIAS" in first
@@ -266,15 +329,29 @@ def test_the_page_begins_with_the_answer_and_its_picture():
     ("change", "said"), [(0.0, "not touched"), (-1.0, "1.9 kt too low"), (0.3, "0.6 kt too high")]
 )
 def test_what_a_calibration_suffers_is_said_with_its_sign(change, said):
-    assert said in calibration_words(CalibrationChange(np.array([50.0, 60.0]), np.array([0.0, change])))
+    assert said in calibration_words(
+        CalibrationChange(np.array([50.0, 60.0]), np.array([0.0, change]))
+    )
 
 
 def joined() -> Account:
     def flight(log: str, apart: float, left_out: float) -> JoinedFlight:
         own = OwnSize("belly_pod", Estimate("drag_area_m2", 0.11, 0.02), apart)
-        closure, held = Closure(2000.0, 1010.0, 1000.0), Closure(2000.0, 2000.0 - 1000.0 * left_out, 1000.0)
+        closure, held = (
+            Closure(2000.0, 1010.0, 1000.0),
+            Closure(2000.0, 2000.0 - 1000.0 * left_out, 1000.0),
+        )
         return JoinedFlight(
-            log, "circle", 8.1, "one_of", (("belly_pod", "turn_drag"),), 80.0, closure, held, (own,), 8
+            log,
+            "circle",
+            8.1,
+            "one_of",
+            (("belly_pod", "turn_drag"),),
+            80.0,
+            closure,
+            held,
+            (own,),
+            8,
         )
 
     return replace(account(), flights=(flight("a.csv", 1.4, 0.97), flight("b.csv", 6.3, 0.31)))
@@ -295,7 +372,9 @@ def test_several_flights_are_told_on_the_page_and_in_json():
 
 
 def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
-    found = replace(joined(), rounds=(Round(replace(NAMED, probabilities={"belly_pod": 0.91}), ("belly_pod",)),))
+    found = replace(
+        joined(), rounds=(Round(replace(NAMED, probabilities={"belly_pod": 0.91}), ("belly_pod",)),)
+    )
     assert "It is belly pod" in repr(found)
     assert "b.csv" in found._repr_html_()
     frame = found.to_frame()
@@ -306,7 +385,9 @@ def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
 
 
 LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.33, 0.06),), 30.0, 0.74)
-WATER = Candidate("water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0)
+WATER = Candidate(
+    "water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0
+)
 PARTED = replace(
     NAMED,
     kind="one_of",
@@ -322,13 +403,20 @@ PARTED = replace(
 def test_the_part_is_told_first_then_its_causes_and_last_those_of_other_parts(capsys):
     found = account(PARTED, added=("pitot_lag",))
     assert sentences(found)[0] == (
-        "It is the pitot line (97 %): pitot lag (lag 0.33 ± 0.06 s; 74 %) or water in line (lag 0.31 ± 0.06 s; "
+        "It is the pitot line (97 %): pitot lag (lag 0.33 ± 0.06 s; 74 %) or water in line (lag "
+        "0.31 ± 0.06 s; "
         "column 0.02 ± 0.01 m; 20 %); less probably, it is static lag (3 %); ± is 2σ."
     )
     print_account(found, Console(width=200))
-    assert capsys.readouterr().out.startswith("pitot line: one of these causes\nIt is the pitot line (97 %)")
+    assert capsys.readouterr().out.startswith(
+        "pitot line: one of these causes\nIt is the pitot line (97 %)"
+    )
     assert "It is the pitot line (97 %)" in account_page(found)
-    gps = replace(PARTED, effects=(replace(LAG, name="gps_latency"),), named_parts=("GPS receiver and its clock",))
+    gps = replace(
+        PARTED,
+        effects=(replace(LAG, name="gps_latency"),),
+        named_parts=("GPS receiver and its clock",),
+    )
     gps = replace(gps, parts={"GPS receiver and its clock": 0.92}, alternatives=(("clock_drift",),))
     assert "GPS receiver and its clock: one of these causes" in account_page(account(gps))
     document = account_json(found)
@@ -349,12 +437,17 @@ def test_two_parts_and_a_part_that_shares_a_model_are_told():
     told = sentences(account(both))[0]
     assert told.startswith("It is the pitot line (96 %): pitot lag")
     assert "; and it is the drag (91 %): belly pod" in told
-    assert part_words("pitot head", ["total_pressure_loss"]) == "the pitot head or the impact transducer"
+    assert (
+        part_words("pitot head", ["total_pressure_loss"])
+        == "the pitot head or the impact transducer"
+    )
 
 
 def test_title_and_table_agree_on_what_is_named():
     assert "the most probable" in account_page(account(PARTED))
-    doubted, named = ([candidate_columns(v)[-1].value(each) for each in v.candidates] for v in (PARTED, NAMED))
+    doubted, named = (
+        [candidate_columns(v)[-1].value(each) for each in v.candidates] for v in (PARTED, NAMED)
+    )
     assert doubted == ["the most probable", "cannot be distinguished"]
     assert named == ["named", ""]
 
@@ -365,25 +458,36 @@ def test_the_remaining_gap_is_the_first_map_and_the_patch_with_its_commands_stan
     assert page.index("In short") < page.index("The patch") < page.index("Where the gap is")
     assert "pitotbench fly case.toml" in page
     assert "--apply NAME" in page
-    assert "--apply NAME" not in account_page(account(PARTED, added=("pitot_lag",)))  # nothing of the aircraft
+    assert "--apply NAME" not in account_page(
+        account(PARTED, added=("pitot_lag",))
+    )  # nothing of the aircraft
 
 
 def numbers(*sigmas: float) -> FlownAgain:
-    """A card flown again with characteristic numbers that differ by some σ, and seventy that do not."""
+    """A card flown again with characteristic numbers that differ by some σ, and seventy that do
+    not.
+    """
     features = [
-        Feature("leg", f"number {i}", "kt", s, 0.0, 0.0, 1.0, 4) for i, s in enumerate([*sigmas] + [1.0] * 70)
+        Feature("leg", f"number {i}", "kt", s, 0.0, 0.0, 1.0, 4)
+        for i, s in enumerate([*sigmas] + [1.0] * 70)
     ]
-    return FlownAgain(tuple(features), (Tolerance("indicated airspeed", "kt", 1.2, 0.87, 0.89, 0.95),), ())
+    return FlownAgain(
+        tuple(features), (Tolerance("indicated airspeed", "kt", 1.2, 0.87, 0.89, 0.95),), ()
+    )
 
 
 def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside_the_sentence_of_none():
-    # Student's t of four degrees of freedom exceeds 7 once in 450 numbers: one card of six has one among 77.
+    # Student's t of four degrees of freedom exceeds 7 once in 450 numbers: one card of six has one
+    # among 77.
     assert 8.0 < features_limit(numbers(7.0).features) < 11.0
     chance, more = (replace(account(), flown=numbers(s)) for s in (7.0, 20.0))
     assert "With that in the model, no significant gap remains." in sentences(chance)
     assert "differ by more than chance, before" not in account_page(chance)
     told = " ".join(sentences(more))
-    assert "no significant gap remains in the channels; flown again, 1 of 71 characteristic numbers" in told
+    assert (
+        "no significant gap remains in the channels; flown again, 1 of 71 characteristic numbers"
+        in told
+    )
     assert "(1 of 71)" in account_page(more)
     assert "indicated airspeed is within its tolerance less often" in account_page(chance)
     assert "less often" not in account_page(account())
@@ -391,10 +495,20 @@ def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside
 
 def test_the_record_is_in_the_order_of_a_qualification_test():
     digest = "0123456789abcdef" * 4
-    made = Provenance((InputFile("aircraft", "navajo.xml", digest),), (), {"pitotbench": "0.1.0"}, "2026-01-01")
+    made = Provenance(
+        (InputFile("aircraft", "navajo.xml", digest),), (), {"pitotbench": "0.1.0"}, "2026-01-01"
+    )
     unsure = replace(NAMED, doubts=("it closes only 0.7",), remains=True, closure_holdout=None)
     page, doubtful = (reconciliation_record(account(each), made) for each in (NAMED, unsure))
-    headings = ["Objective and inputs", "Settings", "Conditions", "Tolerances", "Results", "Statement", "Checks"]
+    headings = [
+        "Objective and inputs",
+        "Settings",
+        "Conditions",
+        "Tolerances",
+        "Results",
+        "Statement",
+        "Checks",
+    ]
     assert re.findall("<h2>(.*?)</h2>", page) == headings
     assert digest in page
     assert "pitotbench 0.1.0" in page

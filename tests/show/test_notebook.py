@@ -15,7 +15,9 @@ from pitotbench.units import KNOT
 def plan():
     speeds = np.array([100.0, 130.0, 160.0]) * KNOT
     bound = np.full(3, 0.2 * KNOT)
-    forecast = Forecast("circle", {}, 6.0, 9.0, 0.5, (9000.0, 9000.0), speeds, bound, bound, 0.0, np.zeros((2, 4)))
+    forecast = Forecast(
+        "circle", {}, 6.0, 9.0, 0.5, (9000.0, 9000.0), speeds, bound, bound, 0.0, np.zeros((2, 4))
+    )
     return Plan("light turbulence", (forecast,), {}, forecast, None, None, 0)
 
 
@@ -35,7 +37,9 @@ def test_a_record_shows_itself_in_one_line_as_html_and_as_a_picture(name, reques
 def test_the_table_of_a_calibration_holds_its_curve_in_knots(result):
     table = result.to_frame()
     assert table["correction_kt"].to_numpy() == pytest.approx(result.curve.correction / KNOT)
-    assert table["calibrated_airspeed_kt"].to_numpy() == pytest.approx(result.curve.calibrated_airspeed_kt)
+    assert table["calibrated_airspeed_kt"].to_numpy() == pytest.approx(
+        result.curve.calibrated_airspeed_kt
+    )
 
 
 def test_the_table_of_a_log_has_the_columns_of_the_file(log):
@@ -57,9 +61,13 @@ def test_what_has_no_view_is_told(tmp_path):
         to_frame(tmp_path)
 
 
-@pytest.mark.parametrize(("north", "east", "expected"), [(-5.0, 0.0, 0.0), (0.0, -5.0, 90.0), (5.0, 0.0, 180.0)])
+@pytest.mark.parametrize(
+    ("north", "east", "expected"), [(-5.0, 0.0, 0.0), (0.0, -5.0, 90.0), (5.0, 0.0, 180.0)]
+)
 def test_the_wind_is_named_by_the_direction_it_comes_from(result, north, east, expected):
     wind = result.wind
-    turned = replace(wind, north=replace(wind.north, value=north), east=replace(wind.east, value=east))
+    turned = replace(
+        wind, north=replace(wind.north, value=north), east=replace(wind.east, value=east)
+    )
     assert turned.from_deg == pytest.approx(expected, abs=1e-9)
     assert turned.speed_kt == pytest.approx(5.0 / KNOT)

@@ -23,13 +23,21 @@ from pitotbench.units import KNOT
 
 
 def _words(panels: list[Panel]) -> str:
-    drawn = " ".join(text for p in panels for text in re.findall(r"<text[^>]*>([^<]*)</text>", p.drawing))
+    drawn = " ".join(
+        text for p in panels for text in re.findall(r"<text[^>]*>([^<]*)</text>", p.drawing)
+    )
     return drawn + " ".join(f"{p.title} {p.note}" for p in panels)
 
 
 def test_panels_carry_units_truth_and_the_limit(result):
     text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
-    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 23.1323(b)", "truth", "2σ for white residuals"):
+    for wanted in (
+        "Error curve",
+        "indicated airspeed [kt]",
+        "FAR 23.1323(b)",
+        "truth",
+        "2σ for white residuals",
+    ):
         assert wanted in text
     text = _words(residual_panels(result))
     for wanted in ("Data density", "lag [s]", "time [min]", "measured − predicted [kt]"):
@@ -58,7 +66,9 @@ def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
 
 def test_the_table_of_points_says_how_far_each_is_off_the_curve(result, point, capsys):
     curve = result.curve
-    on_curve = float(np.interp(point.indicated_airspeed, curve.indicated_airspeed, curve.correction))
+    on_curve = float(
+        np.interp(point.indicated_airspeed, curve.indicated_airspeed, curve.correction)
+    )
     print_points([replace(point, correction=on_curve + 0.5 * KNOT)], Console(width=80), curve)
     row = capsys.readouterr().out.splitlines()[-1]
     assert row.startswith("four-leg")
@@ -86,8 +96,12 @@ def test_flight_panels_show_wind_and_tolerances(smooth_flights):
 
 def test_answer_gives_curve_and_wind_with_their_bounds(result):
     answer = short_answer_of(result, "step decrease 10/10")
-    assert answer.wind_kt == pytest.approx(np.hypot(*fixture.WIND) / KNOT, abs=3.0 * answer.wind_two_sigma_kt)
-    assert [c.indicated_kt for c in answer.corrections] == sorted(c.indicated_kt for c in answer.corrections)
+    assert answer.wind_kt == pytest.approx(
+        np.hypot(*fixture.WIND) / KNOT, abs=3.0 * answer.wind_two_sigma_kt
+    )
+    assert [c.indicated_kt for c in answer.corrections] == sorted(
+        c.indicated_kt for c in answer.corrections
+    )
     assert all(c.two_sigma_kt > 0.0 for c in answer.corrections)
 
 
@@ -167,7 +181,9 @@ def many_names(axes):
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW])
-@pytest.mark.parametrize("draw", [plain, large_numbers, named_bars, logarithmic, with_words, many_names])
+@pytest.mark.parametrize(
+    "draw", [plain, large_numbers, named_bars, logarithmic, with_words, many_names]
+)
 def test_nothing_is_cut_and_the_legend_covers_nothing(draw, size):
     with stacked([draw], size, 3) as figure:
         figure.draw_without_rendering()

@@ -1,4 +1,6 @@
-"""One description of a table's columns for terminal, HTML, Markdown and JSON; texts from outside act nowhere."""
+"""One description of a table's columns for terminal, HTML, Markdown and JSON; texts from outside
+act nowhere.
+"""
 
 import json
 import re
@@ -35,7 +37,10 @@ COLUMNS = (
     Column("", lambda row: 7, key="hidden"),
     Column("shown only", lambda row: row["speed"], "kt", "+.1f"),
 )
-ROWS = ({"name": "a|<b>", "share": 0.981, "speed": 2.0}, {"name": "\x1b[31m", "share": None, "speed": -3.25})
+ROWS = (
+    {"name": "a|<b>", "share": 0.981, "speed": 2.0},
+    {"name": "\x1b[31m", "share": None, "speed": -3.25},
+)
 
 
 def _printed(show, width: int = 80) -> str:
@@ -46,13 +51,20 @@ def _printed(show, width: int = 80) -> str:
 
 def terminal_lines(columns, rows):
     """The lines of a table in a pipe, and how many of them are the heading."""
-    lines = [line.rstrip() for line in _printed(lambda console: print_table(columns, rows, console)).splitlines()]
+    lines = [
+        line.rstrip()
+        for line in _printed(lambda console: print_table(columns, rows, console)).splitlines()
+    ]
     return lines, next(number for number, line in enumerate(lines) if "─" in line)
 
 
 def test_every_renderer_shows_the_same_cells():
     lines, above = terminal_lines(COLUMNS, ROWS)
-    assert lines[above - 1].split() == ["name", "[%]", "[kt]"]  # units on the last line of the heading
+    assert lines[above - 1].split() == [
+        "name",
+        "[%]",
+        "[kt]",
+    ]  # units on the last line of the heading
     assert set(lines[above]) == {"─", " "}
     assert lines[above + 1].split() == ["a|<b>", "98", "+2.0"]
     assert "<td>98</td><td>+2.0</td>" in html_table(COLUMNS, ROWS)
@@ -63,14 +75,21 @@ def test_every_renderer_shows_the_same_cells():
     assert "a|&lt;b&gt;" in html_table(COLUMNS, ROWS)
     assert lines[-1].split()[1] == "–"
     assert json_rows(COLUMNS, ROWS)[1]["share"] is None
-    # A correction that is rounded to nought has no minus sign, and a table of no rows prints nothing.
-    assert [Column("x", lambda r: r, "ft", "+.0f").text(value) for value in (-0.4, -0.6)] == ["+0", "-1"]
+    # A correction that is rounded to nought has no minus sign, and a table of no rows prints
+    # nothing.
+    assert [Column("x", lambda r: r, "ft", "+.0f").text(value) for value in (-0.4, -0.6)] == [
+        "+0",
+        "-1",
+    ]
     assert _printed(lambda console: print_table(COLUMNS, [], console, "title")) == ""
 
 
 def test_an_optional_column_without_a_value_is_not_shown():
     rows = [{"x": 1, "y": None}]
-    columns = [Column("x", lambda r: r["x"]), Column("y", lambda r: r["y"], "ft", ".1f", "y", optional=True)]
+    columns = [
+        Column("x", lambda r: r["x"]),
+        Column("y", lambda r: r["y"], "ft", ".1f", "y", optional=True),
+    ]
     assert "y" not in "".join(terminal_lines(columns, rows)[0])
     assert "y" not in markdown_table(columns, rows)
     assert json_rows(columns, rows) == [{}]
@@ -89,7 +108,9 @@ def test_a_frame_keeps_its_headings_and_its_whole_numbers():
 def _forecast(name: str) -> Forecast:
     speeds = np.array([100.0, 160.0]) * KNOT
     bounds = np.array([0.3, 0.2]) * KNOT
-    return Forecast(name, {}, 12.25, 15.5, 0.5, (9e3, 8e3), speeds, bounds, bounds, 0.01, np.zeros((2, 2)))
+    return Forecast(
+        name, {}, 12.25, 15.5, 0.5, (9e3, 8e3), speeds, bounds, bounds, 0.01, np.zeros((2, 2))
+    )
 
 
 def _plan() -> Plan:
@@ -106,7 +127,11 @@ def _campaign() -> pd.DataFrame:
 @pytest.mark.parametrize(
     ("show", "columns", "last"),
     [
-        (lambda console: print_plan(_plan(), console), plan_columns(_plan()), "best, no steep turn"),
+        (
+            lambda console: print_plan(_plan(), console),
+            plan_columns(_plan()),
+            "best, no steep turn",
+        ),
         (lambda console: print_campaign(_campaign(), console), CAMPAIGN_COLUMNS, "1234568"),
     ],
 )
@@ -120,7 +145,13 @@ def test_a_table_in_a_pipe_is_never_cut(show, columns, last, width):
 
 def test_the_headings_of_one_table_differ_and_say_what_each_2σ_is():
     rows = [WeighedModel("bias", None, 1.0, True)]
-    for columns in (CAMPAIGN_COLUMNS, CURVE_COLUMNS, POINT_COLUMNS, plan_columns(_plan()), choice_columns(rows)):
+    for columns in (
+        CAMPAIGN_COLUMNS,
+        CURVE_COLUMNS,
+        POINT_COLUMNS,
+        plan_columns(_plan()),
+        choice_columns(rows),
+    ):
         headings = [column.heading for column in columns if column.heading]
         assert len(set(headings)) == len(headings)
         assert not {"2σ", "±2σ", "±"} & set(headings)
@@ -129,18 +160,24 @@ def test_the_headings_of_one_table_differ_and_say_what_each_2σ_is():
 
 def test_the_curve_in_numbers_fits_80_columns_and_gives_calibrated_airspeed():
     speed = np.array([100.0, 160.0]) * KNOT
-    curve = ErrorCurve(speed, 0.01 * speed, *[0.002 * speed] * 3, *[np.array([-0.0123, 0.0123])] * 2)
+    curve = ErrorCurve(
+        speed, 0.01 * speed, *[0.002 * speed] * 3, *[np.array([-0.0123, 0.0123])] * 2
+    )
     lines, _ = terminal_lines(CURVE_COLUMNS, curve_points(curve))
     assert max(map(len, lines)) <= 80
     assert re.match(r" *160 +161\.60 +\+1\.60 ", lines[-1])
-    assert json_rows(CURVE_COLUMNS, curve_points(curve))[1]["calibrated_airspeed_kt"] == pytest.approx(161.6)
+    assert json_rows(CURVE_COLUMNS, curve_points(curve))[1][
+        "calibrated_airspeed_kt"
+    ] == pytest.approx(161.6)
 
 
 def test_the_altitude_correction_is_in_feet_and_only_where_the_static_source_errs():
     speed = np.array([100.0, 160.0]) * KNOT
     curve = ErrorCurve(speed, *[0.01 * speed] * 4, *[np.array([-0.0123, 0.0123])] * 2)
     static = replace(
-        curve, altitude_correction=np.array([3.048, -6.096]), altitude_two_sigma=np.array([3.048, 3.048])
+        curve,
+        altitude_correction=np.array([3.048, -6.096]),
+        altitude_two_sigma=np.array([3.048, 3.048]),
     )
     rows = json_rows(CURVE_COLUMNS, curve_points(static))
     assert [row["altitude_correction_ft"] for row in rows] == pytest.approx([10.0, -20.0])
@@ -151,7 +188,12 @@ def test_the_altitude_correction_is_in_feet_and_only_where_the_static_source_err
 
 
 def test_json_is_strict_ends_in_a_line_break_and_keeps_every_digit():
-    document = {"a": [float("nan"), (np.float64("inf"), 1.5)], "b": {"c": -float("inf")}, "d": "inf", "e": True}
+    document = {
+        "a": [float("nan"), (np.float64("inf"), 1.5)],
+        "b": {"c": -float("inf")},
+        "d": "inf",
+        "e": True,
+    }
     expected = {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "inf", "e": True}
     assert json.loads(json_text(document), parse_constant=pytest.fail) == expected
     assert json_text([0.1 + 0.2]) == "[\n 0.30000000000000004\n]\n"
@@ -175,7 +217,7 @@ def test_control_codes_are_written_out_and_letters_stay(text, written):
 
 def test_a_console_does_not_read_markup_in_a_text_from_outside():
     stream = StringIO()
-    Console(file=stream, highlight=False, soft_wrap=True, force_terminal=True, color_system=None).print(
-        outside("[bold]x[/nothing] :bomb: \x1b[31m")
-    )
+    Console(
+        file=stream, highlight=False, soft_wrap=True, force_terminal=True, color_system=None
+    ).print(outside("[bold]x[/nothing] :bomb: \x1b[31m"))
     assert stream.getvalue() == "[bold]x[/nothing] :bomb: \\x1b[31m\n"

@@ -14,14 +14,22 @@ from pitotbench import BadInputError, CalibrationOptions, air, write_log
 from pitotbench.calibration import calibrate
 from pitotbench.cli.app import main
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.show.takehome import altitude_correction, handbook_csv, handbook_page, jsbsim_system, table_text
+from pitotbench.show.takehome import (
+    altitude_correction,
+    handbook_csv,
+    handbook_page,
+    jsbsim_system,
+    table_text,
+)
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import FOOT, KNOT
 
 
 @pytest.fixture(scope="module")
 def static():
-    """The curve of a flight whose static source errs, and the median pressure altitude of the flight [m]."""
+    """The curve of a flight whose static source errs, and the median pressure altitude of the
+    flight [m].
+    """
     log = static_flights.fly("circle")
     found = calibrate(log, CalibrationOptions(error_location="static"))
     return found.curve, float(air.pressure_altitude(np.median(log.static_pressure)))
@@ -30,28 +38,41 @@ def static():
 def test_the_altitude_correction_at_the_height_flown_is_that_of_the_calibration(static):
     curve, height = static
     found, bound = altitude_correction(curve, height)
-    np.testing.assert_allclose(found, curve.altitude_correction, atol=0.02 * np.max(np.abs(found)) + 0.1)
+    np.testing.assert_allclose(
+        found, curve.altitude_correction, atol=0.02 * np.max(np.abs(found)) + 0.1
+    )
     np.testing.assert_allclose(bound, curve.altitude_two_sigma, rtol=0.1, atol=0.1)
     # It grows with height as the air thins.
     low, high = (altitude_correction(curve, h * FOOT)[0] for h in (0.0, 20000.0))
     ratio = [air.standard_pressure(h) / air.standard_temperature(h) for h in (0.0, 20000.0 * FOOT)]
     np.testing.assert_allclose(high / low, ratio[0] / ratio[1], rtol=0.02)
     # An assumed place leaves zero inside the bound.
-    wide = replace(curve, altitude_two_sigma=np.hypot(curve.altitude_two_sigma, curve.altitude_correction))
+    wide = replace(
+        curve, altitude_two_sigma=np.hypot(curve.altitude_two_sigma, curve.altitude_correction)
+    )
     found, bound = altitude_correction(wide, 3000.0)
     assert np.all(bound >= np.abs(found))
 
 
 def test_the_csv_holds_each_configuration_with_a_unit_in_every_name(static):
     curve, _ = static
-    text = handbook_csv({"clean": curve, "flaps": replace(curve, correction=curve.correction + 1.0)})
+    text = handbook_csv(
+        {"clean": curve, "flaps": replace(curve, correction=curve.correction + 1.0)}
+    )
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 2 * len(curve.indicated_airspeed)
-    assert [row["configuration"] for row in rows[:: len(curve.indicated_airspeed)]] == ["clean", "flaps"]
+    assert [row["configuration"] for row in rows[:: len(curve.indicated_airspeed)]] == [
+        "clean",
+        "flaps",
+    ]
     assert all(name == "configuration" or name.endswith(("_kt", "_ft")) for name in rows[0])
-    assert float(rows[0]["calibrated_airspeed_kt"]) == pytest.approx(curve.calibrated_airspeed_kt[0], abs=1e-3)
+    assert float(rows[0]["calibrated_airspeed_kt"]) == pytest.approx(
+        curve.calibrated_airspeed_kt[0], abs=1e-3
+    )
     found, _ = altitude_correction(curve, 10000.0 * FOOT)
-    assert float(rows[0]["altitude_correction_at_10000_ft"]) == pytest.approx(found[0] / FOOT, abs=1e-3)
+    assert float(rows[0]["altitude_correction_at_10000_ft"]) == pytest.approx(
+        found[0] / FOOT, abs=1e-3
+    )
 
 
 def test_a_curve_without_a_static_error_has_no_altitude_columns():
@@ -77,7 +98,9 @@ def test_a_simulators_airspeed_indicator_reads_as_the_curve(tmp_path, result):
     (folder / "Systems" / "asi.xml").write_text(jsbsim_system(curve, "Navajo"), encoding="utf-8")
     file = folder / "navajo.xml"
     text = file.read_text(encoding="utf-8")
-    file.write_text(text.replace("</fdm_config>", '<system file="asi"/>\n</fdm_config>'), encoding="utf-8")
+    file.write_text(
+        text.replace("</fdm_config>", '<system file="asi"/>\n</fdm_config>'), encoding="utf-8"
+    )
     simulator = jsbsim.FGFDMExec(str(tmp_path), None)
     simulator.set_debug_level(0)
     simulator.set_aircraft_path("aircraft")

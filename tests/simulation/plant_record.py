@@ -1,4 +1,6 @@
-"""What a plant does over a time, in the channels of a flight, and what tells one flight from another."""
+"""What a plant does over a time, in the channels of a flight, and what tells one flight from
+another.
+"""
 
 import hashlib
 
@@ -9,7 +11,9 @@ from pitotbench.units import Array
 
 
 def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
-    """Run a plant for a time [s] and return its channels by name [SI], each (n,) with one value a step."""
+    """Run a plant for a time [s] and return its channels by name [SI], each (n,) with one value a
+    step.
+    """
     recorder = Recorder(plant)
     steps, batch = round(seconds / plant.time_step), max(1, round(0.1 / plant.time_step))
     for done in range(0, steps, batch):
@@ -19,4 +23,6 @@ def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
 
 
 def digest(flight: Flight) -> str:
-    return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()
+    return hashlib.sha256(
+        b"".join(flight[name].tobytes() for name in sorted(flight.channels))
+    ).hexdigest()

@@ -1,8 +1,8 @@
 """What another rate of integration changes: `python -m tests.simulation.rates` prints the table.
 
-Two flights of one card at two rates are compared at the same time since the first recorded sample. In gusts they
-fly through the same frozen field, which is not the simulator's: that draws its random numbers step by step, so that
-at another rate it makes other gusts of the same kind.
+Two flights of one card at two rates are compared at the same time since the first recorded sample.
+In gusts they fly through the same frozen field, which is not the simulator's: that draws its random
+numbers step by step, so that at another rate it makes other gusts of the same kind.
 """
 
 import argparse
@@ -31,10 +31,15 @@ AIRSPEEDS = np.arange(100.0, 161.0, 5.0) * KNOT
 
 def differences(usual: Flight, other: Flight) -> list[float]:
     """Return the rms difference of each channel [kt, ft, deg] at the looks that both flights have."""
-    rows = [np.arange(0, len(f), round(LOOK / np.median(np.diff(f["time"])))) for f in (usual, other)]
+    rows = [
+        np.arange(0, len(f), round(LOOK / np.median(np.diff(f["time"])))) for f in (usual, other)
+    ]
     count = min(map(len, rows))
     return [
-        float(np.sqrt(np.mean((other[name][rows[1][:count]] - usual[name][rows[0][:count]]) ** 2)) / unit)
+        float(
+            np.sqrt(np.mean((other[name][rows[1][:count]] - usual[name][rows[0][:count]]) ** 2))
+            / unit
+        )
         for name, unit in CHANNELS.items()
     ]
 
@@ -59,15 +64,20 @@ def _timed(case: Case, rate: float) -> tuple[Flight, float]:
 
 
 def rows_of(maneuver: str, turbulence: str, seeds: int) -> dict[float, list[float]]:
-    """Return a row of the table by rate: rms of the channels, rms and largest difference over 2σ, CPU times."""
-    found: dict[float, list[tuple[list[float], Array, float, float]]] = {rate: [] for rate in SYSTEMS}
+    """Return a row of the table by rate: rms of the channels, rms and largest difference over 2σ,
+    CPU times.
+    """
+    found: dict[float, list[tuple[list[float], Array, float, float]]] = {
+        rate: [] for rate in SYSTEMS
+    }
     for seed in range(1, seeds + 1):
         case = Case(maneuver=maneuver, turbulence=turbulence, truth_seed=seed, sensor_seed=seed)
         usual, seconds = _timed(case, USUAL_RATE)
         for rate, name in SYSTEMS.items():
             other, spent = _timed(case, rate)
             system = data_system(name)
-            # Without noise: a flight that is a tick shorter would meet other noise, which is no fault of the rate.
+            # Without noise: a flight that is a tick shorter would meet other noise, which is no
+            # fault of the rate.
             before, after = (corrections(flight, exact(system))[0] for flight in (usual, other))
             share = np.abs(after - before) / corrections(usual, system)[1]
             found[rate].append((differences(usual, other), share, spent, seconds))
@@ -81,16 +91,22 @@ def _row(flights: list[tuple[list[float], Array, float, float]]) -> list[float]:
 
 
 def own_turbulence(maneuver: str, rate: float, seeds: int) -> list[float]:
-    """Return ratios of the flights at a rate to those at the usual one, in the simulator's own turbulence.
+    """Return ratios of the flights at a rate to those at the usual one, in the simulator's own
+    turbulence.
 
-    They are those of the standard deviation of the gusts and of the mean 2σ, each with its standard error.
+    They are those of the standard deviation of the gusts and of the mean 2σ, each with its standard
+    error.
     """
     system = data_system(SYSTEMS[rate])
     gusts, bounds = [], []
     for seed in range(1, seeds + 1):
         case = Case(maneuver=maneuver, truth_seed=seed, sensor_seed=seed, das=system)
-        pair = [fly(replace(case, integration_rate=r), channels=RECORDED) for r in (USUAL_RATE, rate)]
-        gusts.append([np.sqrt(sum(np.var(f[f"wind_{axis}"]) for axis in ("north", "east"))) for f in pair])
+        pair = [
+            fly(replace(case, integration_rate=r), channels=RECORDED) for r in (USUAL_RATE, rate)
+        ]
+        gusts.append(
+            [np.sqrt(sum(np.var(f[f"wind_{axis}"]) for axis in ("north", "east"))) for f in pair]
+        )
         bounds.append([corrections(f, system)[1].mean() for f in pair])
     return [part for pairs in (gusts, bounds) for part in _ratio(np.array(pairs))]
 
@@ -106,7 +122,9 @@ def table(maneuvers: Sequence[str], seeds: int) -> Iterator[str]:
     yield "|---|---|---|---|---|---|---|---|---|"
     for maneuver in maneuvers:
         for turbulence in ("none", "light"):
-            for rate, row in rows_of(maneuver, turbulence, 1 if turbulence == "none" else seeds).items():
+            for rate, row in rows_of(
+                maneuver, turbulence, 1 if turbulence == "none" else seeds
+            ).items():
                 figures = " | ".join(f"{value:.3f}" for value in row[:-1])
                 yield f"| {maneuver} | {turbulence} | {rate:g}, {SYSTEMS[rate]} | {figures} | {row[-1]:.2f} |"
 
@@ -123,7 +141,9 @@ def table_of_own_turbulence(maneuvers: Sequence[str], seeds: int) -> Iterator[st
 
 
 def table_of_forecasts(maneuvers: Sequence[str], draws: int) -> Iterator[str]:
-    """Yield the lines of the table of forecasts from flights at the slowest rate, relative to the usual one."""
+    """Yield the lines of the table of forecasts from flights at the slowest rate, relative to the
+    usual one.
+    """
     yield "| maneuver | DAS [Hz] | mean 2σ, other / usual | largest change at an airspeed | draw to draw (1σ) |"
     yield "|---|---|---|---|---|"
     for maneuver in maneuvers:
@@ -138,20 +158,32 @@ def table_of_forecasts(maneuvers: Sequence[str], draws: int) -> Iterator[str]:
             yield f"| {maneuver} | {name} | {other.mean / usual.mean:.4f} | {largest:.4f} | {spread:.3f} |"
 
 
-TABLES = {"same-gusts": table, "own-turbulence": table_of_own_turbulence, "forecasts": table_of_forecasts}
+TABLES = {
+    "same-gusts": table,
+    "own-turbulence": table_of_own_turbulence,
+    "forecasts": table_of_forecasts,
+}
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--seeds", type=int, default=6, help="flights a cell in gusts, draws a forecast (default: %(default)s)"
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--maneuver", default="all", help="a name, a list with commas (default: %(default)s)")
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        default=6,
+        help="flights a cell in gusts, draws a forecast (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--maneuver", default="all", help="a name, a list with commas (default: %(default)s)"
+    )
     parser.add_argument(
         "--of",
         choices=TABLES,
         default="same-gusts",
-        help="flights through the same gusts, flights in the simulator's own, or forecasts (default: %(default)s)",
+        help="flights through the same gusts, flights in the simulator's own, or forecasts "
+        "(default: %(default)s)",
     )
     options = parser.parse_args()
     make = TABLES[options.of]

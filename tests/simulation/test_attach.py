@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, UnknownNameError, fly
-from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
+from pitotbench.simulation.aircraft import (
+    find_aircraft,
+    known_aircraft,
+    library_aircraft,
+    read_record,
+)
 from pitotbench.simulation.autopilot.loops import open_all_tanks
 from pitotbench.simulation.sortie import card_of, card_speeds, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
@@ -34,8 +39,8 @@ def test_a_cessna_flies_a_maneuver_on_condition():
 
 def test_what_was_found_of_an_airplane_is_that_airplane():
     found = read_record(find_aircraft("c172x"))
-    # Clean stall and maximum speed of a 172 by its handbook, 51 and 123 KCAS at 2,300 lb and sea level: the model
-    # is no handbook, so the band is wide.
+    # Clean stall and maximum speed of a 172 by its handbook, 51 and 123 KCAS at 2,300 lb and sea
+    # level: the model is no handbook, so the band is wide.
     assert 36.0 < found.stall_kt < 56.0
     assert 100.0 < found.fastest_kt < 135.0
     assert (found.engines, found.engine_kind) == (1, "piston")
@@ -43,19 +48,28 @@ def test_what_was_found_of_an_airplane_is_that_airplane():
     assert list(found.alpha_deg) == sorted(found.alpha_deg, reverse=True)
     found = read_record(find_aircraft("aerosonde"))
     assert found.engine_kind == "electric"  # without fuel
-    # Level flight at the largest lift of table E.2, without wash or trim: V = sqrt(2 m g / (rho S C_L)).
-    assert found.stall_kt == pytest.approx(np.sqrt(2 * 13.5 * 9.81 / (1.225 * 0.55 * 1.65)) / KNOT, rel=0.12)
+    # Level flight at the largest lift of table E.2, without wash or trim: V = sqrt(2 m g / (rho S
+    # C_L)).
+    assert found.stall_kt == pytest.approx(
+        np.sqrt(2 * 13.5 * 9.81 / (1.225 * 0.55 * 1.65)) / KNOT, rel=0.12
+    )
 
 
 def test_a_turboprop_has_its_power_in_held_flight():
-    """JSBSim puts its gas generator to idle with every initial condition; a Twin Otter needs its 400 hp a side."""
+    """JSBSim puts its gas generator to idle with every initial condition; a Twin Otter needs its
+    400 hp a side.
+    """
     found = read_record(find_aircraft("DHC6"))
     assert (found.engines, found.engine_kind) == (2, "turboprop")
     flight = fly(Case(aircraft="DHC6", maneuver="rapid_decel"))
     decel = np.char.startswith(flight.segment, "decel")
     assert flight.on_condition[decel].mean() == 1.0
-    # The fastest speed found is one that the flight holds: the card begins at 76 % of the way to it.
-    assert flight["calibrated_airspeed"].max() > (found.stall_kt + 0.7 * (found.fastest_kt - found.stall_kt)) * KNOT
+    # The fastest speed found is one that the flight holds: the card begins at 76 % of the way to
+    # it.
+    assert (
+        flight["calibrated_airspeed"].max()
+        > (found.stall_kt + 0.7 * (found.fastest_kt - found.stall_kt)) * KNOT
+    )
 
 
 def test_an_engine_at_idle_does_not_stop():
@@ -65,10 +79,14 @@ def test_an_engine_at_idle_does_not_stop():
 
 
 def test_engines_draw_from_every_tank():
-    """A PC-7 feeds its engine from one of two tanks: 17 minutes. Tanks that an engine names stay as they are."""
+    """A PC-7 feeds its engine from one of two tanks: 17 minutes. Tanks that an engine names stay as
+    they are.
+    """
     root = ET.fromstring(
-        "<fdm_config><propulsion><engine file='a'><feed>0</feed></engine><engine file='a'><feed> 1 </feed></engine>"
-        "<tank type='FUEL'/><tank type='FUEL'/><tank type='FUEL'/><tank type='OXIDIZER'/></propulsion></fdm_config>"
+        "<fdm_config><propulsion><engine file='a'><feed>0</feed></engine><engine file='a'><feed> 1 "
+        "</feed></engine>"
+        "<tank type='FUEL'/><tank type='FUEL'/><tank type='FUEL'/><tank "
+        "type='OXIDIZER'/></propulsion></fdm_config>"
     )
     open_all_tanks(root)
     assert [[f.text.strip() for f in engine.findall("feed")] for engine in root.iter("engine")] == [
@@ -81,7 +99,9 @@ def test_engines_draw_from_every_tank():
 
 
 def test_the_slowest_speed_of_the_cards_leaves_room_where_the_loops_do_not_hold():
-    """At 1.12 times its stall speed the model of the PC-7 drops a wing: the cards begin above the next point."""
+    """At 1.12 times its stall speed the model of the PC-7 drops a wing: the cards begin above the
+    next point.
+    """
     found = read_record(find_aircraft("pc7"))
     assert found.speed_kt[0] > 1.2 * found.stall_kt
     assert card_speeds(found)[0] >= 1.16 * found.speed_kt[0]
@@ -92,7 +112,9 @@ def test_cards_keep_to_the_speeds_of_the_aircraft():
     speeds = np.array(scaled_card("c172x", "four_leg").speeds) / KNOT
     assert speeds.min() >= 1.3 * found.stall_kt - 0.5
     assert speeds.max() < found.fastest_kt
-    assert card_of(Case(aircraft="c172x", card={"speeds_kt": [90.0, 80.0]})).speeds[0] == 90.0 * KNOT
+    assert (
+        card_of(Case(aircraft="c172x", card={"speeds_kt": [90.0, 80.0]})).speeds[0] == 90.0 * KNOT
+    )
     assert scaled_card("navajo", "four_leg").speeds[0] == 160.0 * KNOT
     assert scaled_case(Case()) == Case()
     assert scaled_case(Case(aircraft="c172x")).pressure_error.reference_pressure < 1000.0
@@ -131,7 +153,10 @@ def shelf(root: Path, *names: str) -> Path:
 
 
 def test_the_first_shelf_wins_and_both_are_known(tmp_path):
-    wheel, checkout = shelf(tmp_path / "wheel", "navajo"), shelf(tmp_path / "checkout", "navajo", "other")
+    wheel, checkout = (
+        shelf(tmp_path / "wheel", "navajo"),
+        shelf(tmp_path / "checkout", "navajo", "other"),
+    )
     (checkout / "empty").mkdir()
     assert find_aircraft("navajo", (wheel, checkout)) == wheel / "navajo"
     assert find_aircraft("other", (wheel, checkout)) == checkout / "other"

@@ -1,4 +1,6 @@
-"""What the autopilot of the Navajo promises the maneuvers, and the design of such loops on linear models."""
+"""What the autopilot of the Navajo promises the maneuvers, and the design of such loops on linear
+models.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +45,9 @@ def heading_error(flight: dict[str, Array], heading: float) -> Array:
 
 
 @pytest.mark.parametrize("speed_kt", [100.0, 130.0, 160.0])
-def test_steady_level_flight_is_held_and_leaves_longitudinal_acceleration_still(speed_kt: float) -> None:
+def test_steady_level_flight_is_held_and_leaves_longitudinal_acceleration_still(
+    speed_kt: float,
+) -> None:
     flight = record_channels(airborne(speed_kt), 60.0)
     assert np.abs(flight["calibrated_airspeed"] / KNOT - speed_kt).max() < 0.3
     assert height_error(flight) < 5.0
@@ -53,7 +57,9 @@ def test_steady_level_flight_is_held_and_leaves_longitudinal_acceleration_still(
 
 
 @pytest.mark.parametrize(("speed_kt", "bank_deg"), [(95.0, 30.0), (95.0, -30.0), (160.0, 30.0)])
-def test_a_turn_of_30_degrees_of_bank_keeps_height_speed_and_coordination(speed_kt: float, bank_deg: float) -> None:
+def test_a_turn_of_30_degrees_of_bank_keeps_height_speed_and_coordination(
+    speed_kt: float, bank_deg: float
+) -> None:
     plant = airborne(speed_kt)
     plant.set("lateral_mode", BANK_HOLD)
     plant.set("bank_target", bank_deg * DEGREE)
@@ -106,7 +112,9 @@ def test_idle_deceleration_is_level_straight_and_at_negative_thrust(throttle: st
 
 @pytest.mark.parametrize(("first_kt", "second_kt"), [(160, 140), (120, 100), (140, 160)])
 @pytest.mark.parametrize("rate_kt", [1.0, 2.0])
-def test_a_new_speed_is_captured_without_overshoot(first_kt: float, second_kt: float, rate_kt: float) -> None:
+def test_a_new_speed_is_captured_without_overshoot(
+    first_kt: float, second_kt: float, rate_kt: float
+) -> None:
     plant = airborne(first_kt)
     plant.set("airspeed_rate_limit", rate_kt * KNOT)
     plant.set("airspeed_target", second_kt * KNOT)
@@ -175,7 +183,9 @@ def test_no_narrow_line_in_longitudinal_acceleration(speed_kt: float) -> None:
 
 
 def most_prominent_line(values: Array, rate: float = 100.0) -> tuple[float, float]:
-    """Frequency [Hz] and height [dB] of the line that stands out most over its surroundings, 0.3–10 Hz."""
+    """Frequency [Hz] and height [dB] of the line that stands out most over its surroundings, 0.3–10
+    Hz.
+    """
     frequency, power = welch(values - values.mean(), rate, nperseg=4096)
     level = 10.0 * np.log10(power)
     around = np.array([np.median(level[max(0, i - 20) : i + 21]) for i in range(level.size)])
@@ -188,7 +198,11 @@ def model(stiffness=-8.0, elevator=-6.0, aileron=3.0):
     trim = Trim(60.0, 55.0, 0.05, 0.0, 0.5, np.array([0.0, 1.0]), np.array([-1.0, 1.0]), 1.0)
     pitch = np.array([[-1.2, 0.97, -0.02], [stiffness, -3.0, elevator]])
     lateral = np.array(
-        [[-0.12, 0.05, -0.99, 0.0, 0.02], [-4.0, -3.0, 0.8, aileron, 0.2], [3.0, -0.1, -0.5, -0.05, -0.8]]
+        [
+            [-0.12, 0.05, -0.99, 0.0, 0.02],
+            [-4.0, -3.0, 0.8, aileron, 0.2],
+            [3.0, -0.1, -0.5, -0.05, -0.8],
+        ]
     )
     return Linear(trim, pitch, lateral, 9.8 / 60.0)
 
@@ -207,7 +221,9 @@ def test_damping_is_that_of_the_slowest_damped_pair():
 
 
 @pytest.mark.parametrize("stiffness", [-30.0, -8.0, 1.0])  # the last is statically unstable
-@pytest.mark.parametrize("sign", [1.0, -1.0])  # a control wired the other way round gets the other sign
+@pytest.mark.parametrize(
+    "sign", [1.0, -1.0]
+)  # a control wired the other way round gets the other sign
 def test_the_loops_found_are_damped_and_reach_their_targets(stiffness, sign):
     one = model(stiffness, elevator=-6.0 * sign, aileron=3.0 * sign)
     gains = shape("kite", [one], 1.0)

@@ -9,15 +9,34 @@ from pitotbench.simulation.plant import Plant, load_fdm
 from pitotbench.simulation.properties import POUND_FORCE, SLUG
 from pitotbench.units import FOOT, KNOT, POUND, PSF
 
-# TU Delft, linear model of the Cessna Citation II (lecture notes of J. A. Mulder et al., Flight Dynamics, 2013).
-# Signs and dimensionless rates are those of the source: c/V with pitch and alpha rate, b/2V with roll and yaw rate.
+# TU Delft, linear model of the Cessna Citation II (lecture notes of J. A. Mulder et al., Flight
+# Dynamics, 2013). Signs and dimensionless rates are those of the source: c/V with pitch and alpha
+# rate, b/2V with roll and yaw rate.
 PUBLISHED = {
     "X": {"alpha rate": 0.08330, "pitch rate": -0.28170, "elevator": -0.03728},
     "Z": {"alpha": -5.74340, "alpha rate": -0.00350, "pitch rate": -5.66290, "elevator": -0.69612},
     "m": {"alpha": -0.5626, "alpha rate": 0.17800, "pitch rate": -8.79415, "elevator": -1.1642},
-    "Y": {"beta": -0.7500, "roll rate": -0.0304, "yaw rate": 0.8495, "aileron": -0.0400, "rudder": 0.2300},
-    "l": {"beta": -0.10260, "roll rate": -0.71085, "yaw rate": 0.23760, "aileron": -0.23088, "rudder": 0.03440},
-    "n": {"beta": 0.1348, "roll rate": -0.0602, "yaw rate": -0.2061, "aileron": -0.0120, "rudder": -0.0939},
+    "Y": {
+        "beta": -0.7500,
+        "roll rate": -0.0304,
+        "yaw rate": 0.8495,
+        "aileron": -0.0400,
+        "rudder": 0.2300,
+    },
+    "l": {
+        "beta": -0.10260,
+        "roll rate": -0.71085,
+        "yaw rate": 0.23760,
+        "aileron": -0.23088,
+        "rudder": 0.03440,
+    },
+    "n": {
+        "beta": 0.1348,
+        "roll rate": -0.0602,
+        "yaw rate": -0.2061,
+        "aileron": -0.0120,
+        "rudder": -0.0939,
+    },
 }
 AREA, SPAN, CHORD = 30.00, 15.911, 2.0569  # m², m, m
 # Level flight before the log's Dutch roll; true airspeed.
@@ -62,7 +81,9 @@ class Balance:
             fdm.run_ic()
 
     def measure(self, **moved: float) -> tuple[dict[str, float], dict[str, float]]:
-        """Return the variables of the source and the coefficients in a state that differs from level flight."""
+        """Return the variables of the source and the coefficients in a state that differs from
+        level flight.
+        """
         self.place(**moved)
         fdm = self.fdm
         x, y, z = (fdm[f"forces/fb{axis}-aero-lbs"] * POUND_FORCE for axis in "xyz")
@@ -73,7 +94,10 @@ class Balance:
             "X": (x * np.cos(ALPHA) + z * np.sin(ALPHA)) / scale,
             "Y": y / scale,
             "Z": (z * np.cos(ALPHA) - x * np.sin(ALPHA)) / scale,
-            **{axis: m / scale / length for axis, m, length in zip("lmn", moments, lengths, strict=True)},
+            **{
+                axis: m / scale / length
+                for axis, m, length in zip("lmn", moments, lengths, strict=True)
+            },
         }
         where = {
             "alpha": fdm["aero/alpha-rad"],
@@ -96,7 +120,10 @@ def balance() -> Balance:
 
 def test_finite_differences_give_the_published_derivatives(balance):
     sides = [
-        [balance.measure(**{name: end}) for end in ((step, 0.0) if name == "bank" else (step, -step))]
+        [
+            balance.measure(**{name: end})
+            for end in ((step, 0.0) if name == "bank" else (step, -step))
+        ]
         for name, step in STEPS.items()
     ]
     names = list(PUBLISHED["Z"] | PUBLISHED["l"])
@@ -118,14 +145,19 @@ def test_mass_and_inertia_are_those_of_mid_flight(balance):
     balance.measure()
     mass = balance.fdm["inertia/mass-slugs"] * SLUG
     assert mass == pytest.approx(6242.0, abs=5.0)
-    found = [balance.fdm[f"inertia/i{axes}-slugs_ft2"] * SLUG * FOOT**2 for axes in ("xx", "yy", "zz", "xz")]
+    found = [
+        balance.fdm[f"inertia/i{axes}-slugs_ft2"] * SLUG * FOOT**2
+        for axes in ("xx", "yy", "zz", "xz")
+    ]
     # The last is the element of the tensor: less the product.
     expected = [0.019 * SPAN**2, 1.3925 * CHORD**2, 0.042 * SPAN**2, -0.002 * SPAN**2]
     assert found == pytest.approx([mass * each for each in expected], rel=0.01)
 
 
 def test_its_free_motions_take_as_long_as_those_of_the_log(balance):
-    """Phugoid 45 s and Dutch roll 3.2 s in the log; 50.8 and 3.0 s by the derivatives at constant density."""
+    """Phugoid 45 s and Dutch roll 3.2 s in the log; 50.8 and 3.0 s by the derivatives at constant
+    density.
+    """
     fdm = balance.fdm
     fdm["propulsion/set-running"] = -1
 
@@ -133,17 +165,24 @@ def test_its_free_motions_take_as_long_as_those_of_the_log(balance):
         for path in ("fcs/throttle-cmd-norm", "fcs/throttle-cmd-norm[1]"):
             fdm[path] = x[2]
         balance.place(alpha=x[0], elevator=x[1])
-        return [fdm[f"accelerations/{axis}"] for axis in ("udot-ft_sec2", "wdot-ft_sec2", "qdot-rad_sec2")]
+        return [
+            fdm[f"accelerations/{axis}"]
+            for axis in ("udot-ft_sec2", "wdot-ft_sec2", "qdot-rad_sec2")
+        ]
 
     trimmed = root(imbalance, [0.0, 0.0, 0.6], options={"eps": 1e-6})
     assert trimmed.success
 
-    def period(control: str, pulse: float, until: float, path: str, seconds: float) -> tuple[float, float]:
+    def period(
+        control: str, pulse: float, until: float, path: str, seconds: float
+    ) -> tuple[float, float]:
         """Return the mean time between the maxima of a free motion after a pulse, and their ratio."""
         imbalance(trimmed.x)
         level, seen = fdm[path], []
         for k in range(round(seconds * 100)):
-            fdm[control] = (trimmed.x[1] if "elevator" in control else 0.0) + pulse * (k < until * 100)
+            fdm[control] = (trimmed.x[1] if "elevator" in control else 0.0) + pulse * (
+                k < until * 100
+            )
             fdm.run()
             seen.append(fdm[path] - level)
         after = np.array(seen[round((until + 1.0) * 100) :])
@@ -159,7 +198,8 @@ def test_its_free_motions_take_as_long_as_those_of_the_log(balance):
 
 
 @pytest.mark.parametrize(
-    ("height_ft", "speed_kt"), [(5000, 160), (5000, 220), (18000, 160), (18000, 220), (10_100, 159.2)]
+    ("height_ft", "speed_kt"),
+    [(5000, 160), (5000, 220), (18000, 160), (18000, 220), (10_100, 159.2)],
 )
 def test_it_flies_level(height_ft, speed_kt):
     plant = Plant.load("citation")
@@ -168,7 +208,9 @@ def test_it_flies_level(height_ft, speed_kt):
     assert plant.get("calibrated_airspeed") / KNOT == pytest.approx(speed_kt, abs=1.0)
     assert plant.get("altitude") / FOOT == pytest.approx(height_ft, abs=20.0)
     assert abs(plant.get("roll")) < np.radians(0.5)
-    if height_ft * FOOT == HEIGHT:  # as in the log before the Dutch roll, by the mean fuel flow of both engines
+    if (
+        height_ft * FOOT == HEIGHT
+    ):  # as in the log before the Dutch roll, by the mean fuel flow of both engines
         assert plant.get("angle_of_attack") == pytest.approx(ALPHA, abs=np.radians(0.2))
         assert plant.get("elevator") == pytest.approx(np.radians(-0.04), abs=np.radians(0.2))
         assert plant.get("fuel_flow_left") == pytest.approx(438.0 * POUND / 3600.0, rel=0.06)

@@ -1,4 +1,6 @@
-"""The effects on aircraft and air in JSBSim: each acts, by the amount it says, and is nothing at zero."""
+"""The effects on aircraft and air in JSBSim: each acts, by the amount it says, and is nothing at
+zero.
+"""
 
 from dataclasses import replace
 
@@ -19,7 +21,11 @@ from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import HORSEPOWER
 from pitotbench.units import FOOT, KNOT, POUND, STANDARD_GRAVITY
 
-SHORT = {"maneuver": "race_track", "card": {"dwell_s": 5.0, "speeds_kt": [140.0]}, "turbulence": "light"}
+SHORT = {
+    "maneuver": "race_track",
+    "card": {"dwell_s": 5.0, "speeds_kt": [140.0]},
+    "turbulence": "light",
+}
 SIMULATED = [name for name, effect in EFFECTS.items() if isinstance(effect, AircraftEffect)]
 POUND_FORCE = POUND * STANDARD_GRAVITY
 # the channel that answers first, and to which side
@@ -91,12 +97,16 @@ def test_a_typical_effect_moves_its_channel(name, plain):
     change = flight[channel][:n] - plain[channel][:n]
     assert change.any()
     assert side == 0 or np.sign(np.mean(change)) == side
-    assert np.abs(np.mean(flight["calibrated_airspeed"]) - 140.0 * KNOT) < 1.5 * KNOT  # still the same card
+    assert (
+        np.abs(np.mean(flight["calibrated_airspeed"]) - 140.0 * KNOT) < 1.5 * KNOT
+    )  # still the same card
 
 
 @pytest.mark.parametrize("name", [name for name in SIMULATED if f"{name}_from_a_time" in FORMS])
 def test_an_effect_from_a_time_on_leaves_the_flight_before_it_bit_for_bit(name, plain):
-    flight = fly(Case(effects=(EffectSpec(name, {**EFFECTS[name].typical(), "from_s": 8.0}),), **SHORT))
+    flight = fly(
+        Case(effects=(EffectSpec(name, {**EFFECTS[name].typical(), "from_s": 8.0}),), **SHORT)
+    )
     since = plain["time"] - plain["time"][0]
     before, (channel, _) = int(np.searchsorted(since, 8.0)), ANSWERS[name]
     assert all(np.array_equal(flight[c][:before], plain[c][:before]) for c in plain.channels)
@@ -107,11 +117,18 @@ def test_an_effect_from_a_time_on_leaves_the_flight_before_it_bit_for_bit(name, 
 def test_all_effects_of_zero_size_together_are_none(plain, monkeypatch):
     """With every function, mass, force and wind loaded, bit for bit: what is added is exactly zero."""
     entries = tuple(EffectSpec(name, EFFECTS[name].typical()) for name in SIMULATED)
-    shapes = {f"/{p.name}".replace("_", "-") for name in SIMULATED for p in EFFECTS[name].parameters if p.shape}
+    shapes = {
+        f"/{p.name}".replace("_", "-")
+        for name in SIMULATED
+        for p in EFFECTS[name].parameters
+        if p.shape
+    }
 
     def zeroed(case: Case) -> Overlay:
         whole = modified.overlay_of(case)
-        sizes = tuple((path, v if any(path.endswith(s) for s in shapes) else 0.0) for path, v in whole.sizes)
+        sizes = tuple(
+            (path, v if any(path.endswith(s) for s in shapes) else 0.0) for path, v in whole.sizes
+        )
         return replace(whole, sizes=sizes, temperature_offset=0.0)
 
     monkeypatch.setattr(sortie, "overlay_of", zeroed)
@@ -120,7 +137,8 @@ def test_all_effects_of_zero_size_together_are_none(plain, monkeypatch):
 
 def test_zero_in_a_case_is_none(plain):
     entries = tuple(
-        EffectSpec(name, {p.name: 0.0 for p in EFFECTS[name].parameters if not p.shape}) for name in SIMULATED
+        EffectSpec(name, {p.name: 0.0 for p in EFFECTS[name].parameters if not p.shape})
+        for name in SIMULATED
     )
     assert digest(fly(Case(effects=entries, **SHORT))) == digest(plain)
 
@@ -130,16 +148,22 @@ def test_a_pod_slows_the_airplane_at_the_same_power():
     clean = level(seconds=120.0, **held)
     pod = level(overlay("belly_pod", drag_area_m2=0.1), seconds=120.0, **held)
     slower = (clean.get("calibrated_airspeed") - pod.get("calibrated_airspeed")) / KNOT
-    assert pod.get("manifold_pressure_left") == pytest.approx(clean.get("manifold_pressure_left"), rel=1e-3)
-    # Of 0.717 m² at 140 kt (0.0262 S, and 0.0614 C_L² S at 26.6 kN) 78 % is parasite drag. At constant thrust power
-    # (0.78 + 0.1/0.717) v³ + 0.22/v = 1, so v = 0.941: 8.3 kt
+    assert pod.get("manifold_pressure_left") == pytest.approx(
+        clean.get("manifold_pressure_left"), rel=1e-3
+    )
+    # Of 0.717 m² at 140 kt (0.0262 S, and 0.0614 C_L² S at 26.6 kN) 78 % is parasite drag. At
+    # constant thrust power (0.78 + 0.1/0.717) v³ + 0.22/v = 1, so v = 0.941: 8.3 kt
     assert slower == pytest.approx(8.3, rel=0.1)
 
 
 def test_added_drag_is_what_the_coefficients_say():
     for name, sizes, expected in (
         ("belly_pod", {"drag_area_m2": 0.1}, lambda p: 0.1 / FOOT**2),
-        ("induced_drag", {"factor": 0.01}, lambda p: 0.01 * p.get("aero/cl-squared") * p.get("metrics/Sw-sqft")),
+        (
+            "induced_drag",
+            {"factor": 0.01},
+            lambda p: 0.01 * p.get("aero/cl-squared") * p.get("metrics/Sw-sqft"),
+        ),
         (
             "turn_drag",
             {"coefficient_at_30deg": 0.005},
@@ -154,7 +178,10 @@ def test_added_drag_is_what_the_coefficients_say():
 
 def test_loading_moves_mass_and_center_of_gravity():
     plain = level()
-    heavy, aft = level(overlay("mass", mass_kg=-150.0)), level(overlay("center_of_gravity", aft_m=0.06))
+    heavy, aft = (
+        level(overlay("mass", mass_kg=-150.0)),
+        level(overlay("center_of_gravity", aft_m=0.06)),
+    )
     assert heavy.get("mass") - plain.get("mass") == pytest.approx(-150.0, abs=1.0)
     moved = (aft.get("inertia/cg-x-in") - plain.get("inertia/cg-x-in")) * FOOT / 12.0
     assert moved == pytest.approx(0.06, rel=1e-3)
@@ -164,12 +191,20 @@ def test_loading_moves_mass_and_center_of_gravity():
 def test_a_weaker_elevator_moves_further_for_the_same_moment():
     plain, weak = level(), level(overlay("control_effectiveness", elevator_change=-0.2))
     baseline = read_baseline(find_aircraft("navajo"))
-    assert [term.name for term in baseline.terms("PITCH", "elevator")] == ["aero/moment/pitch-elevator"]
+    assert [term.name for term in baseline.terms("PITCH", "elevator")] == [
+        "aero/moment/pitch-elevator"
+    ]
     added = weak.get("effects/pitch-1") / weak.get("aero/moment/pitch-elevator")  # 0 is its lift
     assert added == pytest.approx(-0.2)
     assert weak.get("elevator") / plain.get("elevator") == pytest.approx(1.25, rel=0.05)
-    moments = overlay("control_moments", elevator_change=-0.2, aileron_change=0.1, rudder_change=0.1).functions
-    assert [each.axis for each in moments] == ["PITCH", "ROLL", "YAW"]  # the forces of the surfaces stay
+    moments = overlay(
+        "control_moments", elevator_change=-0.2, aileron_change=0.1, rudder_change=0.1
+    ).functions
+    assert [each.axis for each in moments] == [
+        "PITCH",
+        "ROLL",
+        "YAW",
+    ]  # the forces of the surfaces stay
 
 
 def test_propulsion_loses_the_share_that_is_named():
@@ -177,7 +212,9 @@ def test_propulsion_loses_the_share_that_is_named():
     plain = level(**fixed)
     weak = level(overlay("power_deficit", left_fraction=0.1, right_fraction=0.0), **fixed)
     loss = plain.get("power_left") - weak.get("power_left")
-    indicated = plain.get("power_left") + 65.5 * HORSEPOWER  # friction at 2,575 rpm: Engines/tio540a.xml
+    indicated = (
+        plain.get("power_left") + 65.5 * HORSEPOWER
+    )  # friction at 2,575 rpm: Engines/tio540a.xml
     assert loss / indicated == pytest.approx(0.1, rel=0.1)
     assert weak.get("power_right") == pytest.approx(plain.get("power_right"), rel=0.02)
     poor = level(overlay("propeller_efficiency", left_change=-0.05, right_change=-0.05), **fixed)
@@ -193,7 +230,9 @@ def test_flaps_gear_and_throttles_stand_where_they_are_put():
     assert plant.get("fcs/flap-pos-deg") == pytest.approx(0.2 * 40.0, abs=1e-2)
     assert plant.get("fcs/gear-extension-norm") == pytest.approx(0.4, abs=1e-3)
     rigged = level(overlay("throttle_rigging", left=0.03, right=-0.01))
-    assert rigged.get("throttle_left") - rigged.get("throttle_right") == pytest.approx(0.04, abs=1e-6)
+    assert rigged.get("throttle_left") - rigged.get("throttle_right") == pytest.approx(
+        0.04, abs=1e-6
+    )
 
 
 def test_winds_are_those_of_the_same_formula_over_a_log(plain):
@@ -212,7 +251,9 @@ def test_winds_are_those_of_the_same_formula_over_a_log(plain):
     for name, values in sizes.items():
         effect = EFFECTS[name]
         blown += np.array(effect.wind(signals, values))
-    for axis, base, expected in zip(("north", "east", "down"), wind_toward(calm.wind), blown, strict=True):
+    for axis, base, expected in zip(
+        ("north", "east", "down"), wind_toward(calm.wind), blown, strict=True
+    ):
         assert np.abs(flight[f"wind_{axis}"] - base - expected).max() < 0.02
     assert np.ptp(flight["wind_north"]) > 2.0
 
@@ -233,7 +274,9 @@ def test_gusts_grow_by_their_level_and_slow_down_with_their_scale():
 
 
 def test_warmer_air_is_warmer():
-    flight = fly(Case(**SHORT, effects=(EffectSpec("nonstandard_temperature", {"warmer_k": 10.0}),)))
+    flight = fly(
+        Case(**SHORT, effects=(EffectSpec("nonstandard_temperature", {"warmer_k": 10.0}),))
+    )
     plain = fly(Case(**SHORT, temperature_offset=10.0))
     assert digest(flight) == digest(plain)
 

@@ -26,8 +26,26 @@ from pitotbench.units import POUND
 
 EVERY = 10  # samples of the flight a state
 STATES = (
-    *("time", "static_pressure", "angle_of_attack", "sideslip", "roll", "pitch", "heading", "roll_rate"),
-    *("pitch_rate", "yaw_rate", "elevator", "aileron", "rudder", "throttle_left", "throttle_right", "mass"),
+    *(
+        "time",
+        "static_pressure",
+        "angle_of_attack",
+        "sideslip",
+        "roll",
+        "pitch",
+        "heading",
+        "roll_rate",
+    ),
+    *(
+        "pitch_rate",
+        "yaw_rate",
+        "elevator",
+        "aileron",
+        "rudder",
+        "throttle_left",
+        "throttle_right",
+        "mass",
+    ),
 )
 LOADINGS = {"full tanks": {}, "40 % of the fuel": {"fuel": 0.4}, "200 kg more": {"ballast": 200.0}}
 
@@ -80,14 +98,17 @@ def test_the_measured_mass_decides_the_force(pair) -> None:
     _, motion, reaction = pair
     lighter = felt_by_the_model(replace(motion, mass=motion.mass - 40.0))
     expected = 40.0 / motion.mass.mean()
-    assert np.mean(lighter.specific_force_z / reaction.specific_force_z) == pytest.approx(1.0 + expected, rel=2e-3)
+    assert np.mean(lighter.specific_force_z / reaction.specific_force_z) == pytest.approx(
+        1.0 + expected, rel=2e-3
+    )
 
 
 AT_THE_ENDS = [
     (name, parameter.name, end)
     for name, effect in EFFECTS.items()
     if isinstance(effect, AircraftEffect) and effect.acts_on == "aircraft"
-    if name != "throttle_rigging"  # it moves the very levers by which the measured throttles are set
+    if name
+    != "throttle_rigging"  # it moves the very levers by which the measured throttles are set
     for parameter in effect.parameters
     if not parameter.shape
     for end in (parameter.low, parameter.high)
@@ -108,21 +129,29 @@ def react(motion: Motion, name: str, sizes: dict[str, float]) -> Reaction:
 
 
 @pytest.mark.parametrize(("name", "parameter", "end"), AT_THE_ENDS)
-def test_it_answers_for_an_effect_at_the_end_of_its_range(few, name: str, parameter: str, end: float) -> None:
+def test_it_answers_for_an_effect_at_the_end_of_its_range(
+    few, name: str, parameter: str, end: float
+) -> None:
     """No autopilot could hold some of these, and no starter turn an engine that loses 80 kW."""
     reaction = react(few, name, {parameter: end})
     assert all(np.isfinite(getattr(reaction, field)).all() for field in Reaction.__slots__)
 
 
 def test_an_engine_that_no_starter_turns_runs_and_lacks_its_power(few) -> None:
-    sound, slight, lossy = (react(few, "friction_loss", {"left_kw": loss}) for loss in (1e-9, 8.0, 80.0))
-    assert lossy.fuel_flow_left == pytest.approx(sound.fuel_flow_left, rel=1e-3)  # it does not stand still
+    sound, slight, lossy = (
+        react(few, "friction_loss", {"left_kw": loss}) for loss in (1e-9, 8.0, 80.0)
+    )
+    assert lossy.fuel_flow_left == pytest.approx(
+        sound.fuel_flow_left, rel=1e-3
+    )  # it does not stand still
     pull, slight_pull = (sound.specific_force_x - less.specific_force_x for less in (lossy, slight))
     assert pull == pytest.approx(10.0 * slight_pull, rel=0.02)
 
 
 def test_the_modes_of_the_autopilot_have_no_part_in_a_reaction(few, monkeypatch) -> None:
-    """The meter leaves them out. They run along in a meter that finds no switch for them, and nothing changes."""
+    """The meter leaves them out. They run along in a meter that finds no switch for them, and
+    nothing changes.
+    """
     without = react(few, "power_deficit", {"left_kw": 4.0})
     monkeypatch.setattr(force_meter, "GUIDANCE", "ap/no-such-switch")
     along = react(few, "power_deficit", {"left_kw": 4.0})
@@ -189,7 +218,11 @@ def test_a_lift_slope_that_does_not_change_is_a_zero_lift():
     motion = motion_of(fly(Case(maneuver="rapid_decel")), slice(None, None, 2000))
     baseline = read_baseline(find_aircraft("navajo"))
     felt = [
-        measure(Plant.load("navajo", overlay=EFFECTS[name].overlay(sizes, baseline)), motion, loaded_mass("navajo"))
+        measure(
+            Plant.load("navajo", overlay=EFFECTS[name].overlay(sizes, baseline)),
+            motion,
+            loaded_mass("navajo"),
+        )
         for name, sizes in (
             ("lift_slope", {"change": 0.0, "zero_coefficient": 0.1}),
             (EFFECTS["lift_slope"].neighbor, {"lift_coefficient": 0.1}),

@@ -29,11 +29,23 @@ def test_a_library_aircraft_loads_from_its_copy_alone(tmp_path, name):
     take_in(library_aircraft()[name], folder)
     jsbsim.FGJSBBase().debug_lvl = 0
     fdm = jsbsim.FGFDMExec(None)
-    assert fdm.load_model_with_paths(name, str(tmp_path), str(folder / "Engines"), str(folder / "Systems"))
+    assert fdm.load_model_with_paths(
+        name, str(tmp_path), str(folder / "Engines"), str(folder / "Systems")
+    )
 
 
 @pytest.mark.parametrize(
-    "name", ["../../etc/passwd", "/etc/passwd", "a/../../b", "..", "http://example.org/x", "a\nb", "-rf", ""]
+    "name",
+    [
+        "../../etc/passwd",
+        "/etc/passwd",
+        "a/../../b",
+        "..",
+        "http://example.org/x",
+        "a\nb",
+        "-rf",
+        "",
+    ],
 )
 def test_a_part_cannot_lead_out_of_the_folder(tmp_path, name):
     (tmp_path / "b.xml").write_text("<system/>")
@@ -60,13 +72,18 @@ def test_neither_a_link_out_of_the_folder_nor_a_part_that_names_itself_is_taken(
 )
 def test_entities_are_refused(tmp_path, entity):
     file = tmp_path / "kite.xml"
-    file.write_text(f'<!DOCTYPE a [<!ENTITY f "xxxxxxxxxx"><!ENTITY {entity}>]><fdm_config>&e;</fdm_config>')
+    file.write_text(
+        f'<!DOCTYPE a [<!ENTITY f "xxxxxxxxxx"><!ENTITY {entity}>]><fdm_config>&e;</fdm_config>'
+    )
     with pytest.raises(BadInputError, match=r"kite\.xml: a DOCTYPE is not allowed"):
         taken(tmp_path, file)
 
 
 def test_what_writes_files_or_opens_sockets_is_left_out(tmp_path):
-    inside = '<output name="x.csv" type="CSV"/><input type="SOCKET" port="1137"/><output type="SOCKET" port="1"/>'
+    inside = (
+        '<output name="x.csv" type="CSV"/><input type="SOCKET" port="1137"/><output '
+        'type="SOCKET" port="1"/>'
+    )
     copy = taken(tmp_path, aircraft(tmp_path / "mine", inside))
     assert "output" not in copy.read_text()
     assert "SOCKET" not in copy.read_text()
@@ -86,7 +103,10 @@ def test_sizes_and_depths_are_limited(tmp_path):
         ("<fdm_config>", "not valid XML"),
         ("<html></html>", "not an aircraft of JSBSim: its root is <html>"),
         ("\x00\x01", "not valid XML"),
-        (BARE.format('<engine file="none-such"/>'), "neither in its folder nor among JSBSim's parts"),
+        (
+            BARE.format('<engine file="none-such"/>'),
+            "neither in its folder nor among JSBSim's parts",
+        ),
     ],
 )
 def test_what_is_no_aircraft_is_named_in_one_line(tmp_path, text, words):

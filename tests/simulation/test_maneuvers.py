@@ -32,7 +32,9 @@ def test_time_is_the_papers(name, smooth_flights):
 
 
 @pytest.mark.parametrize("name", MANEUVERS)
-def test_smooth_air_is_on_condition_throughout_and_light_turbulence_mostly(name, smooth_flights, light_flights):
+def test_smooth_air_is_on_condition_throughout_and_light_turbulence_mostly(
+    name, smooth_flights, light_flights
+):
     flight, light = smooth_flights[name], light_flights[name]
     kind = on_kind(flight, name)
     assert kind.any()
@@ -49,28 +51,39 @@ def test_on_condition_samples_are_inside_the_cards_tolerances(name, smooth_fligh
         on = flight.on_condition & (flight.segment == label)
         if not on.any():
             continue
-        assert np.abs(flight["altitude"][on] - flight.case.altitude).max() <= card.altitude_tolerance
+        assert (
+            np.abs(flight["altitude"][on] - flight.case.altitude).max() <= card.altitude_tolerance
+        )
         if speed := re.match(r"(?:leg|circle) (\d+) kt", label):
             error = flight["calibrated_airspeed"][on] - float(speed[1]) * KNOT
             assert np.abs(error).max() <= card.airspeed_tolerance
         if MANEUVERS[name].kind != "circle":
             heading = re.search(r"(\d+)°", label)
             error = turned(flight["heading"][on] - (float(heading[1]) * DEGREE if heading else 0.0))
-            assert np.minimum(np.abs(error), np.abs(turned(error + np.pi))).max() <= card.heading_tolerance
+            assert (
+                np.minimum(np.abs(error), np.abs(turned(error + np.pi))).max()
+                <= card.heading_tolerance
+            )
 
 
 def test_segments_of_legs(smooth_flights):
     seen = labels(smooth_flights["four_leg"])
     assert len(seen) == 4 * 12
     assert seen[:3] == ["leg 160 kt 000°", "turn 160 kt 090°", "settle 160 kt 090°"]
-    assert [s for s in seen if s.startswith("leg 100")] == [f"leg 100 kt {h:03d}°" for h in (0, 90, 180, 270)]
+    assert [s for s in seen if s.startswith("leg 100")] == [
+        f"leg 100 kt {h:03d}°" for h in (0, 90, 180, 270)
+    ]
     legs = [s for s in labels(smooth_flights["race_track"]) if s.startswith("leg")]
     assert legs == [f"leg {v} kt {h:03d}°" for v in (160, 140, 120, 100) for h in (0, 180)]
 
 
 @pytest.mark.parametrize(
     ("name", "edges"),
-    [("step_decrease", (160, 130, 100)), ("rapid_decel", (160, 100)), ("step_both_ways", (160, 100))],
+    [
+        ("step_decrease", (160, 130, 100)),
+        ("rapid_decel", (160, 100)),
+        ("step_both_ways", (160, 100)),
+    ],
 )
 def test_decelerations_span_their_speeds_on_reciprocal_headings(name, edges, smooth_flights):
     flight = smooth_flights[name]
@@ -92,7 +105,9 @@ def test_step_decrease_takes_power_off_one_inch_at_a_time(smooth_flights):
     inches = np.array([float(s.split()[2]) for s in steps])
     down = np.diff(inches)
     assert len(steps) > 12
-    assert np.isclose(down, -1.0, atol=0.11).sum() == len(down) - 1  # but for the turn, where power is added
+    assert (
+        np.isclose(down, -1.0, atol=0.11).sum() == len(down) - 1
+    )  # but for the turn, where power is added
 
 
 def test_circle_turns_full_circles_at_thirty_degrees(smooth_flights):
@@ -110,7 +125,9 @@ def test_turns_go_right_and_never_too_steep(name, smooth_flights):
     turning = np.char.startswith(flight.segment, "turn")
     if turning.any():
         assert flight["roll"][turning].min() > -5 * DEGREE
-    assert np.abs(flight["roll"]).max() < max(38 * DEGREE, MANEUVERS[name].card.bank_limit + 5 * DEGREE)
+    assert np.abs(flight["roll"]).max() < max(
+        38 * DEGREE, MANEUVERS[name].card.bank_limit + 5 * DEGREE
+    )
     planned = getattr(MANEUVERS[name].card, "climb", 0.0)
     height = flight["altitude"] - flight.case.altitude
     assert height.min() > -60 * FOOT
@@ -119,7 +136,12 @@ def test_turns_go_right_and_never_too_steep(name, smooth_flights):
 
 def test_all_means_the_five_of_the_paper():
     assert PAPER_MANEUVERS == ("four_leg", "race_track", "step_decrease", "rapid_decel", "circle")
-    assert set(MANEUVERS) - set(PAPER_MANEUVERS) >= {"step_both_ways", "decel_circle", "figure_eight", "cloverleaf"}
+    assert set(MANEUVERS) - set(PAPER_MANEUVERS) >= {
+        "step_both_ways",
+        "decel_circle",
+        "figure_eight",
+        "cloverleaf",
+    }
 
 
 @pytest.mark.parametrize("name", ["decel_circle", "figure_eight", "cloverleaf"])
@@ -128,7 +150,10 @@ def test_slowing_down_in_the_turn_needs_no_set_up(name, smooth_flights):
     flight = smooth_flights[name]
     assert np.diff(flight["time"]).max() < 0.02
     speed = flight["calibrated_airspeed"] / KNOT
-    assert (speed.max(), speed.min()) == (pytest.approx(160.0, abs=3.0), pytest.approx(100.0, abs=3.0))
+    assert (speed.max(), speed.min()) == (
+        pytest.approx(160.0, abs=3.0),
+        pytest.approx(100.0, abs=3.0),
+    )
     with pytest.raises(BadInputError, match="change both"):  # a dwell belongs to a speed
         override(MANEUVERS[name].card, {"speeds_kt": [160.0, 100.0]})
 
@@ -138,7 +163,9 @@ def test_figure_eight_turns_as_far_to_one_side_as_to_the_other(smooth_flights):
     circling = on_kind(flight, "figure_eight")
     swept = np.diff(np.unwrap(flight["heading"]))[circling[1:]]
     assert swept[swept > 0].sum() == pytest.approx(-swept[swept < 0].sum(), rel=0.02)
-    assert swept[swept > 0].sum() == pytest.approx(2 * np.pi * sum(MANEUVERS["figure_eight"].card.turns), rel=0.02)
+    assert swept[swept > 0].sum() == pytest.approx(
+        2 * np.pi * sum(MANEUVERS["figure_eight"].card.turns), rel=0.02
+    )
 
 
 def test_power_stays_and_pitch_holds_the_airspeed():
@@ -151,7 +178,9 @@ def test_power_stays_and_pitch_holds_the_airspeed():
     assert np.ptp(power[len(power) // 10 :]) < 0.3
     assert np.max(np.abs(flight["calibrated_airspeed"][on] / KNOT - 140.0)) < 2.0
     assert np.max(np.abs(flight["altitude"][on] - flight.case.altitude)) < 50.0 * FOOT
-    throttle, pitch = (np.ptp(each["altitude"][on]) for each, on in zip(flights, circles, strict=True))
+    throttle, pitch = (
+        np.ptp(each["altitude"][on]) for each, on in zip(flights, circles, strict=True)
+    )
     assert pitch > 3.0 * throttle  # the altitude wanders
     with pytest.raises(BadInputError, match="0 or 1"):
         bench.fly(Case(maneuver="circle", card={"fixed_power": 2}))
@@ -161,7 +190,9 @@ CARD = MANEUVERS["step_decrease"].card
 
 
 def test_numbers_come_in_written_units_and_are_held_in_si():
-    changed = override(CARD, {"dwell_s": 20, "speeds_kt": [150.0, 110], "step_inhg": 2, "bank_limit_deg": 20.0})
+    changed = override(
+        CARD, {"dwell_s": 20, "speeds_kt": [150.0, 110], "step_inhg": 2, "bank_limit_deg": 20.0}
+    )
     assert changed.dwell == 20.0
     assert changed.speeds == pytest.approx((150 * KNOT, 110 * KNOT))
     assert changed.step == pytest.approx(2 * INCH_OF_MERCURY)

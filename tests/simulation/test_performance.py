@@ -1,4 +1,6 @@
-"""Stall, climb, cruise, glide and ceiling from forces in balance: against the model's own polar, and flown."""
+"""Stall, climb, cruise, glide and ceiling from forces in balance: against the model's own polar,
+and flown.
+"""
 
 import json
 from pathlib import Path
@@ -27,12 +29,22 @@ def _figure(found, name, condition):
     return figure.model
 
 
-# The polar of the navajo's file, in trim: its center of gravity is at the aerodynamic reference point.
+# The polar of the navajo's file, in trim: its center of gravity is at the aerodynamic reference
+# point.
 
 
 def _trimmed_polar():
     alpha = np.linspace(0.0, 18.0, 1801)
-    table = [(0, 0.25), (2, 0.4245), (4, 0.599), (6, 0.7736), (8, 0.948), (10, 1.118), (11, 1.195), (12, 1.268)]
+    table = [
+        (0, 0.25),
+        (2, 0.4245),
+        (4, 0.599),
+        (6, 0.7736),
+        (8, 0.948),
+        (10, 1.118),
+        (11, 1.195),
+        (12, 1.268),
+    ]
     table += [(13, 1.334), (14, 1.390), (15, 1.434), (16, 1.462), (17, 1.465), (18, 1.440)]
     wing = np.interp(alpha, *np.array(table).T)
     elevator = (0.045 - 0.90 * alpha * DEGREE) / 1.20
@@ -48,7 +60,9 @@ def test_the_stall_speed_is_that_of_the_greatest_trimmed_lift(navajo):
     assert _figure(navajo, "stall speed", "flaps up") == pytest.approx(speed, rel=0.01)
 
 
-def test_the_best_lift_to_drag_ratio_is_that_of_the_polar_and_idle_propellers_make_the_glide_steeper(navajo):
+def test_the_best_lift_to_drag_ratio_is_that_of_the_polar_and_idle_propellers_make_the_glide_steeper(
+    navajo,
+):
     lift, drag = _trimmed_polar()
     best = _figure(navajo, "best lift-to-drag ratio", "5,000 ft")
     assert best == pytest.approx((lift / drag).max(), rel=0.015)
@@ -88,7 +102,8 @@ def test_the_cruise_is_the_one_that_is_flown(navajo):
 def test_the_service_ceiling_lies_where_the_climb_is_100_feet_a_minute(navajo):
     service, absolute = (_figure(navajo, f"{kind} ceiling", "") for kind in ("service", "absolute"))
     rates = [
-        (_figure(navajo, "best rate of climb", f"{height:,} ft"), float(height)) for height in (20_000, 25_000)
+        (_figure(navajo, "best rate of climb", f"{height:,} ft"), float(height))
+        for height in (20_000, 25_000)
     ]
     assert 25_000.0 < service < absolute
     slope = (rates[0][0] - rates[1][0]) / 5000.0
@@ -96,7 +111,11 @@ def test_the_service_ceiling_lies_where_the_climb_is_100_feet_a_minute(navajo):
 
 
 def test_the_handbook_of_the_navajo_is_met_within_its_tolerances(tmp_path):
-    columns = {"level speed": "true_airspeed_kt", "climb": "climb_rate_fpm", "stall": "calibrated_airspeed_kt"}
+    columns = {
+        "level speed": "true_airspeed_kt",
+        "climb": "climb_rate_fpm",
+        "stall": "calibrated_airspeed_kt",
+    }
     names = {"level speed": "cruise", "climb": "climb", "stall": "stall", "ceiling": "ceiling"}
     published = [figure for figure in published_figures("navajo") if figure.maneuver in names]
     lines = [",".join(COLUMNS)]
@@ -115,7 +134,11 @@ def test_the_handbook_of_the_navajo_is_met_within_its_tolerances(tmp_path):
     table.write_text("\n".join(lines), encoding="utf-8")
     found = find_performance("navajo", table)
     for figure, row in zip(published, found.figures, strict=False):
-        allowed = figure.tolerance / 100.0 * figure.value if figure.tolerance_unit == "%" else figure.tolerance
+        allowed = (
+            figure.tolerance / 100.0 * figure.value
+            if figure.tolerance_unit == "%"
+            else figure.tolerance
+        )
         assert row.published == figure.value
         assert abs(row.difference) <= allowed, (figure.name, row)
     # A heavier airplane of the handbook does not change the figures at the weight of the file.
@@ -125,7 +148,9 @@ def test_the_handbook_of_the_navajo_is_met_within_its_tolerances(tmp_path):
 def test_what_a_model_lacks_is_told(capsys):
     assert main(["aircraft", "performance", "J3Cub", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert {"name": "stall speed", "reason": "the flaps of the model change no lift"} in told["skipped"]
+    assert {"name": "stall speed", "reason": "the flaps of the model change no lift"} in told[
+        "skipped"
+    ]
     climb = next(f for f in told["figures"] if f["name"] == "best rate of climb")
     assert climb["unit"] == "ft/min"
     assert climb["published"] is None
@@ -135,7 +160,9 @@ def test_what_a_model_lacks_is_told(capsys):
 def test_a_glider_has_a_stall_and_a_glide_but_no_climb():
     found = find_performance("SGS")
     # Without engines, the glide is that of the lift over the drag.
-    glide, best = (_figure(found, name, "5,000 ft") for name in ("glide ratio", "best lift-to-drag ratio"))
+    glide, best = (
+        _figure(found, name, "5,000 ft") for name in ("glide ratio", "best lift-to-drag ratio")
+    )
     assert glide == pytest.approx(best, rel=0.02)
     reasons = dict(found.skipped)
     assert "no engine" in reasons["climb and ceiling"]
@@ -154,7 +181,9 @@ def test_a_glider_has_a_stall_and_a_glide_but_no_climb():
         ("figure,climb_rate_fpm,flaps_percent\nclimb,100,50\n", "is no condition of climb"),
     ],
 )
-def test_a_wrong_handbook_is_refused_with_its_line_and_a_way_out(tmp_path: Path, text: str, problem: str):
+def test_a_wrong_handbook_is_refused_with_its_line_and_a_way_out(
+    tmp_path: Path, text: str, problem: str
+):
     table = tmp_path / "handbook.csv"
     table.write_text(text, encoding="utf-8")
     with pytest.raises(BadInputError, match=problem):

@@ -1,4 +1,6 @@
-"""The plant and its air: starts where asked, says what it refuses, and turns silent failures into errors."""
+"""The plant and its air: starts where asked, says what it refuses, and turns silent failures into
+errors.
+"""
 
 import math
 
@@ -9,7 +11,14 @@ from tests.simulation.plant_record import record_channels
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, Wind
 from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import LARGEST_SEED, PROPERTIES, Air, Property, check_table, turbulence_seed
+from pitotbench.simulation.properties import (
+    LARGEST_SEED,
+    PROPERTIES,
+    Air,
+    Property,
+    check_table,
+    turbulence_seed,
+)
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
@@ -61,7 +70,9 @@ def test_the_table_is_checked_when_an_aircraft_is_loaded():
     catalog = {line.path: "RW" for line in PROPERTIES.values()}
     check_table("some", catalog)
     with pytest.raises(UnknownNameError, match=r"'some' does not serve 'mass'.*inertia/mass-slugs"):
-        check_table("some", {path: access for path, access in catalog.items() if "mass" not in path})
+        check_table(
+            "some", {path: access for path, access in catalog.items() if "mass" not in path}
+        )
     with pytest.raises(UnknownNameError, match="read-only"):
         check_table("some", {"ap/x": "R"}, [Property("x", "ap/x", writable=True)])
 

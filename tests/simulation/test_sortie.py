@@ -1,4 +1,6 @@
-"""A flight as a whole: reproducible, consistent, flown by a pilot, at another rate, or refused with a reason."""
+"""A flight as a whole: reproducible, consistent, flown by a pilot, at another rate, or refused with
+a reason.
+"""
 
 import subprocess
 import sys
@@ -37,11 +39,14 @@ def test_another_process_flies_the_same():
         "import hashlib\n"
         "from pitotbench.records.case import Case\n"
         "from pitotbench.simulation import fly\n"
-        f"flight = fly(Case(maneuver='race_track', card={dict(SHORT.card)!r}, turbulence='light'))\n"
+        f"flight = fly(Case(maneuver='race_track', card={dict(SHORT.card)!r}, "
+        "turbulence='light'))\n"
         "rows = b''.join(flight[name].tobytes() for name in sorted(flight.channels))\n"
         "print(hashlib.sha256(rows).hexdigest())\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
     assert done.stdout.split() == [digest(fly(SHORT))]  # and JSBSim's banner stays silent
 
 
@@ -55,7 +60,9 @@ def test_impact_pressure_reproduces_calibrated_airspeed(name, light_flights):
 @pytest.mark.parametrize("name", MANEUVERS)
 def test_wind_triangle_closes(name, light_flights):
     flight = light_flights[name]
-    through_air = [flight[f"velocity_{axis}"] - flight[f"wind_{axis}"] for axis in ("north", "east", "down")]
+    through_air = [
+        flight[f"velocity_{axis}"] - flight[f"wind_{axis}"] for axis in ("north", "east", "down")
+    ]
     speed = np.sqrt(sum(component**2 for component in through_air))
     assert np.abs(speed - flight["true_airspeed"]).max() < 1e-6
     q_c = flight["total_pressure"] - flight["static_pressure"]
@@ -92,7 +99,9 @@ def test_every_channel_is_there_finite_and_read_only(smooth_flights):
 
 
 def test_a_hot_day_is_hot_and_a_strong_wind_is_flown():
-    case = replace(SHORT, temperature_offset=15.0, turbulence="none", wind=Wind(40 * KNOT, 2.0, 1.0))
+    case = replace(
+        SHORT, temperature_offset=15.0, turbulence="none", wind=Wind(40 * KNOT, 2.0, 1.0)
+    )
     flight = fly(case)
     hot = float(air.standard_temperature(6000 * FOOT)) + 15.0
     assert flight["air_temperature"].mean() == pytest.approx(hot, abs=0.5)
@@ -111,7 +120,10 @@ def test_progress_names_each_segment():
     [
         ({"card": {"speeds_kt": [400.0]}}, "not reached|departed"),
         ({"card": {"speeds_kt": [40.0]}}, "not reached|departed"),
-        ({"card": {"speeds_kt": [160.0, 300.0], "dwell_s": 5.0}}, "300 KCAS in level flight was not reached"),
+        (
+            {"card": {"speeds_kt": [160.0, 300.0], "dwell_s": 5.0}},
+            "300 KCAS in level flight was not reached",
+        ),
         ({"altitude": 60000 * FOOT}, ""),
     ],
 )
@@ -143,7 +155,9 @@ def test_height_and_speed_wander_more_the_busier_the_pilot():
     assert tuple(PILOTS) == CASE_PILOTS
     flights = {pilot: fly(replace(LEGS, pilot=pilot)) for pilot in PILOTS}
     height = {pilot: wander(flight, "altitude") / FOOT for pilot, flight in flights.items()}
-    speed = {pilot: wander(flight, "calibrated_airspeed") / KNOT for pilot, flight in flights.items()}
+    speed = {
+        pilot: wander(flight, "calibrated_airspeed") / KNOT for pilot, flight in flights.items()
+    }
     assert height["none"] < height["good"] < height["busy"] < 40.0
     assert speed["none"] < speed["good"] < speed["busy"] < 2.0
 
@@ -180,10 +194,14 @@ def test_the_slower_flight_answers_the_same(rate, name, smooth_flights):
 
 
 def test_a_rate_that_cannot_be_is_refused():
-    with pytest.raises(BadInputError, match=r"a flight is integrated at 40, .* 100 Hz, not at 30 Hz"):
+    with pytest.raises(
+        BadInputError, match=r"a flight is integrated at 40, .* 100 Hz, not at 30 Hz"
+    ):
         fly(replace(SMOOTH, integration_rate=30.0))
     short = {"maneuver": "race_track", "card": {"dwell_s": 2.0, "speeds_kt": [140.0]}}
     flight = fly(replace(SMOOTH, integration_rate=50.0, **short))
     assert len(record(flight, data_system("25/5"), 1)) > 100
-    with pytest.raises(BadInputError, match=r"data system 20/1: 50 Hz is not a whole multiple of the 20 Hz"):
+    with pytest.raises(
+        BadInputError, match=r"data system 20/1: 50 Hz is not a whole multiple of the 20 Hz"
+    ):
         record(flight, data_system("20/1"), 1)

@@ -19,7 +19,9 @@ SHORT = {"maneuver": "rapid_decel", "turbulence": "none"}
 
 
 def tree(folder: Path) -> dict[str, bytes]:
-    return {str(f.relative_to(folder)): f.read_bytes() for f in sorted(folder.rglob("*")) if f.is_file()}
+    return {
+        str(f.relative_to(folder)): f.read_bytes() for f in sorted(folder.rglob("*")) if f.is_file()
+    }
 
 
 def test_an_installed_variant_flies_as_the_effects_of_a_case(tmp_path, monkeypatch):
@@ -27,7 +29,10 @@ def test_an_installed_variant_flies_as_the_effects_of_a_case(tmp_path, monkeypat
     before = tree(find_aircraft("navajo"))
     folder = install_variant("navajo", "pod", [POD, LOAD], {"log": "flight.csv"})
     assert folder == tmp_path / "aircraft" / "navajo+pod"
-    installed, named = fly(Case(aircraft="navajo+pod", **SHORT)), fly(Case(effects=(POD, LOAD), **SHORT))
+    installed, named = (
+        fly(Case(aircraft="navajo+pod", **SHORT)),
+        fly(Case(effects=(POD, LOAD), **SHORT)),
+    )
     assert digest(installed) == digest(named)
     assert tree(find_aircraft("navajo")) == before
     assert "belly_pod" in (folder / "variant.toml").read_text()
@@ -42,25 +47,41 @@ def test_variants_stack_and_nothing_is_overwritten(tmp_path, monkeypatch):
     plant = Plant.load("navajo+pod+more")
     plant.start(6000 * FOOT, 140 * KNOT)
     drags = [
-        plant.get(path) / plant.get("aero/qbar-psf") * FOOT**2 for path in ("effects/drag-0", "effects-2/drag-0")
+        plant.get(path) / plant.get("aero/qbar-psf") * FOOT**2
+        for path in ("effects/drag-0", "effects-2/drag-0")
     ]
     assert drags == pytest.approx([0.1, 0.1])
     # A size is a property that may change in flight.
     plant.set("effects/belly-pod/drag-area-m2", 0.3)
     plant.run(0.1)
-    assert plant.get("effects/drag-0") / plant.get("aero/qbar-psf") * FOOT**2 == pytest.approx(0.3, rel=1e-3)
+    assert plant.get("effects/drag-0") / plant.get("aero/qbar-psf") * FOOT**2 == pytest.approx(
+        0.3, rel=1e-3
+    )
     with pytest.raises(BadInputError, match="there already"):
         install_variant("navajo", "pod", [LOAD])
     assert tree(folder) == before
-    assert sorted(f.name for f in (tmp_path / "aircraft").iterdir()) == ["navajo+pod", "navajo+pod+more"]
+    assert sorted(f.name for f in (tmp_path / "aircraft").iterdir()) == [
+        "navajo+pod",
+        "navajo+pod+more",
+    ]
 
 
 BAD = {
     "a bad name": ("pod/../..", [POD], BadInputError, "use letters"),
-    "an effect of the sensors": ("lag", [EffectSpec("pitot_lag", {"lag_s": 0.2})], BadInputError, "case file"),
+    "an effect of the sensors": (
+        "lag",
+        [EffectSpec("pitot_lag", {"lag_s": 0.2})],
+        BadInputError,
+        "case file",
+    ),
     "nothing": ("none", [EffectSpec("mass", {"mass_kg": 0.0})], BadInputError, "other than zero"),
     "an unknown effect": ("pod", [EffectSpec("pot")], UnknownNameError, "unknown effect"),
-    "an impossible size": ("pod", [EffectSpec("mass", {"mass_kg": 1e6})], BadInputError, "not within"),
+    "an impossible size": (
+        "pod",
+        [EffectSpec("mass", {"mass_kg": 1e6})],
+        BadInputError,
+        "not within",
+    ),
 }
 
 

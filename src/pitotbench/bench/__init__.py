@@ -1,4 +1,6 @@
-"""Fly, sense, calibrate, and compare with the truth. No other package of the product joins these stages."""
+"""Fly, sense, calibrate, and compare with the truth. No other package of the product joins these
+stages.
+"""
 
 from pitotbench.bench.flights import SCORED_RANGE as SCORED_RANGE
 from pitotbench.bench.flights import fly_to_log as fly_to_log

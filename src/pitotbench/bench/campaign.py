@@ -1,4 +1,6 @@
-"""Run a campaign: plan its flights, fly those that are not stored, and make the folder of its results."""
+"""Run a campaign: plan its flights, fly those that are not stored, and make the folder of its
+results.
+"""
 
 import json
 import shlex
@@ -31,7 +33,14 @@ from pitotbench.bench.fleet import (
     terminal_bar,
     usable_cores,
 )
-from pitotbench.bench.result_table import RESULTS, STORE, gather, page_of, publish_files, require_own_folder
+from pitotbench.bench.result_table import (
+    RESULTS,
+    STORE,
+    gather,
+    page_of,
+    publish_files,
+    require_own_folder,
+)
 from pitotbench.bench.store import DONE, Document, ResultStore, satisfies, stored
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
@@ -53,9 +62,11 @@ _TASKS_LOOKED_AT = 1_000  # flights of the plan
 
 
 def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
-    """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and gigabytes.
+    """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and
+    gigabytes.
 
-    The minutes are those of the stored flights of the plan, else of the paper's card of each maneuver.
+    The minutes are those of the stored flights of the plan, else of the paper's card of each
+    maneuver.
     """
     plan = request.planned()
     part, parts = request.shard or (1, 1)
@@ -67,7 +78,9 @@ def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
     scale = count / len(looked)
     cores = request.jobs or usable_cores()
     measured = [document["made"]["cpu_s"] for document in stored if document["rows"]]
-    seconds = fmean(measured) * len(looked) if measured else sum(cpu_seconds(task) for task in looked)
+    seconds = (
+        fmean(measured) * len(looked) if measured else sum(cpu_seconds(task) for task in looked)
+    )
     minutes = scale * seconds / 60.0
     size = scale * sum(_bytes_of_task(task) for task in looked) / 1e9
     whole = "" if count == len(looked) else f" of the first {len(looked):,}"
@@ -92,10 +105,14 @@ def _minutes(task: Task) -> float:
 
 def _bytes_of_task(task: Task) -> float:
     logs = task.systems if task.keep_logs == "all" else ()
-    return BYTES_A_PART + BYTES_A_SAMPLE * sum(60.0 * _minutes(task) * system.air_rate for system in logs)
+    return BYTES_A_PART + BYTES_A_SAMPLE * sum(
+        60.0 * _minutes(task) * system.air_rate for system in logs
+    )
 
 
-_ASKED = tuple(number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None)
+_ASKED = tuple(
+    number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None
+)
 
 
 class StoppedError(KeyboardInterrupt):
@@ -104,7 +121,9 @@ class StoppedError(KeyboardInterrupt):
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, so that all is closed in order."""
+    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, so that all is closed in
+    order.
+    """
     if current_thread() is not main_thread():  # only the main thread may set handlers
         yield
         return
@@ -152,7 +171,9 @@ class Watch:
         if self.style != "bar":
             return nullcontext()
         bar, line = terminal_bar("flying", self.total)
-        self._advance = lambda done: bar.update(line, completed=done, description=self._failed() or "flying")
+        self._advance = lambda done: bar.update(
+            line, completed=done, description=self._failed() or "flying"
+        )
         return bar
 
     def skip(self) -> None:
@@ -212,7 +233,9 @@ class Watch:
             self._write()
 
     def _failed(self) -> str:
-        counted = ", ".join(f"{count:,} × {reason}" for reason, count in self.reasons.most_common(4))
+        counted = ", ".join(
+            f"{count:,} × {reason}" for reason, count in self.reasons.most_common(4)
+        )
         return f"failed: {counted}" if counted else ""
 
     def _report(self) -> None:
@@ -257,10 +280,10 @@ def fly_missing(
 ) -> None:
     """Perform every task whose result the store lacks, and keep each result as soon as it is there.
 
-    `tasks` is read one by one, so a plan may be longer than the memory. `stored` turns a result into the document
-    and the files that the store keeps. `wanted` says whether a document that is found will do. The document of a
-    failure has its reason in `failures`. A damaged part costs one flight. Raises StoreError and
-    FleetLostError; what is stored by then stays.
+    `tasks` is read one by one, so a plan may be longer than the memory. `stored` turns a result
+    into the document and the files that the store keeps. `wanted` says whether a document that is
+    found will do. The document of a failure has its reason in `failures`. A damaged part costs one
+    flight. Raises StoreError and FleetLostError; what is stored by then stays.
     """
 
     def missing() -> Iterator[K]:
@@ -270,7 +293,9 @@ def fly_missing(
                 watch.skip()
             else:
                 if found is None and store.part(task.key).exists():
-                    say(f"{store.part(task.key)}: damaged or incomplete; this flight is flown again")
+                    say(
+                        f"{store.part(task.key)}: damaged or incomplete; this flight is flown again"
+                    )
                 yield task
 
     for task, result in fleet.stream(work, missing()):
@@ -298,10 +323,11 @@ SECONDS = 900.0  # s that a flight may take; 1 to 10 s are usual
 class CampaignRequest:
     """The request for a campaign, as the command line makes it. Names may be comma lists or `all`.
 
-    `plan` is a file that says what is flown; without it the names do. `seeds` is a number, or a range such as
-    `501-1000`. `shard` (k, n) flies the k-th of n parts. `time_limit` [s] and `memory_limit` [GB] are for a flight.
-    `keep_logs` is `none`, `failed` or `all`. `retry_failed` flies failures again. `progress` is a style of `Watch`.
-    Without `report` nothing is drawn and no page is written.
+    `plan` is a file that says what is flown; without it the names do. `seeds` is a number, or a
+    range such as `501-1000`. `shard` (k, n) flies the k-th of n parts. `time_limit` [s] and
+    `memory_limit` [GB] are for a flight. `keep_logs` is `none`, `failed` or `all`. `retry_failed`
+    flies failures again. `progress` is a style of `Watch`. Without `report` nothing is drawn and no
+    page is written.
     """
 
     maneuvers: str = ""
@@ -329,7 +355,9 @@ class CampaignRequest:
         if self.plan is not None:
             return read_plan(self.plan)
         seeds = seeds_of(str(self.seeds))
-        plan = plan_of_names(self.base, self.maneuvers, self.systems, self.models, seeds, self.options)
+        plan = plan_of_names(
+            self.base, self.maneuvers, self.systems, self.models, seeds, self.options
+        )
         plan.check()
         return plan
 
@@ -338,8 +366,8 @@ class CampaignRequest:
 class CampaignResult:
     """The table of results, the failures in words, and the folder of the files.
 
-    `found` and `flown` count the flights that the store held and those of this run; `answers` are the first short
-    answers, one a flight and data system.
+    `found` and `flown` count the flights that the store held and those of this run; `answers` are
+    the first short answers, one a flight and data system.
     """
 
     table: pd.DataFrame
@@ -351,11 +379,12 @@ class CampaignResult:
 
 
 def run_campaign(request: CampaignRequest) -> CampaignResult:
-    """Fly, sense, calibrate, score and show a campaign. A flight that the folder's store holds is not flown again.
+    """Fly, sense, calibrate, score and show a campaign. A flight that the folder's store holds is
+    not flown again.
 
-    The same request therefore goes on where an earlier run was stopped, however that was. Raises BadInputError or
-    UnknownNameError for a bad request, before anything is flown; NoAnswerError where no flight gave a result;
-    StoppedError, a KeyboardInterrupt, where it is asked to stop.
+    The same request therefore goes on where an earlier run was stopped, however that was. Raises
+    BadInputError or UnknownNameError for a bad request, before anything is flown; NoAnswerError
+    where no flight gave a result; StoppedError, a KeyboardInterrupt, where it is asked to stop.
     """
     campaign = _Campaign(request, request.planned())
     require_own_folder(request.out)
@@ -372,9 +401,13 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
         campaign.say_what_is_stored(store)
         try:
             with watch.shown():
-                fly_missing(campaign.tasks(), perform_task, stored, store, fleet, watch, campaign.wanted)
+                fly_missing(
+                    campaign.tasks(), perform_task, stored, store, fleet, watch, campaign.wanted
+                )
         except KeyboardInterrupt as error:
-            raise StoppedError(f"stopped ({str(error) or 'Ctrl-C'}); {campaign.how_to_go_on(watch)}") from error
+            raise StoppedError(
+                f"stopped ({str(error) or 'Ctrl-C'}); {campaign.how_to_go_on(watch)}"
+            ) from error
         except FleetLostError as error:
             raise NoAnswerError(f"{error}; {campaign.how_to_go_on(watch)}") from error
         watch.finish()
@@ -396,7 +429,9 @@ class _Campaign:
 
     def tasks(self) -> Iterator[Task]:
         """Give the tasks of this shard one by one."""
-        tasks = self.plan.tasks(self.request.log_format, self.request.keep_logs, self.request.report)
+        tasks = self.plan.tasks(
+            self.request.log_format, self.request.keep_logs, self.request.report
+        )
         return sharded(tasks, self.request.shard) if self.request.shard else tasks
 
     def wanted(self, document: Document, task: Task) -> bool:
@@ -411,17 +446,25 @@ class _Campaign:
         keys = [*store.keys()]
         if not keys:
             return
-        say(f"{self.request.out}: {len(keys):,} flights are stored; those of this plan are not flown again")
+        say(
+            f"{self.request.out}: {len(keys):,} flights are stored; those of this plan are not "
+            "flown again"
+        )
         looked = (store.find(key) for key in keys[:: max(len(keys) // _LOOKED_AT, 1)])
         if {document["made"]["code"] for document in looked if document} - {code_digest()}:
             say("the stored flights are of other code: they stay, and are flown again by this code")
 
     def how_to_go_on(self, watch: Watch) -> str:
         """Return what is stored and the command that goes on."""
-        program = "pitotbench" if Path(sys.argv[0]).name in ("pitotbench", "__main__.py") else sys.argv[0]
+        program = (
+            "pitotbench" if Path(sys.argv[0]).name in ("pitotbench", "__main__.py") else sys.argv[0]
+        )
         command = shlex.join([program, *sys.argv[1:]])
         done = watch.found + watch.flown
-        return f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: {command}"
+        return (
+            f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: "
+            f"{command}"
+        )
 
     def result(self, store: ResultStore, watch: Watch) -> CampaignResult:
         """Make the files of the folder, and return the result."""
@@ -429,15 +472,22 @@ class _Campaign:
         found = gather(folder, store, self.tasks(), self.plan.varied)
         failures = tuple(found.failures)
         if found.failed > len(failures):
-            failures += (f"and {found.failed - len(failures):,} more: pitotbench results {folder} --state failed",)
+            failures += (
+                f"and {found.failed - len(failures):,} more: pitotbench results {folder} --state "
+                "failed",
+            )
         if not found.rows:
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
         if self.request.keep_logs != "none":
             publish_files(folder, store, self.tasks())
         table = pd.read_parquet(folder / RESULTS)
         if self.request.report:
-            write_text(folder / PAGE, page_of(next(self.tasks()).case, table, found.sections, failures))
+            write_text(
+                folder / PAGE, page_of(next(self.tasks()).case, table, found.sections, failures)
+            )
         else:
-            (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
+            (folder / PAGE).unlink(
+                missing_ok=True
+            )  # that of an earlier run, which shows another table
         answers = tuple(section.answer for section in found.sections)
         return CampaignResult(table, failures, folder, watch.found, watch.flown, answers)

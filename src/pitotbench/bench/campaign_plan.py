@@ -34,10 +34,10 @@ _EXTRAS = {"log", "whole"}
 class Draws:
     """`count` draws of some fields.
 
-    A field has a spread: `{low, high}` (uniform; with `log = true` in its logarithm; with `whole = true` in whole
-    numbers, both ends included), `{mean, sd}` (normal) or `{choose = [...]}`. With the method `latin_hypercube`
-    (McKay, Beckman and Conover 1979) every field has one draw in each of `count` equally likely intervals.
-    Raises BadInputError for a spread that cannot be.
+    A field has a spread: `{low, high}` (uniform; with `log = true` in its logarithm; with `whole =
+    true` in whole numbers, both ends included), `{mean, sd}` (normal) or `{choose = [...]}`. With
+    the method `latin_hypercube` (McKay, Beckman and Conover 1979) every field has one draw in each
+    of `count` equally likely intervals. Raises BadInputError for a spread that cannot be.
     """
 
     fields: Mapping[str, Mapping[str, Any]]
@@ -54,7 +54,9 @@ class Draws:
             _require_spread(name, spread)
 
     def values(self) -> Iterator[dict[str, Any]]:
-        """Give the draws one by one. The first draws of a longer random plan are those of a shorter one."""
+        """Give the draws one by one. The first draws of a longer random plan are those of a shorter
+        one.
+        """
         if self.method == "latin_hypercube":
             from scipy.stats import qmc  # slow to load
 
@@ -93,17 +95,25 @@ def _quantile(spread: Mapping[str, Any], share: float) -> Any:
 def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
     stated = set(spread) - _EXTRAS if isinstance(spread, Mapping) else set()
     if stated not in _SPREADS.values():
-        raise BadInputError(f"draws of {name}: give {{low, high}}, {{mean, sd}} or {{choose = [...]}}")
+        raise BadInputError(
+            f"draws of {name}: give {{low, high}}, {{mean, sd}} or {{choose = [...]}}"
+        )
     if "choose" in stated:
         good = isinstance(spread["choose"], list) and len(spread["choose"]) > 0
     else:
-        good = all(isinstance(spread[key], int | float) and np.isfinite(spread[key]) for key in stated)
+        good = all(
+            isinstance(spread[key], int | float) and np.isfinite(spread[key]) for key in stated
+        )
         if good and "low" in stated:
-            good = spread["low"] <= spread["high"] and not (spread.get("log") and spread["low"] <= 0)
+            good = spread["low"] <= spread["high"] and not (
+                spread.get("log") and spread["low"] <= 0
+            )
         elif good:
             good = spread["sd"] > 0
     if not good:
-        raise BadInputError(f"draws of {name}: {dict(spread)} is no spread: low <= high, sd > 0, log above 0")
+        raise BadInputError(
+            f"draws of {name}: {dict(spread)} is no spread: low <= high, sd > 0, log above 0"
+        )
 
 
 # The plan of a campaign: which cases are flown, expanded one by one.
@@ -111,11 +121,13 @@ def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:
-    """The cases of a campaign: rows × grid × draws × seeds, each with the same data systems and calibrations.
+    """The cases of a campaign: rows × grid × draws × seeds, each with the same data systems and
+    calibrations.
 
     base: table of the case that the others change, with units as in a case file.
-    rows: changes that go together; grid: fields with their values, of which every combination is flown; draws:
-    fields with random values. A field is a path such as `wind.speed_kt` or `effects.0.parameters.latency_s`.
+    rows: changes that go together; grid: fields with their values, of which every combination is
+    flown; draws: fields with random values. A field is a path such as `wind.speed_kt` or
+    `effects.0.parameters.latency_s`.
     seeds: truth and sensor seeds; empty: those of the case, or a seed of its own for each draw.
     systems: data systems; empty: that of the case.
     """
@@ -140,10 +152,15 @@ class CampaignPlan:
         listed = [name for row in self.rows for name in row] if len(self.rows) > 1 else []
         drawn = [*self.draws.fields] if self.draws else []
         several = [name for name, values in self.grid.items() if len(values) > 1]
-        return tuple(dict.fromkeys(name for name in (*listed, *several, *drawn) if name not in _NAMED))
+        return tuple(
+            dict.fromkeys(name for name in (*listed, *several, *drawn) if name not in _NAMED)
+        )
 
-    def tasks(self, log_format: str = "parquet", keep_logs: str = "all", report: bool = True) -> Iterator[Task]:
-        """Give the tasks one by one. For a report, a flight alone draws its page; of many, `write_page` draws one.
+    def tasks(
+        self, log_format: str = "parquet", keep_logs: str = "all", report: bool = True
+    ) -> Iterator[Task]:
+        """Give the tasks one by one. For a report, a flight alone draws its page; of many,
+        `write_page` draws one.
 
         Raises BadInputError or UnknownNameError for a case that cannot be.
         """
@@ -154,14 +171,22 @@ class CampaignPlan:
             sensed = replace(cell, das=systems[0])
             digest = cell_digest(sensed, systems, self.calibrations)
             for seed in self.seeds or (None,):
-                case = sensed if seed is None else replace(sensed, truth_seed=seed, sensor_seed=seed)
+                case = (
+                    sensed if seed is None else replace(sensed, truth_seed=seed, sensor_seed=seed)
+                )
                 key = content_key(digest, case)
                 # Names by content, where maneuver and seed alone do not tell the flights apart.
-                name = f"{case.maneuver}-seed{case.truth_seed}" + (f"-{key[:10]}" if distinct else "")
-                yield Task(name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn)
+                name = f"{case.maneuver}-seed{case.truth_seed}" + (
+                    f"-{key[:10]}" if distinct else ""
+                )
+                yield Task(
+                    name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn
+                )
 
     def cells(self) -> Iterator[Case]:
-        """Give the cases one by one, with the seeds of the base, or with a seed of its own for each draw."""
+        """Give the cases one by one, with the seeds of the base, or with a seed of its own for each
+        draw.
+        """
         axes = [[(name, value) for value in values] for name, values in self.grid.items()]
         for row in self.rows:
             for cell in product(*axes):
@@ -173,20 +198,26 @@ class CampaignPlan:
                     yield replace(self.case({**fixed, **drawn}), truth_seed=seed, sensor_seed=seed)
 
     def case(self, changes: Mapping[str, Any]) -> Case:
-        """Return the base with changed fields. Raises BadInputError for a field or a value that cannot be."""
+        """Return the base with changed fields. Raises BadInputError for a field or a value that
+        cannot be.
+        """
         table = _copied(self.base)
         for path, value in changes.items():
             _put(table, path.split("."), value, path)
         return case_of_table(table)
 
     def check(self) -> None:
-        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly nothing."""
+        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly
+        nothing.
+        """
         if not self.count:
             raise BadInputError("the plan holds no flight")
         middle = self.draws.middle() if self.draws else {}
         first = {name: values[0] for name, values in self.grid.items()}
         trials = [{**row, **first, **middle} for row in self.rows]
-        trials += [{**trials[0], name: value} for name, values in self.grid.items() for value in values]
+        trials += [
+            {**trials[0], name: value} for name, values in self.grid.items() for value in values
+        ]
         for changes in trials:
             case = self.case(changes)
             card_of(case)
@@ -198,7 +229,8 @@ _NAMED = ("maneuver", "truth_seed", "sensor_seed")
 def plan_of_names(
     base: Case, maneuvers: str, systems: str, models: str, seeds: range, options: CalibrationOptions
 ) -> CampaignPlan:
-    """Return the plan of names as the command line takes them: one flight for each maneuver and seed.
+    """Return the plan of names as the command line takes them: one flight for each maneuver and
+    seed.
 
     Raises UnknownNameError or BadInputError for a name that does not exist.
     """
@@ -210,34 +242,49 @@ def plan_of_names(
         require_model(name)
     calibrations = tuple(("", replace(options, model=model)) for model in fitted)
     return CampaignPlan(
-        case_table(base), grid={"maneuver": flown}, seeds=seeds, systems=sensed, calibrations=calibrations
+        case_table(base),
+        grid={"maneuver": flown},
+        seeds=seeds,
+        systems=sensed,
+        calibrations=calibrations,
     )
 
 
 def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError for none."""
+    """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError
+    for none.
+    """
     chosen = tuple(part.strip() for part in text.split(",") if part.strip())
     if not chosen:
-        raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
+        raise BadInputError(
+            f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})"
+        )
     return tuple(known) if chosen == ("all",) else tuple(dict.fromkeys(chosen))
 
 
 def systems_named(text: str) -> tuple[DataSystem, ...]:
     """Return the data systems of a comma list, each once."""
-    # `20/1` and `20.0/1` are one system. One spelling gives it one name for its logs and one row of the results.
+    # `20/1` and `20.0/1` are one system. One spelling gives it one name for its logs and one row of
+    # the results.
     systems = (data_system(name) for name in names("data system", text, list(SYSTEMS)))
     return tuple({system.label: system for system in systems}.values())
 
 
 def seeds_of(text: str) -> range:
-    """Return the seeds of `N`, which are 1 to N, or of `A-B`. Raises BadInputError for anything else."""
+    """Return the seeds of `N`, which are 1 to N, or of `A-B`. Raises BadInputError for anything
+    else.
+    """
     first, dash, last = text.partition("-")
     try:
         found = range(int(first), int(last) + 1) if dash else range(1, int(first) + 1)
     except ValueError as error:
-        raise BadInputError(f"seeds {text!r}: give a number or a range, such as 30 or 501-1000") from error
+        raise BadInputError(
+            f"seeds {text!r}: give a number or a range, such as 30 or 501-1000"
+        ) from error
     if not found:
-        raise BadInputError("--seeds: seeds count from 1, and the first of a range is not above the last")
+        raise BadInputError(
+            "--seeds: seeds count from 1, and the first of a range is not above the last"
+        )
     return found
 
 
@@ -253,7 +300,9 @@ def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
     here: Any = name
     if isinstance(table, list):
         if not name.isdigit() or int(name) >= len(table):
-            raise BadInputError(f"{whole}: the list has no entry {name!r}; it counts from 0 to {len(table) - 1}")
+            raise BadInputError(
+                f"{whole}: the list has no entry {name!r}; it counts from 0 to {len(table) - 1}"
+            )
         here = int(name)
     elif not isinstance(table, dict):
         raise BadInputError(f"{whole}: {name!r} is below a value that is no table")
@@ -282,9 +331,10 @@ _LABEL = "label"
 def read_plan(path: Path) -> CampaignPlan:
     """Read a plan. `case` is a case as in a case file, or the path of one, relative to the plan.
 
-    `grid`, `list` and `draw` change its fields, `das` is a list of data systems, `seeds` a number or a range and
-    `calibrate` a table of options, or several with a `label` each. Raises BadInputError or UnknownNameError for
-    anything that is wrong; the message begins with the name of the file.
+    `grid`, `list` and `draw` change its fields, `das` is a list of data systems, `seeds` a number
+    or a range and
+    `calibrate` a table of options, or several with a `label` each. Raises BadInputError or
+    UnknownNameError for anything that is wrong; the message begins with the name of the file.
     """
     try:
         stated = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -338,7 +388,9 @@ def _values(name: str, value: Any) -> Sequence[Any]:
     if name == "maneuver":
         return maneuvers_named(",".join(map(str, _list(value))))
     if isinstance(value, dict):
-        raise BadInputError(f'grid: write a path in quotes, such as "wind.speed_kt" = [0, 15], not [grid.{name}]')
+        raise BadInputError(
+            f'grid: write a path in quotes, such as "wind.speed_kt" = [0, 15], not [grid.{name}]'
+        )
     if not isinstance(value, list) or not value:
         raise BadInputError(f"grid: {name} needs a list of values")
     return value
@@ -350,7 +402,9 @@ def _draws(stated: Mapping[str, Any]) -> Draws | None:
     settings = {name: stated[name] for name in ("count", "method", "seed") if name in stated}
     if not isinstance(settings.get("count"), int):
         raise BadInputError("draw: state the count, such as count = 200")
-    return Draws({name: spread for name, spread in stated.items() if name not in settings}, **settings)
+    return Draws(
+        {name: spread for name, spread in stated.items() if name not in settings}, **settings
+    )
 
 
 def _calibrations(stated: Any) -> Calibrations:

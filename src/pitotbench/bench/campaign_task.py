@@ -34,11 +34,12 @@ Calibrations = tuple[tuple[str, CalibrationOptions], ...]
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One flight: its name and key, its case, the data systems that sense it and the ways it is calibrated.
+    """One flight: its name and key, its case, the data systems that sense it and the ways it is
+    calibrated.
 
-    `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options of each.
-    `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or `all`. `draw` asks for the
-    page of this flight; without it only the short answers are kept.
+    `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options
+    of each. `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or
+    `all`. `draw` asks for the page of this flight; without it only the short answers are kept.
     """
 
     name: str
@@ -61,10 +62,12 @@ def content_key(cell: str, case: Case) -> str:
 
 
 def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibrations) -> str:
-    """Return the digest of all that decides a result but the seeds: case, calibrations, what computes.
+    """Return the digest of all that decides a result but the seeds: case, calibrations, what
+    computes.
 
-    What computes is the schema, the code with its effects, the files of the aircraft, and JSBSim. Flights that
-    differ in their seeds alone have one such digest, which takes longer to make than all else of a task.
+    What computes is the schema, the code with its effects, the files of the aircraft, and JSBSim.
+    Flights that differ in their seeds alone have one such digest, which takes longer to make than
+    all else of a task.
     """
     content = [
         SCHEMA,
@@ -84,7 +87,12 @@ def sharded(tasks: Iterator[Task], shard: tuple[int, int]) -> Iterator[Task]:
     return (task for number, task in enumerate(tasks) if number % parts == part - 1)
 
 
-CHANNELS = (*LOG_CHANNELS, "position_north", "position_east", "calibrated_airspeed")  # logged and drawn
+CHANNELS = (
+    *LOG_CHANNELS,
+    "position_north",
+    "position_east",
+    "calibrated_airspeed",
+)  # logged and drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +113,11 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """The result of a task: its rows, a page section for each data system, its failures in words, and its logs.
+    """The result of a task: its rows, a page section for each data system, its failures in words,
+    and its logs.
 
-    `logs` are the bytes of the files by the end of their names. `code` is the digest of the code that flew, `host`
-    the class of the machine; the times are those of the whole task [s].
+    `logs` are the bytes of the files by the end of their names. `code` is the digest of the code
+    that flew, `host` the class of the machine; the times are those of the whole task [s].
     """
 
     rows: tuple[Row, ...] = ()
@@ -122,7 +131,9 @@ class TaskOutcome:
 
 
 def perform_task(task: Task) -> TaskOutcome:
-    """Fly one task, sense it, calibrate and score. This runs in any process, and writes no file that stays."""
+    """Fly one task, sense it, calibrate and score. This runs in any process, and writes no file
+    that stays.
+    """
     cpu, begun = time.process_time(), time.perf_counter()
     flight = bench.fly(task.case, channels=CHANNELS)
     rows: list[Row] = []
@@ -140,7 +151,15 @@ def perform_task(task: Task) -> TaskOutcome:
             results.append((label, options, result))
             case, score = flight.case, bench.score(result, flight)
             rows.append(
-                Row(case.maneuver, system.label, options.model, case.truth_seed, case.turbulence, score, label)
+                Row(
+                    case.maneuver,
+                    system.label,
+                    options.model,
+                    case.truth_seed,
+                    case.turbulence,
+                    score,
+                    label,
+                )
             )
         if task.keep_logs == "all" or (task.keep_logs == "failed" and len(failures) > before):
             with TemporaryDirectory(prefix="pitotbench-") as folder:
@@ -149,13 +168,18 @@ def perform_task(task: Task) -> TaskOutcome:
         if results:
             sections.append(_section(task, system, flight, log, results))
     times = (time.process_time() - cpu, time.perf_counter() - begun)
-    return TaskOutcome(tuple(rows), tuple(sections), tuple(failures), logs, code_digest(), host_class(), *times)
+    return TaskOutcome(
+        tuple(rows), tuple(sections), tuple(failures), logs, code_digest(), host_class(), *times
+    )
 
 
 def host_class() -> str:
-    """Return the system, the processor and the version of Python, such as `Linux x86_64 CPython 3.11.7`."""
+    """Return the system, the processor and the version of Python, such as `Linux x86_64 CPython
+    3.11.7`.
+    """
     return (
-        f"{platform.system()} {platform.machine()} {platform.python_implementation()} {platform.python_version()}"
+        f"{platform.system()} {platform.machine()} {platform.python_implementation()} "
+        f"{platform.python_version()}"
     )
 
 
@@ -166,7 +190,9 @@ def _mark(label: str, options: CalibrationOptions) -> str:
     return f"{label} {options.model}".strip()
 
 
-def _section(task: Task, system: DataSystem, flight: Flight, log: FlightLog, results: Found) -> Section:
+def _section(
+    task: Task, system: DataSystem, flight: Flight, log: FlightLog, results: Found
+) -> Section:
     if not task.draw:
         answer = short_answer_of(results[0][2], f"{task.name} {system.label}")
         return Section("", flight.case.maneuver, system.label, answer, "")
@@ -175,7 +201,9 @@ def _section(task: Task, system: DataSystem, flight: Flight, log: FlightLog, res
 
     spec = flight.case.pressure_error
     fits = {_mark(label, options): result for label, options, result in results}
-    truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in fits.items()}
+    truth = {
+        name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in fits.items()
+    }
     # The flight is the same for every data system: it is drawn once.
     tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
     checked = bench.cross_check(log, task.calibrations[0][1], next(iter(fits.values()), None))

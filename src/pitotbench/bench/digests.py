@@ -1,4 +1,6 @@
-"""The digests of the code and of the aircraft's files that decide a result, for the keys of what is kept."""
+"""The digests of the code and of the aircraft's files that decide a result, for the keys of what is
+kept.
+"""
 
 from collections.abc import Iterable
 from functools import cache, lru_cache
@@ -7,8 +9,8 @@ from pathlib import Path
 
 from pitotbench.simulation.aircraft import PACKAGE, find_aircraft
 
-# Packages whose code shows results and cannot change them. All other code counts: a list of the code that counts
-# would miss a module that a later change adds.
+# Packages whose code shows results and cannot change them. All other code counts: a list of the
+# code that counts would miss a module that a later change adds.
 NOT_DECIDING = ("cli", "show")
 # What flies and calibrates needs neither the reconciler nor most of the bench.
 _NOT_FLYING = (*NOT_DECIDING, "reconciliation", "bench")
@@ -23,14 +25,20 @@ def code_digest() -> str:
 
 
 def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
-    """Return the digest of the code of this package, `without` some packages `but` with some of their modules."""
+    """Return the digest of the code of this package, `without` some packages `but` with some of
+    their modules.
+    """
     left_out, kept = {*without}, {*but}
     paths = (file.relative_to(PACKAGE) for file in sorted(PACKAGE.rglob("*.py")))
-    return _digest_of(PACKAGE, (p for p in paths if p.parts[0] not in left_out or p.as_posix() in kept))
+    return _digest_of(
+        PACKAGE, (p for p in paths if p.parts[0] not in left_out or p.as_posix() in kept)
+    )
 
 
 def file_sha256(path: Path) -> str:
-    """Return the SHA-256 of a file, or of the files of a folder one after another by path, in hexadecimal."""
+    """Return the SHA-256 of a file, or of the files of a folder one after another by path, in
+    hexadecimal.
+    """
     found = sha256()
     for each in sorted(path.rglob("*")) if path.is_dir() else [path]:
         if each.is_file():
@@ -40,12 +48,17 @@ def file_sha256(path: Path) -> str:
 
 
 def aircraft_digest(name: str) -> str:
-    """Return the digest of the files of an aircraft. Raises UnknownNameError for one that does not exist."""
+    """Return the digest of the files of an aircraft. Raises UnknownNameError for one that does not
+    exist.
+    """
     folder = find_aircraft(name)
     files = (file for file in sorted(folder.rglob("*")) if file.is_file())
-    # The files may change while this process runs: their sizes and times say whether they are to be read again.
+    # The files may change while this process runs: their sizes and times say whether they are to be
+    # read again.
     stats = ((file.relative_to(folder), file.stat()) for file in files)
-    return _aircraft_digest(folder, tuple((path, stat.st_size, stat.st_mtime_ns) for path, stat in stats))
+    return _aircraft_digest(
+        folder, tuple((path, stat.st_size, stat.st_mtime_ns) for path, stat in stats)
+    )
 
 
 @lru_cache(maxsize=64)

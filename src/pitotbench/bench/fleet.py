@@ -30,8 +30,8 @@ from pitotbench.records import BadInputError, NoAnswerError
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-# A task is all the work on one flight. A task that fails is reported in words and the other tasks go on. A task
-# whose process dies is performed once more, alone, and is then put in quarantine.
+# A task is all the work on one flight. A task that fails is reported in words and the other tasks
+# go on. A task whose process dies is performed once more, alone, and is then put in quarantine.
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -51,9 +51,10 @@ class FleetLostError(RuntimeError):
 class Failure:
     """Why a task gave no result, in words.
 
-    `kind` is the type of the error that `require_all` raises for it. `trace` is the traceback, or the last lines of
-    the log of a process that died; it is empty for an error that the bench expects. `quarantined` is true for a
-    task that ended its process, or that broke the limits of time or memory.
+    `kind` is the type of the error that `require_all` raises for it. `trace` is the traceback, or
+    the last lines of the log of a process that died; it is empty for an error that the bench
+    expects. `quarantined` is true for a task that ended its process, or that broke the limits of
+    time or memory.
     """
 
     reason: str
@@ -63,9 +64,11 @@ class Failure:
 
     @classmethod
     def of(cls, error: BaseException) -> "Failure":
-        """Return the failure that describes an error. It names the type of an error that the bench does not expect.
+        """Return the failure that describes an error. It names the type of an error that the bench
+        does not expect.
 
-        The error itself is not kept, because not every error can be sent from one process to another.
+        The error itself is not kept, because not every error can be sent from one process to
+        another.
         """
         for kind in _EXPECTED:
             if isinstance(error, kind):
@@ -74,7 +77,9 @@ class Failure:
 
 
 def require_all(results: Sequence[R | Failure]) -> list[R]:
-    """Return the results. Where a task failed, raise the first failure as an error of its kind instead."""
+    """Return the results. Where a task failed, raise the first failure as an error of its kind
+    instead.
+    """
     for result in results:
         if isinstance(result, Failure):
             raise result.kind(f"{result.reason}\n{result.trace}".rstrip())
@@ -87,9 +92,11 @@ def _here() -> tuple[str, int]:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The most that one task may use: `seconds` of wall time and `memory` bytes of its process. None: no limit.
+    """The most that one task may use: `seconds` of wall time and `memory` bytes of its process.
+    None: no limit.
 
-    They do not hold in the process of the driver, since a task that breaks the limit of time ends its process.
+    They do not hold in the process of the driver, since a task that breaks the limit of time ends
+    its process.
     """
 
     seconds: float | None = None
@@ -100,14 +107,16 @@ class Limits:
     def hold(self) -> Iterator[None]:
         """Hold the limits within the context.
 
-        After the time the process writes where it is and ends. The memory is that of data (RLIMIT_DATA): an
-        allocation above it raises MemoryError, or ends the process where a library does not expect that.
+        After the time the process writes where it is and ends. The memory is that of data
+        (RLIMIT_DATA): an allocation above it raises MemoryError, or ends the process where a
+        library does not expect that.
         """
         with ExitStack() as undone:
             if self.driver != _here():
                 self._limit_memory(undone)
                 if self.seconds is not None:
-                    # Its thread is not one of Python: it also ends a process that is stuck inside the simulator.
+                    # Its thread is not one of Python: it also ends a process that is stuck inside
+                    # the simulator.
                     faulthandler.dump_traceback_later(self.seconds, exit=True, file=_log())
                     undone.callback(faulthandler.cancel_dump_traceback_later)
             yield
@@ -135,10 +144,11 @@ def _log() -> int:
 class Fleet:
     """Performs tasks through an executor, or in this process where the executor is None.
 
-    `window` is the number of calls that are submitted at a time; it should be somewhat above the number of workers.
-    A call is one task, or as many as take some `bundle` seconds together, where each call costs the executor much.
-    `apart` is for an executor that does not tell why a process died: a task that lost its process is then performed
-    again in a process that its worker starts and watches.
+    `window` is the number of calls that are submitted at a time; it should be somewhat above the
+    number of workers. A call is one task, or as many as take some `bundle` seconds together, where
+    each call costs the executor much. `apart` is for an executor that does not tell why a process
+    died: a task that lost its process is then performed again in a process that its worker starts
+    and watches.
     """
 
     executor: Executor | None = None
@@ -150,10 +160,11 @@ class Fleet:
     def stream(self, work: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[T, R | Failure]]:
         """Give each task with its result, in the order in which they end.
 
-        `tasks` is read only as far as needed. A task that raises an error gives a Failure, and the other tasks go
-        on. A task whose process dies is performed once more at the end, while no other task runs; where its process
-        dies again, the task is in quarantine: its Failure says so. With an executor, `work` and the tasks must be
-        picklable. Raises FleetLostError where the executor has ended.
+        `tasks` is read only as far as needed. A task that raises an error gives a Failure, and the
+        other tasks go on. A task whose process dies is performed once more at the end, while no
+        other task runs; where its process dies again, the task is in quarantine: its Failure says
+        so. With an executor, `work` and the tasks must be picklable. Raises FleetLostError where
+        the executor has ended.
         """
         if self.executor is None:
             for task in tasks:
@@ -176,8 +187,12 @@ class Fleet:
             else:
                 yield task, result
 
-    def perform(self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None) -> list[R | Failure]:
-        """Return the result of `work` for every task, in their order. `step` is called after each task."""
+    def perform(
+        self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None
+    ) -> list[R | Failure]:
+        """Return the result of `work` for every task, in their order. `step` is called after each
+        task.
+        """
         done: dict[int, R | Failure] = {}
         numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(
             partial(_numbered, work), list(enumerate(tasks))
@@ -215,7 +230,9 @@ class Fleet:
                 continue
             results, seconds = outcome
             done, spent = done + len(results), spent + seconds
-            size = max(1, min(MOST_IN_BUNDLE, int(self.bundle * done / spent))) if spent > 0.0 else 1
+            size = (
+                max(1, min(MOST_IN_BUNDLE, int(self.bundle * done / spent))) if spent > 0.0 else 1
+            )
             yield from zip(several, results, strict=True)
 
 
@@ -225,7 +242,9 @@ def _numbered(work: Callable[[T], R], task: tuple[int, T]) -> R:
 
 
 def _outcome(future: "Future[Any]") -> Any:
-    """Return the result of a future that has ended. An error outside of `attempt` means that its process died."""
+    """Return the result of a future that has ended. An error outside of `attempt` means that its
+    process died.
+    """
     try:
         error = future.exception()
     except CancelledError as cancelled:
@@ -244,13 +263,17 @@ def _outcome(future: "Future[Any]") -> Any:
 
 
 def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
-    """Return the result of a task within its limits, or the Failure of any error. This runs in any process."""
+    """Return the result of a task within its limits, or the Failure of any error. This runs in any
+    process.
+    """
     try:
         with limits.hold():
             return work(task)
     except MemoryError as error:
         held = "" if limits.memory is None else f"its limit of {limits.memory / 1e9:g} GB of "
-        return Failure(f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True)
+        return Failure(
+            f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True
+        )
     except Exception as error:  # any error: it is reported, and the other tasks go on
         return Failure.of(error)
 
@@ -265,7 +288,9 @@ def attempt_each(
 
 
 def attempt_apart(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
-    """Attempt a task in a new process that this one starts. Raises LostWorkError, with its log, where that dies."""
+    """Attempt a task in a new process that this one starts. Raises LostWorkError, with its log,
+    where that dies.
+    """
     current_process().daemon = False  # workers of dask are daemons, which may start no process
     pool = WorkerPool(1, limits.seconds)
     try:
@@ -285,8 +310,9 @@ def run_tasks(
 ) -> list[R | Failure]:
     """Open a fleet, perform the tasks and close the fleet.
 
-    `jobs` is the number of processes, by default one for each core and no more than there are tasks. `label` names
-    a progress bar; without it there is no bar. Raises BadInputError as `open_fleet` does.
+    `jobs` is the number of processes, by default one for each core and no more than there are
+    tasks. `label` names a progress bar; without it there is no bar. Raises BadInputError as
+    `open_fleet` does.
     """
     with open_fleet(jobs, scheduler, len(tasks)) as fleet, progress(label, len(tasks)) as advance:
 
@@ -306,13 +332,14 @@ def open_fleet(
     security: Path | None = None,
     isolated: bool = False,
 ) -> Iterator[Fleet]:
-    """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a scheduler's address.
+    """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a
+    scheduler's address.
 
-    Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one job is a
-    process of its own as well, so that a flight that crashes does not end this one. One task is performed here; so
-    is all work where this process may start no other.
-    `security` is a file with the certificates of a `tls://` scheduler.
-    Raises BadInputError where dask is not installed, the scheduler does not answer or a worker does not fit.
+    Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one
+    job is a process of its own as well, so that a flight that crashes does not end this one. One
+    task is performed here; so is all work where this process may start no other. `security` is a
+    file with the certificates of a `tls://` scheduler. Raises BadInputError where dask is not
+    installed, the scheduler does not answer or a worker does not fit.
     """
     limits = limits or Limits()
     if scheduler is not None:
@@ -346,7 +373,8 @@ def usable_cores() -> int:
 def progress(label: str, total: int) -> Iterator[Step]:
     """Show a progress bar and give the function that advances it.
 
-    Where stderr is no terminal a line is written instead, every 20 s at most. Without a label nothing is shown.
+    Where stderr is no terminal a line is written instead, every 20 s at most. Without a label
+    nothing is shown.
     """
     if not label:
         yield lambda: None
@@ -371,9 +399,20 @@ def progress(label: str, total: int) -> Iterator[Step]:
 def terminal_bar(label: str, total: int) -> tuple["Progress", "TaskID"]:
     """Return a bar for a terminal, to be shown as a context, and its line."""
     from rich.console import Console  # slow to load, and only a terminal needs it
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
     return bar, bar.add_task(label, total=total)
 
@@ -391,7 +430,9 @@ def say(text: str) -> None:
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
-_BUNDLE = 1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
+_BUNDLE = (
+    1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
+)
 _PATIENCE = 60.0  # s to wait for the first worker
 
 
@@ -415,8 +456,9 @@ def describe_host() -> Host:
 def open_cluster(address: str, limits: Limits, security: Path | None = None) -> Iterator[Fleet]:
     """Give a fleet on the workers of a dask scheduler.
 
-    Raises BadInputError where dask is not installed, where the scheduler does not answer, where it has no worker
-    within a minute, and where a worker has other versions, other code or more than one thread.
+    Raises BadInputError where dask is not installed, where the scheduler does not answer, where it
+    has no worker within a minute, and where a worker has other versions, other code or more than
+    one thread.
     """
     try:
         distributed: Any = import_module("distributed")
@@ -451,9 +493,13 @@ def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> None:
             raise BadInputError(f"worker {name} cannot fly: {type(there).__name__}: {there}")
         for what, mine in here.versions.items():
             if there.versions.get(what) != mine:
-                raise BadInputError(f"worker {name} has {what} {there.versions.get(what)}, the driver has {mine}")
+                raise BadInputError(
+                    f"worker {name} has {what} {there.versions.get(what)}, the driver has {mine}"
+                )
         if there.code != here.code:
-            raise BadInputError(f"worker {name} has other code or aircraft files than the driver; install the same")
+            raise BadInputError(
+                f"worker {name} has other code or aircraft files than the driver; install the same"
+            )
 
 
 def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
@@ -466,20 +512,28 @@ def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def _security(distributed: Any, address: str, file: Path | None) -> Any:
-    """Return dask's own record of the certificates that a TOML file names; a `tls://` scheduler asks for them."""
+    """Return dask's own record of the certificates that a TOML file names; a `tls://` scheduler
+    asks for them.
+    """
     if file is None:
         if address.startswith("tls"):
             raise BadInputError(
-                f"{address} asks for certificates: give --security FILE with the paths ca, cert and key"
+                f"{address} asks for certificates: give --security FILE with the paths ca, cert "
+                "and key"
             )
         return None
     try:
         stated = tomllib.loads(file.read_text(encoding="utf-8"))
         ca, cert, key = (str(file.parent / stated[name]) for name in ("ca", "cert", "key"))
         security = distributed.Security(
-            tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key, require_encryption=address.startswith("tls")
+            tls_ca_file=ca,
+            tls_client_cert=cert,
+            tls_client_key=key,
+            require_encryption=address.startswith("tls"),
         )
         security.get_connection_args("client")  # reads the files
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise BadInputError(f"{file}: not a TOML file with the paths ca, cert and key: {error}") from error
+        raise BadInputError(
+            f"{file}: not a TOML file with the paths ca, cert and key: {error}"
+        ) from error
     return security

@@ -27,7 +27,9 @@ def flown(case: Case) -> FlightLog:
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
-    """Fly a case, record it with its data system and write the log; with `truth`, write the truth next to it."""
+    """Fly a case, record it with its data system and write the log; with `truth`, write the truth
+    next to it.
+    """
     flight = fly(case)
     log = record(flight, case.das, case.sensor_seed)
     write_log(log, path)
@@ -37,7 +39,8 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
 
 
 def sense(flight: Flight, das: str | DataSystem) -> FlightLog:
-    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's sensor seed.
+    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's
+    sensor seed.
 
     Raises BadInputError for a name or a rate that no data system has.
     """
@@ -55,7 +58,9 @@ def tolerances(case: Case) -> dict[str, float]:
     }
 
 
-def true_correction(spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
+def true_correction(
+    spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond
+) -> MetersPerSecond:
     """Return true calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
     impact = known_curve(spec).impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed
@@ -64,20 +69,25 @@ def true_correction(spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond
 def wind_toward(wind: Wind) -> Array:
     """Return the mean wind as a velocity toward north, east and down [m/s], (3,)."""
     level = -wind.speed
-    return np.array([level * np.cos(wind.from_direction), level * np.sin(wind.from_direction), -wind.up])
+    return np.array(
+        [level * np.cos(wind.from_direction), level * np.sin(wind.from_direction), -wind.up]
+    )
 
 
 # Compare answers with the truth: the errors of a curve, of points and of a wind, with their 2σ.
 
-SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)  # of indicated airspeed: curves are scored and averaged inside it
+SCORED_RANGE = (
+    100.0 * KNOT,
+    160.0 * KNOT,
+)  # of indicated airspeed: curves are scored and averaged inside it
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Errors of estimates, estimate minus truth, and their stated 2σ, (n,) each.
 
-    Both are in m/s, in m for altitudes, or in knots where they come from a table in knots. The means are in the
-    same unit.
+    Both are in m/s, in m for altitudes, or in knots where they come from a table in knots. The
+    means are in the same unit.
     """
 
     error: Array
@@ -108,15 +118,22 @@ def rms(values: Union[Array, "Series[float]"]) -> float:
 
 
 def scored(curve: ErrorCurve) -> Booleans:
-    """Return the mask of the curve's points inside the scored range of indicated airspeed, or all where none is."""
+    """Return the mask of the curve's points inside the scored range of indicated airspeed, or all
+    where none is.
+    """
     low, high = SCORED_RANGE
-    inside: Booleans = (curve.indicated_airspeed > low - 0.01) & (curve.indicated_airspeed < high + 0.01)
+    inside: Booleans = (curve.indicated_airspeed > low - 0.01) & (
+        curve.indicated_airspeed < high + 0.01
+    )
     return inside if bool(inside.any()) else np.ones_like(inside)
 
 
 def compare_curve(curve: ErrorCurve, truth: PressureErrorSpec) -> Comparison:
     """Compare a curve with the truth at its scored points."""
-    error, inside = curve.correction - true_correction(truth, curve.indicated_airspeed), scored(curve)
+    error, inside = (
+        curve.correction - true_correction(truth, curve.indicated_airspeed),
+        scored(curve),
+    )
     return Comparison(error[inside], curve.two_sigma[inside])
 
 
@@ -130,8 +147,9 @@ def compare_wind(wind: WindEstimate, truth: Array) -> Comparison:
 def score(calibration: Calibration, flight: Flight) -> Score:
     """Compare a calibration with the truth of the flight behind its log.
 
-    The true wind is the case's mean wind. The mean of the turbulence over the flight counts as an error.
-    Raises PressureErrorRangeError where the true curve has no solution at an airspeed of the calibration.
+    The true wind is the case's mean wind. The mean of the turbulence over the flight counts as an
+    error. Raises PressureErrorRangeError where the true curve has no solution at an airspeed of the
+    calibration.
     """
     curve = compare_curve(calibration.curve, flight.case.pressure_error)
     wind = compare_wind(calibration.known_wind, wind_toward(flight.case.wind)[:2])

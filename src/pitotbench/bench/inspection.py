@@ -8,7 +8,13 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.planner import MEAN_LENGTH, gust_deviation
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibration.observations import limit_words, observe, range_end, usable_rows, wind_drifts
+from pitotbench.calibration.observations import (
+    limit_words,
+    observe,
+    range_end,
+    usable_rows,
+    wind_drifts,
+)
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
@@ -32,7 +38,10 @@ _ROUNDS = 12
 _QUANTILES = (0.05, 0.5, 0.95)
 _FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
-    "altitude (position) error": (("altitude",), "a geometric height; without it the error's place is assumed"),
+    "altitude (position) error": (
+        ("altitude",),
+        "a geometric height; without it the error's place is assumed",
+    ),
     "vertical wind": (("velocity_down",), "the vertical GPS velocity"),
     "calibration with attitude and flow angles": (
         ("roll", "pitch", "heading", "angle_of_attack", "sideslip"),
@@ -54,7 +63,10 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     measured = flying & usable_rows(log, chosen)  # the same as of the calibration
     shown = measured if measured.any() else flying
     wind = _wind(log, shown)
-    sample, plain = log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS))), _of_the_bound(chosen)
+    sample, plain = (
+        log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS))),
+        _of_the_bound(chosen),
+    )
     expected, refusal = _expected(sample, plain, wind, speed[measured])
     flights = flights_in(log)
     stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
@@ -67,7 +79,9 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
         rate=1.0 / interval(log.time),
         channels=tuple(_held(log, name) for name in log.channels()),
         flights=tuple((float(flight.time[0]), float(flight.time[-1])) for flight in flights),
-        pauses=tuple((float(f.time[row - 1]), float(f.time[row] - f.time[row - 1])) for f, row in stopped),
+        pauses=tuple(
+            (float(f.time[row - 1]), float(f.time[row] - f.time[row - 1])) for f, row in stopped
+        ),
         headings=int(np.count_nonzero(counts > _VISITED * len(track))),
         airspeeds=_quantiles(speed[shown]),
         heights=_quantiles(height[flying]),
@@ -97,7 +111,9 @@ def _held(log: FlightLog, name: str) -> HeldChannel:
 
 
 def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
-    """Return the wind toward north and east [m/s] that brings ground speed and airspeed together best."""
+    """Return the wind toward north and east [m/s] that brings ground speed and airspeed together
+    best.
+    """
     temperature = log.air_temperature if log.air_temperature is not None else log.total_temperature
     if temperature is None:
         temperature = air.standard_temperature(air.pressure_altitude(log.static_pressure))
@@ -107,7 +123,8 @@ def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
     for _ in range(_ROUNDS):
         through = velocity - wind
         ground = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
-        # A weak prior keeps the wind small where one heading cannot tell it from an error of the airspeed.
+        # A weak prior keeps the wind small where one heading cannot tell it from an error of the
+        # airspeed.
         design = np.column_stack([through / ground[:, None], np.ones(len(ground))])
         normal = design.T @ design + 1e-3 * len(ground) * np.eye(3)
         step = np.linalg.solve(
@@ -137,11 +154,16 @@ def _expected(
     if not len(speed):
         return (
             None,
-            "no row in flight is used: all lie beyond the range of the impact-pressure sensor or the limits",
+            "no row in flight is used: all lie beyond the range of the impact-pressure sensor or "
+            "the limits",
         )
     low, _, high = _quantiles(speed)
-    speeds = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
-    noise = ExpectedNoise(gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH)
+    speeds = (
+        np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
+    )
+    noise = ExpectedNoise(
+        gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH
+    )
     theta = np.array([*[0.0] * len(MODELS[plain.model].parameter_names), *wind])
     try:
         bound = expected_two_sigma(sample, plain, theta, noise, speeds)
@@ -155,11 +177,17 @@ def _expected(
 def _questions(log: FlightLog, determined: bool, refusal: str) -> tuple[Question, ...]:
     found = [Question("error curve and wind", determined, "" if determined else refusal)]
     if log.total_temperature is None and log.air_temperature is None:
-        found.append(Question("temperature", False, "no temperature: a standard day within 10 K is assumed"))
+        found.append(
+            Question("temperature", False, "no temperature: a standard day within 10 K is assumed")
+        )
     for name, (needed, words) in _NEEDS.items():
         missing = [channel for channel in needed if getattr(log, channel) is None]
         found.append(
-            Question(name, not missing, f"needs {words}; missing: {', '.join(missing)}" if missing else "")
+            Question(
+                name,
+                not missing,
+                f"needs {words}; missing: {', '.join(missing)}" if missing else "",
+            )
         )
     return tuple(found)
 
@@ -173,11 +201,12 @@ def check_aircraft(
     seed: int = 1,
     say: Progress = lambda text: None,
 ) -> AircraftCheck:
-    """Return what can be flown with an aircraft: a name of the hangar or of JSBSim's library, or a path.
+    """Return what can be flown with an aircraft: a name of the hangar or of JSBSim's library, or a
+    path.
 
-    Flies the step responses in smooth air and each maneuver once, in light turbulence, with one truth seed. `say`
-    is called with each line of progress.
-    Raises UnknownNameError, BadInputError or SimulationError where the aircraft cannot be flown at all.
+    Flies the step responses in smooth air and each maneuver once, in light turbulence, with one
+    truth seed. `say` is called with each line of progress. Raises UnknownNameError, BadInputError
+    or SimulationError where the aircraft cannot be flown at all.
     """
     say(f"attach the autopilot to {aircraft}")
     folder = find_aircraft(aircraft)

@@ -1,4 +1,6 @@
-"""Compare two versions of an airplane's file: what changed in flight, by channel, by phase and by term."""
+"""Compare two versions of an airplane's file: what changed in flight, by channel, by phase and by
+term.
+"""
 
 import re
 import shutil
@@ -15,7 +17,13 @@ from numpy.typing import NDArray
 from pitotbench.effects.overlay import Baseline
 from pitotbench.reconciliation.term_regression import AXIS_CHANNEL, Term, coefficient_of, terms_of
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import ChannelChange, ModelComparison, ModelForces, Motion, TermChange
+from pitotbench.records.aircraft import (
+    ChannelChange,
+    ModelComparison,
+    ModelForces,
+    Motion,
+    TermChange,
+)
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.records.terms import CHANNELS
@@ -27,9 +35,10 @@ from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array
 
-# The old file flies the card once, in light turbulence. Both files are then put into its states on the force meter,
-# with the surfaces and throttles of the old one. Nothing is random there: equal files give equal numbers. Each
-# difference of the files is put alone into the old one, which gives its own part of the change.
+# The old file flies the card once, in light turbulence. Both files are then put into its states on
+# the force meter, with the surfaces and throttles of the old one. Nothing is random there: equal
+# files give equal numbers. Each difference of the files is put alone into the old one, which gives
+# its own part of the change.
 
 STEP = 0.5  # s between the states
 SAME = 1e-5  # share of a channel below which a change is rounding
@@ -53,8 +62,8 @@ def compare_models(
     """Return what changed in flight between two JSBSim files, given by their paths.
 
     `card` names the maneuver that the old one flies. `say` is called with each line of progress.
-    Raises UnknownNameError, BadInputError or SimulationError where a file is not taken, the old one cannot be
-    flown, or the new one cannot be put into the states of that flight.
+    Raises UnknownNameError, BadInputError or SimulationError where a file is not taken, the old one
+    cannot be flown, or the new one cannot be put into the states of that flight.
     """
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         shelf = Path(scratch)
@@ -67,13 +76,17 @@ def compare_models(
         flight = fly(Case(aircraft=old, maneuver=card))
         motion, phase = _motion(flight)
         baselines = [read_baseline(folder) for folder in folders]
-        meter = _Meter(shelf, base, motion, _functions(baselines), _defined(base) | _defined(folders[1]))
+        meter = _Meter(
+            shelf, base, motion, _functions(baselines), _defined(base) | _defined(folders[1])
+        )
         before = meter.forces((), "old")
         say(f"put {len(edits)} differences of the files into its states")
         terms, refused = [], []
         for edit in edits:
             try:
-                terms.append(_term(edit, before, meter.forces((edit,), edit.part), meter, baselines))
+                terms.append(
+                    _term(edit, before, meter.forces((edit,), edit.part), meter, baselines)
+                )
             except SimulationError:
                 refused.append(edit)
         after = meter.forces(edits, "new")
@@ -86,13 +99,17 @@ def compare_models(
                 group, change = edits, _changes(before, after, motion)
             terms = [term for term in terms if term.part not in {edit.part for edit in group}]
             parts = ", ".join(edit.part for edit in group)
-            terms.append(TermChange(TOGETHER, parts, "", None, None, tuple(_whole(change, before, motion))))
+            terms.append(
+                TermChange(TOGETHER, parts, "", None, None, tuple(_whole(change, before, motion)))
+            )
         traces = _changes(before, after, motion)
         channels = tuple(_whole(traces, before, motion))
         located = tuple(_located(traces, before, motion, phase))
         terms.sort(key=lambda t: -t.effects[0].share if t.effects else 0.0)
         remarks = tuple(_remarks(channels, terms))
-        return ModelComparison(old, new, card, motion.time, traces, channels, located, tuple(terms), remarks)
+        return ModelComparison(
+            old, new, card, motion.time, traces, channels, located, tuple(terms), remarks
+        )
 
 
 def _taken(folder: Path, path: str) -> Path:
@@ -112,7 +129,8 @@ Key = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class _Edit:
-    """A difference: the part's key, its element or file in the old and in the new one (None: it has none).
+    """A difference: the part's key, its element or file in the old and in the new one (None: it has
+    none).
 
     `place` is that of the part in its section of the new file.
     """
@@ -128,7 +146,11 @@ class _Edit:
         kind, *names = self.key
         told = " ".join(name for name in names if name)
         change = (
-            "" if self.old is not None and self.new is not None else " (added)" if self.old is None else " (gone)"
+            ""
+            if self.old is not None and self.new is not None
+            else " (added)"
+            if self.old is None
+            else " (gone)"
         )
         return (told if kind == "aerodynamics" and len(names) == 2 else f"{kind}: {told}") + change
 
@@ -137,7 +159,9 @@ def _edits(old: Path, new: Path) -> list[_Edit]:
     roots = [parse_xml(f / f"{f.name}.xml").getroot() for f in (old, new)]
     parts = [dict(_parts(root)) for root in roots]
     places = {id(child): i for section in roots[1].iter() for i, child in enumerate(section)}
-    files = [{("file", p.relative_to(f).as_posix()): p for p in f.glob("*/*.xml")} for f in (old, new)]
+    files = [
+        {("file", p.relative_to(f).as_posix()): p for p in f.glob("*/*.xml")} for f in (old, new)
+    ]
     found = []
     for before, after in (parts, files):
         for key in dict.fromkeys((*before, *after)):
@@ -148,7 +172,9 @@ def _edits(old: Path, new: Path) -> list[_Edit]:
 
 
 def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
-    """Yield the parts of an aircraft's file with their keys: each function of the aerodynamics, each child else."""
+    """Yield the parts of an aircraft's file with their keys: each function of the aerodynamics,
+    each child else.
+    """
     for section, head in _sections(root):
         seen: dict[Key, int] = {}
         for child in section:
@@ -167,14 +193,23 @@ def _sections(root: ET.Element) -> Iterator[tuple[ET.Element, Key]]:
         name = "" if section.tag == "aerodynamics" else section.get("name", section.get("file", ""))
         yield section, (section.tag, name)
         if section.tag == "aerodynamics":
-            yield from ((axis, (section.tag, axis.get("name", ""))) for axis in section.findall("axis"))
+            yield from (
+                (axis, (section.tag, axis.get("name", ""))) for axis in section.findall("axis")
+            )
 
 
 def _content(part: ET.Element | Path) -> object:
-    """Return all that JSBSim reads of a part; numbers count by their value, comments and spaces do not."""
+    """Return all that JSBSim reads of a part; numbers count by their value, comments and spaces do
+    not.
+    """
     element = parse_xml(part).getroot() if isinstance(part, Path) else part
     inner = [_content(child) for child in element if child.tag not in IGNORED]
-    return element.tag, sorted(element.attrib.items()), [_token(t) for t in (element.text or "").split()], inner
+    return (
+        element.tag,
+        sorted(element.attrib.items()),
+        [_token(t) for t in (element.text or "").split()],
+        inner,
+    )
 
 
 def _token(text: str) -> float | str:
@@ -197,7 +232,9 @@ def _edited(root: ET.Element, edits: Sequence[_Edit], folder: Path) -> None:
         sections = {head: section for section, head in _sections(root)}
         section = sections.get(edit.key[:2])
         if section is None:
-            above = root if edit.key[0] != "aerodynamics" else sections.get(("aerodynamics", ""), root)
+            above = (
+                root if edit.key[0] != "aerodynamics" else sections.get(("aerodynamics", ""), root)
+            )
             tag = "axis" if edit.key[0] == "aerodynamics" else edit.key[0]
             section = ET.SubElement(above, tag, name=edit.key[1])
         children = list(section)
@@ -224,7 +261,9 @@ class _Meter:
     count: int = 0
 
     def forces(self, edits: Sequence[_Edit], name: str) -> ModelForces:
-        """Return the forces with some differences. Raises SimulationError where JSBSim refuses them."""
+        """Return the forces with some differences. Raises SimulationError where JSBSim refuses
+        them.
+        """
         self.count += 1
         folder = self.shelf / str(self.count) / self.base.name
         shutil.copytree(self.base, folder)
@@ -239,21 +278,30 @@ class _Meter:
         return measure_forces(plant, self.motion, self.names)
 
 
-# JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is never loaded.
+# JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is
+# never loaded.
 
 
 def _defined(folder: Path) -> frozenset[str]:
-    """Return the properties that the files of an aircraft define: functions, components, outputs, declarations."""
+    """Return the properties that the files of an aircraft define: functions, components, outputs,
+    declarations.
+    """
     found: set[str] = set()
     for element in _elements(folder):
         name = element.get("name", "")
-        text = (element.text or "").strip() if element.tag == "output" or element.get("value") is not None else ""
+        text = (
+            (element.text or "").strip()
+            if element.tag == "output" or element.get("value") is not None
+            else ""
+        )
         found |= {name, f"fcs/{name.lower().replace(' ', '-')}", text}
     return frozenset(found - {"", "fcs/"})
 
 
 def _require_whole(folder: Path, known: frozenset[str]) -> None:
-    """Raise SimulationError where an aircraft reads a property that it lacks, and one of the two files defines."""
+    """Raise SimulationError where an aircraft reads a property that it lacks, and one of the two
+    files defines.
+    """
     read = {
         (element.text or "").strip().lstrip("-")
         for element in _elements(folder)
@@ -270,18 +318,28 @@ def _elements(folder: Path) -> Iterator[ET.Element]:
 
 
 def _motion(flight: Flight) -> tuple[Motion, NDArray[np.str_]]:
-    """Return the states of a flight every `STEP`, and the phase of each: the label without speed and heading."""
+    """Return the states of a flight every `STEP`, and the phase of each: the label without speed
+    and heading.
+    """
     every = round(STEP / float(np.median(np.diff(flight["time"]))))
     rows = np.arange(0, len(flight), every)
     absent = np.full(len(rows), np.nan)
-    names = [name for name in Motion.__dataclass_fields__ if name not in ("temperature_offset", *CONTROLS)]
+    names = [
+        name
+        for name in Motion.__dataclass_fields__
+        if name not in ("temperature_offset", *CONTROLS)
+    ]
     states: dict[str, Any] = {name: flight[name][rows] for name in names}
     states |= {name: flight[name][rows] if name in flight.channels else absent for name in CONTROLS}
-    return Motion(**states), np.array([re.split(r" [\d.]+ kt", str(label))[0] for label in flight.segment[rows]])
+    return Motion(**states), np.array(
+        [re.split(r" [\d.]+ kt", str(label))[0] for label in flight.segment[rows]]
+    )
 
 
 def _functions(baselines: Sequence[Baseline]) -> frozenset[str]:
-    return frozenset(function.name for baseline in baselines for function in baseline.functions if function.name)
+    return frozenset(
+        function.name for baseline in baselines for function in baseline.functions if function.name
+    )
 
 
 def _channels(forces: ModelForces, motion: Motion) -> dict[str, Array]:
@@ -289,13 +347,22 @@ def _channels(forces: ModelForces, motion: Motion) -> dict[str, Array]:
     x, y, z = forces.air[:, :3].T
     forward, down = np.cos(motion.angle_of_attack), np.sin(motion.angle_of_attack)
     wind = (-x * forward - z * down, y, x * down - z * forward)
-    series = (*wind, *forces.air[:, 3:].T, forces.thrust, forces.power, forces.weight, forces.gravity_center)
+    series = (
+        *wind,
+        *forces.air[:, 3:].T,
+        forces.thrust,
+        forces.power,
+        forces.weight,
+        forces.gravity_center,
+    )
     return dict(zip(UNITS, (*series, *forces.inertia.T), strict=True))
 
 
 def _scales(forces: ModelForces, motion: Motion) -> dict[str, float]:
     """Return the largest value of each channel; of the center of gravity the chord [in]."""
-    largest = {name: float(np.max(np.abs(series))) for name, series in _channels(forces, motion).items()}
+    largest = {
+        name: float(np.max(np.abs(series))) for name, series in _channels(forces, motion).items()
+    }
     return largest | {"center of gravity": 12.0 * forces.wing[2]}
 
 
@@ -304,10 +371,14 @@ def _changes(before: ModelForces, after: ModelForces, motion: Motion) -> dict[st
     old, new, scale = _channels(before, motion), _channels(after, motion), _scales(before, motion)
     apart = {name: new[name] - old[name] for name in old}
     smallest = {name: SAME * (scale[name] or float(np.max(np.abs(new[name])))) for name in old}
-    return {name: change for name, change in apart.items() if np.max(np.abs(change)) > smallest[name]}
+    return {
+        name: change for name, change in apart.items() if np.max(np.abs(change)) > smallest[name]
+    }
 
 
-def _whole(changes: Mapping[str, Array], before: ModelForces, motion: Motion) -> list[ChannelChange]:
+def _whole(
+    changes: Mapping[str, Array], before: ModelForces, motion: Motion
+) -> list[ChannelChange]:
     """Return the change of each channel over the whole motion, the largest share first."""
     everywhere = np.full(len(motion.time), ALONE)
     found = _located(changes, before, motion, everywhere)
@@ -336,7 +407,9 @@ def _located(
 
 
 def _coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
-    """Return the force or the moment of a coefficient of one along a motion: pressure times area and length."""
+    """Return the force or the moment of a coefficient of one along a motion: pressure times area
+    and length.
+    """
     area, span, chord = forces.wing
     pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
     arms = zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True)
@@ -347,12 +420,21 @@ def _coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
 
 
 def _term(
-    edit: _Edit, before: ModelForces, after: ModelForces, meter: _Meter, baselines: Sequence[Baseline]
+    edit: _Edit,
+    before: ModelForces,
+    after: ModelForces,
+    meter: _Meter,
+    baselines: Sequence[Baseline],
 ) -> TermChange:
     motion = meter.motion
     effects = tuple(_whole(_changes(before, after, motion), before, motion))
     function = edit.key[2] if edit.key[0] == "aerodynamics" else ""
-    known = [term for baseline in baselines for term in terms_of(baseline) if term.function.name == function]
+    known = [
+        term
+        for baseline in baselines
+        for term in terms_of(baseline)
+        if term.function.name == function
+    ]
     if not function or not known:
         leaf, unit, old, new = _only_number(edit)
         return TermChange(f"{edit.part} {leaf}".rstrip(), edit.part, unit, old, new, effects)
@@ -374,12 +456,21 @@ def _term(
 
 
 def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
-    """Return the only number of a part that differs: its element below the part, unit, old and new value."""
+    """Return the only number of a part that differs: its element below the part, unit, old and new
+    value.
+    """
     if edit.old is None or edit.new is None:
         return "", "", None, None
-    pair = [parse_xml(part).getroot() if isinstance(part, Path) else part for part in (edit.old, edit.new)]
+    pair = [
+        parse_xml(part).getroot() if isinstance(part, Path) else part
+        for part in (edit.old, edit.new)
+    ]
     leaves = [[each for each in part.iter() if (each.text or "").strip()] for part in pair]
-    apart = [(a, b) for a, b in zip(*leaves, strict=False) if a.tag != b.tag or _content(a) != _content(b)]
+    apart = [
+        (a, b)
+        for a, b in zip(*leaves, strict=False)
+        if a.tag != b.tag or _content(a) != _content(b)
+    ]
     if len(leaves[0]) != len(leaves[1]) or len(apart) != 1:
         return "", "", None, None
     old, new = (_token((each.text or "").strip()) for each in apart[0])
@@ -392,7 +483,9 @@ def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
 
 
 def _values(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
-    """Return the coefficient of a term along a motion: its force or moment over pressure, area and length."""
+    """Return the coefficient of a term along a motion: its force or moment over pressure, area and
+    length.
+    """
     values = forces.values.get(term.function.name)
     if values is None or not term.function.axis:
         return values

@@ -1,4 +1,6 @@
-"""Hold the aerodynamic terms of a model against measured maneuvers, correct them, and fly the maneuvers again."""
+"""Hold the aerodynamic terms of a model against measured maneuvers, correct them, and fly the
+maneuvers again.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +20,12 @@ from pitotbench.effects.overlay import (
     size,
     total,
 )
-from pitotbench.logbook.identification import align_vane, is_identification, maneuvers_of, read_identification
+from pitotbench.logbook.identification import (
+    align_vane,
+    is_identification,
+    maneuvers_of,
+    read_identification,
+)
 from pitotbench.reconciliation.term_regression import Regression, Term, regression_of, terms_of
 from pitotbench.reconciliation.terms import judge_terms
 from pitotbench.records import BadInputError
@@ -36,15 +43,21 @@ ROOT = "model_terms"  # of the sizes in the overlay
 
 @dataclass(frozen=True, slots=True)
 class CorrectedModel:
-    """What maneuvers say of a model's terms, and the overlay that corrects them; empty where none is off."""
+    """What maneuvers say of a model's terms, and the overlay that corrects them; empty where none
+    is off.
+    """
 
     account: TermsAccount
     overlay: Overlay
 
 
 def maneuvers_in(path: Path, read: Callable[[], FlightLog]) -> list[Maneuver]:
-    """Return the maneuvers of a file: an array of system identification, else a flight log, which `read` reads."""
-    return [read_identification(path)] if is_identification(path) else maneuvers_of(read(), path.stem)
+    """Return the maneuvers of a file: an array of system identification, else a flight log, which
+    `read` reads.
+    """
+    return (
+        [read_identification(path)] if is_identification(path) else maneuvers_of(read(), path.stem)
+    )
 
 
 def parted(maneuvers: Sequence[Maneuver]) -> tuple[list[Maneuver], list[Maneuver]]:
@@ -52,8 +65,11 @@ def parted(maneuvers: Sequence[Maneuver]) -> tuple[list[Maneuver], list[Maneuver
     return list(maneuvers[::2]), list(maneuvers[1::2])
 
 
-def correct_terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]) -> CorrectedModel:
-    """Return which terms of an aircraft's file are off by how much, and what this closes on maneuvers held out.
+def correct_terms(
+    aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]
+) -> CorrectedModel:
+    """Return which terms of an aircraft's file are off by how much, and what this closes on
+    maneuvers held out.
 
     Raises BadInputError where the file has no term, UnknownNameError for an unknown aircraft.
     """
@@ -66,7 +82,9 @@ def correct_terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[
     some, lag = align_vane([*fitted, *held_out])
     regressions = [_regression(aircraft, terms, each) for each in some]
     remarks = _remarks(some, lag)
-    account = judge_terms(aircraft, terms, regressions[: len(fitted)], regressions[len(fitted) :], remarks)
+    account = judge_terms(
+        aircraft, terms, regressions[: len(fitted)], regressions[len(fitted) :], remarks
+    )
     overlay = _overlay(account, baseline)
     flown = [
         _flown(aircraft, overlay, maneuver, gap)
@@ -81,25 +99,34 @@ def _remarks(maneuvers: Sequence[Maneuver], lag: float) -> tuple[str, ...]:
     told = [f"The angle-of-attack vane lags by {lag:.2f} s; it was taken earlier."] if lag else []
     if any(each.thrust is None for each in maneuvers):
         told.append(
-            "Thrust was not measured: in each maneuver a constant and a steady change of it are free, "
+            "Thrust was not measured: in each maneuver a constant and a steady change of it are "
+            "free, "
             "so the drag says less."
         )
     if any(each.mass is None for each in maneuvers):
-        told.append("Mass was not measured: it is the model's, and its error is one of every force.")
+        told.append(
+            "Mass was not measured: it is the model's, and its error is one of every force."
+        )
     if any("side force" not in each.channels for each in maneuvers):
         told.append("Sideslip was not measured: side force, roll and yaw are left out.")
     return tuple(told)
 
 
 def _regression(aircraft: str, terms: Sequence[Term], maneuver: Maneuver) -> Regression:
-    """A maneuver as a regression: one pass of the force meter, and one for each function outside the axes."""
+    """A maneuver as a regression: one pass of the force meter, and one for each function outside
+    the axes.
+    """
     units = unit_overlay(UNIT_AXES)
-    model = measure_terms(_plant(aircraft, units), maneuver.motion, [term.function.name for term in terms])
+    model = measure_terms(
+        _plant(aircraft, units), maneuver.motion, [term.function.name for term in terms]
+    )
     differences = {}
     for name in (term.function.name for term in terms if not term.function.axis):
         mean = float(np.mean(model.values[name]))  # it turns about its mean, as every slope does
         scaling = FunctionScaling(name, product(1.0 + STEP, 1.0), product(-STEP * mean, 1.0))
-        moved = measure_terms(_plant(aircraft, units + Overlay(scalings=(scaling,))), maneuver.motion, [])
+        moved = measure_terms(
+            _plant(aircraft, units + Overlay(scalings=(scaling,))), maneuver.motion, []
+        )
         differences[name] = (moved.total - model.total) / STEP
     return regression_of(maneuver, model, terms, differences)
 
@@ -133,4 +160,6 @@ def _flown(aircraft: str, overlay: Overlay, maneuver: Maneuver, gap: ManeuverGap
     """A maneuver flown with the measured controls by the model as it is, and by the corrected one."""
     measured, before = fly_open_loop(_plant(aircraft, Overlay()), maneuver, gap.constants[0])
     _, after = fly_open_loop(_plant(aircraft, overlay), maneuver, gap.constants[1])
-    return OpenLoopFlight(maneuver.name, gap.held_out, maneuver.motion.time, measured, before, after)
+    return OpenLoopFlight(
+        maneuver.name, gap.held_out, maneuver.motion.time, measured, before, after
+    )

@@ -33,23 +33,33 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record
 from pitotbench.simulation.aircraft import find_aircraft, read_baseline, read_record
 from pitotbench.simulation.force_meter import FREE, measure, measure_unit_forces, unit_overlay
-from pitotbench.simulation.modified import Loading, ballast_for, ballast_overlay, loaded_mass, loading_of, mass_of
+from pitotbench.simulation.modified import (
+    Loading,
+    ballast_for,
+    ballast_overlay,
+    loaded_mass,
+    loading_of,
+    mass_of,
+)
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT
 
 # The card of a log: the case from which its null flights are flown.
 
-# kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt before a card
+# kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt
+# before a card
 MASS_STEP = 10.0
-# m: cards this near in height share null flights. "Light" turbulence of JSBSim is 23 % stronger 500 ft lower
+# m: cards this near in height share null flights. "Light" turbulence of JSBSim is 23 % stronger 500
+# ft lower
 HEIGHT_STEP = 250.0 * FOOT
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
     """Return the case of a log's header as a null flight of an aircraft: without effects.
 
-    Parts that are not in the header have their default values. None where the header has no case (a foreign log).
+    Parts that are not in the header have their default values. None where the header has no case (a
+    foreign log).
     """
     table = header.get("case")
     if not isinstance(table, Mapping):
@@ -66,11 +76,12 @@ def tells_the_day(header: Mapping[str, Any]) -> bool:
 
 
 def as_flown(card: Case, log: FlightLog) -> Case:
-    """Return a card at the height and with the mass of a log: what a header planned is not always what was flown.
+    """Return a card at the height and with the mass of a log: what a header planned is not always
+    what was flown.
 
-    The height is the median of the log's GPS height, to `HEIGHT_STEP`; fuel and ballast give the first mass of the
-    log, to `MASS_STEP`. What the log does not have, or has within half a step, stays as the card says.
-    Raises BadInputError where the mass is not that of the card's aircraft.
+    The height is the median of the log's GPS height, to `HEIGHT_STEP`; fuel and ballast give the
+    first mass of the log, to `MASS_STEP`. What the log does not have, or has within half a step,
+    stays as the card says. Raises BadInputError where the mass is not that of the card's aircraft.
     """
     if log.altitude is not None:
         steps = round((float(np.nanmedian(log.altitude)) - card.altitude) / HEIGHT_STEP)
@@ -85,27 +96,37 @@ def as_flown(card: Case, log: FlightLog) -> Case:
     return replace(card, fuel=loading.fuel, ballast=loading.ballast)
 
 
-# Hz. The signatures of effects differ by at most 3 % between the two rates, and by up to 17 % on the c310, whose
-# engines need small steps: at 10 Hz they are wrong.
+# Hz. The signatures of effects differ by at most 3 % between the two rates, and by up to 17 % on
+# the c310, whose engines need small steps: at 10 Hz they are wrong.
 COARSE_RATE, FINE_RATE = 25.0, 100.0
 
 
 def aircraft_model(name: str) -> AircraftModel | None:
-    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises UnknownNameError."""
+    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises
+    UnknownNameError.
+    """
     if name == "none":
         return None
     folder = find_aircraft(name)
     record = read_record(folder)
-    # An aircraft may have one engine. Its surfaces it has, even where their positions are not served.
-    missing = set(record.missing if record is not None else ()) & {"throttle_left", "throttle_right"}
+    # An aircraft may have one engine. Its surfaces it has, even where their positions are not
+    # served.
+    missing = set(record.missing if record is not None else ()) & {
+        "throttle_left",
+        "throttle_right",
+    }
     controls = tuple(control for control in CONTROLS if control not in missing)
     thrust_known = record is None or record.engine_kind != TURBOPROP
     react, unit_forces = partial(_react, name), partial(_unit_forces, name)
     return AircraftModel(name, react, unit_forces, read_baseline(folder), controls, thrust_known)
 
 
-def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
-    """Return the forces and engine readings of the aircraft in each state of a motion, at the motion's mass."""
+def _react(
+    name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True
+) -> Reaction:
+    """Return the forces and engine readings of the aircraft in each state of a motion, at the
+    motion's mass.
+    """
     return measure(*_loaded_model(name, motion, overlay or Overlay()), engines_run)
 
 
@@ -115,11 +136,16 @@ def _unit_forces(name: str, motion: Motion, paths: frozenset[str]) -> UnitForces
 
 
 def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
-    """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its ballast [kg]."""
+    """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its
+    ballast [kg].
+    """
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
     plant = Plant.load(
-        name, COARSE_RATE if coarse else FINE_RATE, overlay + ballast_overlay(name, ballast), at_once=True
+        name,
+        COARSE_RATE if coarse else FINE_RATE,
+        overlay + ballast_overlay(name, ballast),
+        at_once=True,
     )
     return plant, motion, loaded_mass(name) + ballast
 
@@ -127,7 +153,8 @@ def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, M
 Progress = Callable[[str], None]  # is called with a line about the step that begins
 
 
-# The cache of null distributions: one file for each card, named by a digest of all inputs and all code.
+# The cache of null distributions: one file for each card, named by a digest of all inputs and all
+# code.
 
 MOST_KEPT = 100  # entries of the cache, about 40 kB each
 
@@ -144,7 +171,9 @@ def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
 
 
 def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
-    """Return an entry of the cache and mark it as used; None where there is none, or where it cannot be used."""
+    """Return an entry of the cache and mark it as used; None where there is none, or where it
+    cannot be used.
+    """
     try:
         null = read_distribution(place.read_bytes())
         if null.flights != flights:
@@ -160,7 +189,9 @@ def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | N
 
 
 def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
-    """Write an entry completely or not at all, and remove the entries whose last use is longest ago."""
+    """Write an entry completely or not at all, and remove the entries whose last use is longest
+    ago.
+    """
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with atomic(place) as scratch:
@@ -171,7 +202,9 @@ def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
 
 
 def _prune(folder: Path) -> None:
-    """Remove all but the `MOST_KEPT` entries used last. Partial files of a stopped run count as entries."""
+    """Remove all but the `MOST_KEPT` entries used last. Partial files of a stopped run count as
+    entries.
+    """
     files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
     for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:
         file.unlink(missing_ok=True)
@@ -185,7 +218,9 @@ def _last_used(file: Path) -> float:
         return 0.0
 
 
-NULL_FLIGHTS = 8  # one or two minutes on two cores; the thresholds include the error of so small a number
+NULL_FLIGHTS = (
+    8  # one or two minutes on two cores; the thresholds include the error of so small a number
+)
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
 
 
@@ -198,10 +233,10 @@ def null_distribution_of(
 ) -> NullDistribution:
     """Return the null distribution of a card, for logs that are judged in this setting.
 
-    It is kept in `cache_folder()` under a digest of its inputs, so that a card is flown once. Without `keep` the
-    flights are always flown, and the cache is neither read nor written. Two runs that need the same entry at the
-    same time both fly. Their flights are the same bit for bit, so it does not matter which one writes last, and no
-    lock is needed.
+    It is kept in `cache_folder()` under a digest of its inputs, so that a card is flown once.
+    Without `keep` the flights are always flown, and the cache is neither read nor written. Two runs
+    that need the same entry at the same time both fly. Their flights are the same bit for bit, so
+    it does not matter which one writes last, and no lock is needed.
     """
     card = replace(card, effects=(), truth_seed=1, sensor_seed=1)
     setting = setting or AnalysisSetting(day_known=True)
@@ -210,7 +245,10 @@ def null_distribution_of(
     kept = read_entry(place, flights, say) if keep else None
     if kept is not None:
         return kept
-    say(f"first use of this card: {flights} flights without an effect ({card.maneuver}, {card.das.label})")
+    say(
+        f"first use of this card: {flights} flights without an effect ({card.maneuver}, "
+        f"{card.das.label})"
+    )
     with open_fleet(tasks=flights) as fleet:
         layouts = fleet.perform(
             partial(_null_layout, card, setting),
@@ -225,14 +263,21 @@ def null_distribution_of(
     return null
 
 
-def flights_told(flights: int, say: Progress, clock: Callable[[], float] = monotonic) -> Callable[[], None]:
-    """Return what tells that a further flight of some is flown, and the time that the others will take [s]."""
+def flights_told(
+    flights: int, say: Progress, clock: Callable[[], float] = monotonic
+) -> Callable[[], None]:
+    """Return what tells that a further flight of some is flown, and the time that the others will
+    take [s].
+    """
     done, begun = count(1), clock()
 
     def tell() -> None:
         number = next(done)
         left = (clock() - begun) / number * (flights - number)
-        say(f"null flight {number} of {flights}" + (f", about {left:.0f} s left" if number < flights else ""))
+        say(
+            f"null flight {number} of {flights}"
+            + (f", about {left:.0f} s left" if number < flights else "")
+        )
 
     return tell
 

@@ -38,10 +38,11 @@ from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_of_table, write_case
 from pitotbench.show.markup import Section
 
-# The results of campaigns as tables, made from the parts of a store.
-# `results.parquet` holds the rows of one plan, in its order, with the logs and cases of the folder beside it. The
-# index of a store holds the rows of all its results, with all fields of their cases: DuckDB, Polars and pandas
-# open it. It is made again where it is missing or cut, or lacks a part; a part that is replaced removes it.
+# The results of campaigns as tables, made from the parts of a store. `results.parquet` holds the
+# rows of one plan, in its order, with the logs and cases of the folder beside it. The index of a
+# store holds the rows of all its results, with all fields of their cases: DuckDB, Polars and pandas
+# open it. It is made again where it is missing or cut, or lacks a part; a part that is replaced
+# removes it.
 
 RESULTS, STORE = "results.parquet", "store"
 _GROUP = 10_000  # flights whose rows are in memory at a time
@@ -55,12 +56,16 @@ def require_own_folder(target: Path) -> None:
     if target.exists() and (
         not target.is_dir() or (any(target.iterdir()) and not any(path.exists() for path in own))
     ):
-        raise BadInputError(f"{target} exists and holds no campaign's results; choose another --out")
+        raise BadInputError(
+            f"{target} exists and holds no campaign's results; choose another --out"
+        )
 
 
 @dataclass(slots=True)
 class Gathered:
-    """What the folder shows of the results: the number of rows, the failures in words, the parts of the page."""
+    """What the folder shows of the results: the number of rows, the failures in words, the parts of
+    the page.
+    """
 
     rows: int = 0
     failed: int = 0
@@ -68,11 +73,14 @@ class Gathered:
     sections: list[Section] = field(default_factory=list)
 
 
-def gather(folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]) -> Gathered:
-    """Write the rows of the tasks to the table of the folder, in the order of the plan; return what the page needs.
+def gather(
+    folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]
+) -> Gathered:
+    """Write the rows of the tasks to the table of the folder, in the order of the plan; return what
+    the page needs.
 
-    An earlier table is replaced only where there is a row. The table of one plan is the same bit for bit, however
-    often it was interrupted and however many processes flew it.
+    An earlier table is replaced only where there is a row. The table of one plan is the same bit
+    for bit, however often it was interrupted and however many processes flew it.
     """
     found = Gathered()
     groups = _groups(store, tasks, varied, found)
@@ -104,7 +112,9 @@ def _groups(
         found.failed += len(document["failures"])
         found.failures += document["failures"][: max(_MOST_FAILURES - len(found.failures), 0)]
         if len(found.sections) < _MOST_ANSWERS:
-            found.sections += [each if task.draw else replace(each, html="") for each in sections_of(document)]
+            found.sections += [
+                each if task.draw else replace(each, html="") for each in sections_of(document)
+            ]
         before = len(rows)
         rows += _planned_rows(document, varied)
         found.rows += len(rows) - before
@@ -117,7 +127,9 @@ def _groups(
 
 
 def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
-    """Give the rows of a flight: the columns of the contract, the fields that the plan varies, and its key."""
+    """Give the rows of a flight: the columns of the contract, the fields that the plan varies, and
+    its key.
+    """
     columns = all_columns(document) if varied else {}
     extra = {name: columns.get(name) for name in varied}
     labeled = any(label for label, _ in document["calibrations"])
@@ -127,7 +139,9 @@ def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[
 
 
 def publish_files(folder: Path, store: ResultStore, tasks: Iterable[Task]) -> None:
-    """Make the folders of logs and of cases from the store. Those of an earlier campaign are replaced."""
+    """Make the folders of logs and of cases from the store. Those of an earlier campaign are
+    replaced.
+    """
     fresh = {name: folder / f".{name}-new" for name in ("logs", "cases")}
     for place in fresh.values():
         shutil.rmtree(place, ignore_errors=True)
@@ -162,8 +176,8 @@ def _link(source: Path, target: Path) -> None:
 def result_table(folders: Sequence[Path]) -> pd.DataFrame:
     """Return the rows of all results of campaigns, failures included, each flight once.
 
-    The columns are those of results.parquet, all fields of the cases, the state and what made the result.
-    Raises BadInputError for a folder without a store.
+    The columns are those of results.parquet, all fields of the cases, the state and what made the
+    result. Raises BadInputError for a folder without a store.
     """
     for folder in folders:
         if not (folder / STORE / PARTS).is_dir():
@@ -179,11 +193,16 @@ def result_table(folders: Sequence[Path]) -> pd.DataFrame:
 
 
 def _indexed(store: ResultStore) -> Path:
-    """Return the index of a store, brought up to date. Raises BadInputError where it cannot be written."""
+    """Return the index of a store, brought up to date. Raises BadInputError where it cannot be
+    written.
+    """
     path = store.folder / INDEX
     keys = [*store.keys()]
     if not _is_of(path, keys):
-        groups = [_table([*_indexed_rows(store, keys[at : at + _GROUP])]) for at in range(0, len(keys), _GROUP)]
+        groups = [
+            _table([*_indexed_rows(store, keys[at : at + _GROUP])])
+            for at in range(0, len(keys), _GROUP)
+        ]
         # A field that only some flights have is empty for the others.
         table = pa.concat_tables(groups or [pa.table({"flight": []})], promote_options="permissive")
         with atomic(path) as scratch:
@@ -230,24 +249,33 @@ def _common(document: Document) -> dict[str, Any]:
     }
 
 
-# What an expression for rows may hold: names, constants, comparisons and arithmetic. Any call could run code.
+# What an expression for rows may hold: names, constants, comparisons and arithmetic. Any call could
+# run code.
 _ALLOWED = (
     ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.UnaryOp, ast.Not, ast.Invert, ast.USub, ast.UAdd, ast.BinOp,
     ast.BitAnd, ast.BitOr, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Compare, ast.cmpop, ast.Name, ast.Load,
     ast.Constant, ast.List, ast.Tuple,
 )  # fmt: skip
-_QUOTED_NAME = re.compile(r"`[\w. +-]*`")  # of a column that is no name in Python, such as `das.gps_rate_hz`
+_QUOTED_NAME = re.compile(
+    r"`[\w. +-]*`"
+)  # of a column that is no name in Python, such as `das.gps_rate_hz`
 
 
 def _require_comparison(where: str) -> None:
-    """Raise ValueError for an expression that holds a call, an attribute or anything else that could run code."""
+    """Raise ValueError for an expression that holds a call, an attribute or anything else that
+    could run code.
+    """
     for node in ast.walk(ast.parse(_QUOTED_NAME.sub("column", where.strip()), mode="eval")):
         if not isinstance(node, _ALLOWED):
-            raise ValueError("compare columns with numbers and texts only, with and, or, not, in, + - * /")
+            raise ValueError(
+                "compare columns with numbers and texts only, with and, or, not, in, + - * /"
+            )
 
 
 def chosen_rows(table: pd.DataFrame, where: str | None, state: str | None) -> pd.DataFrame:
-    """Return the rows of a state for which an expression of pandas holds. Raises BadInputError for a wrong one."""
+    """Return the rows of a state for which an expression of pandas holds. Raises BadInputError for
+    a wrong one.
+    """
     if state is not None:
         if state not in STATES:
             raise BadInputError(explain("state", state, list(STATES)))
@@ -262,9 +290,18 @@ def chosen_rows(table: pd.DataFrame, where: str | None, state: str | None) -> pd
 
 
 def means(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
-    """Return the means of the numbers over all rows with the same values in the columns `by`, and their count."""
+    """Return the means of the numbers over all rows with the same values in the columns `by`, and
+    their count.
+    """
     require_columns(table, by)
-    numbers = ["minutes", "residual_two_sigma_kt", "two_sigma_kt", "curve_rms_error_kt", "curve_coverage", "cpu_s"]
+    numbers = [
+        "minutes",
+        "residual_two_sigma_kt",
+        "two_sigma_kt",
+        "curve_rms_error_kt",
+        "curve_coverage",
+        "cpu_s",
+    ]
     groups = table.groupby(list(by), sort=False)
     return groups[numbers].mean().assign(rows=groups.size()).reset_index()
 
@@ -277,7 +314,9 @@ def require_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another ending."""
+    """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another
+    ending.
+    """
     if path.suffix not in (".parquet", ".csv"):
         raise BadInputError(f"{path}: the name must end in .parquet or .csv")
     with atomic(path) as scratch:
@@ -305,7 +344,8 @@ def reproduce(result: Path) -> Reproduction:
     """Fly a stored result again in this process, and compare every number of its rows.
 
     `result` is the folder of a campaign with the name or the key of a flight, such as
-    `out/circle-20_1/circle-seed1`, or the file of a part. Raises BadInputError where there is no such result.
+    `out/circle-20_1/circle-seed1`, or the file of a part. Raises BadInputError where there is no
+    such result.
     """
     document = _document(result)
     again, _ = stored(_task(document), perform_task(_task(document)))
@@ -316,21 +356,26 @@ def reproduce(result: Path) -> Reproduction:
 
 def _document(result: Path) -> Document:
     if result.suffix == ".json":
-        found = ResultStore(result.parents[2]).find(result.stem) if len(result.parents) > 2 else None
+        found = (
+            ResultStore(result.parents[2]).find(result.stem) if len(result.parents) > 2 else None
+        )
     else:
         store = ResultStore(result.parent / STORE)
         found = store.find(result.name)
         named = (document for key in [*store.keys()] if (document := store.find(key)) is not None)
         found = found or next((each for each in named if each["name"] == result.name), None)
     if found is None:
-        raise BadInputError(f"{result}: no stored flight; give the folder of a campaign and a flight's name or key")
+        raise BadInputError(
+            f"{result}: no stored flight; give the folder of a campaign and a flight's name or key"
+        )
     return found
 
 
 def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]]:
     """Fly a stored result again and write its page, by default into the folder of its campaign.
 
-    Returns the file, and the numbers that differ from those stored, as `reproduce` does, which raises the same.
+    Returns the file, and the numbers that differ from those stored, as `reproduce` does, which
+    raises the same.
     """
     document = _document(result)
     task = replace(_task(document), draw=True)
@@ -343,13 +388,18 @@ def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]
     return path, tuple(_differences(rows_of(document), rows))
 
 
-def page_of(first: Case, table: pd.DataFrame, sections: Sequence[Section], failures: Sequence[str]) -> str:
+def page_of(
+    first: Case, table: pd.DataFrame, sections: Sequence[Section], failures: Sequence[str]
+) -> str:
     """Return the page of results in HTML; `first` is the case of the first flight."""
-    from pitotbench.show.pages import campaign_page  # it loads the drawing library, which only a page needs
+    from pitotbench.show.pages import (
+        campaign_page,
+    )  # it loads the drawing library, which only a page needs
 
     seeds = table.seed.nunique()
     subtitle = (
-        f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} turbulence · "
+        f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} "
+        "turbulence · "
         f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.aircraft}"
     )
     return campaign_page(subtitle, table, sections, failures, write_case(first))
@@ -371,6 +421,8 @@ def _differences(before: tuple[Row, ...], after: tuple[Row, ...]) -> Iterator[st
         yield f"rows: {len(before)} stored, {len(after)} now"
     for old, new in zip(before, after, strict=False):
         place = f"{old.das} {old.model} {old.calibration}".strip()
-        for (name, was), now in zip(row_columns(old).items(), row_columns(new).values(), strict=True):
+        for (name, was), now in zip(
+            row_columns(old).items(), row_columns(new).values(), strict=True
+        ):
             if was != now and not (was != was and now != now):  # NaN equals NaN here
                 yield f"{place} {name}: {was} stored, {now} now"

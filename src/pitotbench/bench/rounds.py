@@ -44,7 +44,9 @@ from pitotbench.records.verdict import SURE, Candidate, Closure, JoinedFlight, V
 
 @dataclass(frozen=True, slots=True)
 class NamedLog:
-    """A log with its name in reports. `card` is the case that was flown; None: that in the log's header."""
+    """A log with its name in reports. `card` is the case that was flown; None: that in the log's
+    header.
+    """
 
     name: str
     log: FlightLog
@@ -53,7 +55,9 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class JudgedLog:
-    """A log as it was laid out, with its null distribution, and the case that was flown (None without a card)."""
+    """A log as it was laid out, with its null distribution, and the case that was flown (None
+    without a card).
+    """
 
     name: str
     log: FlightLog
@@ -66,9 +70,9 @@ class JudgedLog:
 class Reconciliation:
     """What the checks found, with the data that a page or a patch needs.
 
-    `logs` are those that were judged, `joint` their verdict before a log was held out. `shown` is the number of the
-    log of which a page shows pictures: that with the largest part of the gap. `naming`, `layout`, `null` and `card`
-    are those of this log.
+    `logs` are those that were judged, `joint` their verdict before a log was held out. `shown` is
+    the number of the log of which a page shows pictures: that with the largest part of the gap.
+    `naming`, `layout`, `null` and `card` are those of this log.
     """
 
     checks: Checks
@@ -117,19 +121,27 @@ def reconcile_logs(
     setting: AnalysisSetting | None = None,
     keep: bool = True,
 ) -> Reconciliation:
-    """Name the effect that a model lacks, from one or several logs of one airplane that lacks the same in all.
+    """Name the effect that a model lacks, from one or several logs of one airplane that lacks the
+    same in all.
 
-    Causes and sizes are shared; wind, error curve and sensor biases are each log's own. `aircraft` is a name of the
-    hangar, or `none` to judge the sensors alone. With an aircraft model the card of each log is flown for its
-    null flights, at the first mass and the height of the log. Without any card the noise of the log itself sets the
-    thresholds, which are then wider. Without `keep` the cache of null flights is neither read nor written.
-    Raises BadInputError without a log, or for a log that cannot be used.
+    Causes and sizes are shared; wind, error curve and sensor biases are each log's own. `aircraft`
+    is a name of the hangar, or `none` to judge the sensors alone. With an aircraft model the card
+    of each log is flown for its null flights, at the first mass and the height of the log. Without
+    any card the noise of the log itself sets the thresholds, which are then wider. Without `keep`
+    the cache of null flights is neither read nor written. Raises BadInputError without a log, or
+    for a log that cannot be used.
     """
     if not logs:
         raise BadInputError("no log to reconcile")
     model = aircraft_model(aircraft)
-    judged = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
-    joint = judge([each.name for each in judged], [each.layout for each in judged], [each.null for each in judged])
+    judged = [
+        _judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs
+    ]
+    joint = judge(
+        [each.name for each in judged],
+        [each.layout for each in judged],
+        [each.null for each in judged],
+    )
     flights = tuple(
         replace(flight, maneuver=each.card.maneuver if each.card else "")
         for flight, each in zip(joint.flights, judged, strict=True)
@@ -159,7 +171,11 @@ def _judged(
         day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
         instruments_known=flown is not None,
     )
-    of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
+    of_card = (
+        null_distribution_of(flown, null_flights, progress, setting, keep)
+        if flown is not None
+        else None
+    )
     layout = lay_out(named.log, model, setting)
     return JudgedLog(named.name, named.log, layout, for_channels(of_card, layout), flown)
 
@@ -171,9 +187,9 @@ def _judged(
 class Looks:
     """A reconciliation with the passes that followed it, and the fitted shapes of all effects.
 
-    `later` is what the checks of each later pass found, `added` the effects that these passes add, and `last` the
-    fit behind the verdict of the last one. Where all effects were fitted at once, `together` is their closure and
-    `all_named` the fit of the log that is shown.
+    `later` is what the checks of each later pass found, `added` the effects that these passes add,
+    and `last` the fit behind the verdict of the last one. Where all effects were fitted at once,
+    `together` is their closure and `all_named` the fit of the log that is shown.
     """
 
     first: Reconciliation
@@ -186,7 +202,9 @@ class Looks:
 
     @property
     def pictured(self) -> Naming:
-        """The fit that the pictures show: of all effects, where each of them was fitted with the others."""
+        """The fit that the pictures show: of all effects, where each of them was fitted with the
+        others.
+        """
         if self.all_named is None:
             return self.first.naming
         apart = {e.name for e in self.effects if e.name in FITTED and e.name not in GUSTS} - set(
@@ -205,12 +223,16 @@ class Looks:
     def rounds(self) -> tuple[Round, ...]:
         """The verdict of each pass, with the names of the effects that it adds."""
         verdicts = map(verdict_of, (self.first.checks, *self.later))
-        return tuple(Round(v, tuple(e.name for e in v.effects) if v.kind in SURE else ()) for v in verdicts)
+        return tuple(
+            Round(v, tuple(e.name for e in v.effects) if v.kind in SURE else ()) for v in verdicts
+        )
 
     @property
     def effects(self) -> tuple[Candidate, ...]:
         """All effects that the looks name, the corrections of later looks added to their sizes."""
-        return _joined((*(self.rounds[0].verdict.effects if self.rounds[0].added else ()), *self.added))
+        return _joined(
+            (*(self.rounds[0].verdict.effects if self.rounds[0].added else ()), *self.added)
+        )
 
     @property
     def closure(self) -> Closure:
@@ -218,7 +240,10 @@ class Looks:
 
         Each pass estimates its noise again; compare the residuals with the last pass's noise.
         """
-        begin, end = self.rounds[0].verdict.closure, self.together or self.rounds[-1].verdict.closure
+        begin, end = (
+            self.rounds[0].verdict.closure,
+            self.together or self.rounds[-1].verdict.closure,
+        )
         left = (end.after if self.together or self.rounds[-1].added else end.before) - end.noise
         return Closure(begin.before, min(begin.noise + left, begin.before), begin.noise)
 
@@ -241,14 +266,18 @@ def fitted_shapes(naming: Naming) -> Shapes:
 
 
 def patch_of(looks: Looks, further: Sequence[Candidate], source: str, date: str) -> Patch:
-    """Return the patch of all passes, and of `further` effects. It is empty where the verdict is not certain."""
+    """Return the patch of all passes, and of `further` effects. It is empty where the verdict is
+    not certain.
+    """
     verdict = looks.first.verdict
     effects = verdict.effects if verdict.kind in SURE else ()
     candidates = {candidate.name: candidate for candidate in verdict.candidates}
     # For each effect, the explanations with fitted sizes that the log cannot separate from it.
     alternatives = verdict.alternatives if effects else ()
     others = [[candidates[name] for name in names if name in candidates] for names in alternatives]
-    return patch_of_effects(_joined((*effects, *looks.added, *further)), source, date, looks.shapes, others)
+    return patch_of_effects(
+        _joined((*effects, *looks.added, *further)), source, date, looks.shapes, others
+    )
 
 
 def iterate(aircraft: str, first: Reconciliation, progress: Progress | None = None) -> Looks:
@@ -266,14 +295,20 @@ def iterate(aircraft: str, first: Reconciliation, progress: Progress | None = No
             progress(f"looking again with {', '.join(looks.rounds[-1].added)} in the model")
         entries = dict(patch_of(looks, (), "", "").entries)
         layouts = [with_effects(each.layout, model, entries) for each in first.logs]
-        joint = judge([each.name for each in first.logs], layouts, [each.null for each in first.logs])
-        naming = joint.together.namings[first.shown]
-        # Counted faults and the level of turbulence appear again in each pass. A size that is fitted again is a
-        # correction of the earlier one, so it is kept.
-        new = (
-            i for i, e in enumerate(joint.checks.found.effects) if e.name not in entries or e.name in naming.chosen
+        joint = judge(
+            [each.name for each in first.logs], layouts, [each.null for each in first.logs]
         )
-        looks = replace(looks, later=(*looks.later, replace(joint.checks, added=tuple(new))), last=naming)
+        naming = joint.together.namings[first.shown]
+        # Counted faults and the level of turbulence appear again in each pass. A size that is
+        # fitted again is a correction of the earlier one, so it is kept.
+        new = (
+            i
+            for i, e in enumerate(joint.checks.found.effects)
+            if e.name not in entries or e.name in naming.chosen
+        )
+        looks = replace(
+            looks, later=(*looks.later, replace(joint.checks, added=tuple(new))), last=naming
+        )
         news = looks.rounds[-1]
         looks = replace(
             looks,
@@ -284,10 +319,11 @@ def iterate(aircraft: str, first: Reconciliation, progress: Progress | None = No
 
 
 def settled(aircraft: str, looks: Looks, holdout: FlightLog | None = None) -> Looks:
-    """Return the passes with all their effects fitted together, and without those not needed beside the others.
+    """Return the passes with all their effects fitted together, and without those not needed beside
+    the others.
 
-    Each effect is told by the pass that named it first. Where those of the first pass are not needed, it tells what
-    the next one named. A held-out log is closed by all of them.
+    Each effect is told by the pass that named it first. Where those of the first pass are not
+    needed, it tells what the next one named. A held-out log is closed by all of them.
     """
     if not looks.added:
         return looks
@@ -320,7 +356,9 @@ def settled(aircraft: str, looks: Looks, holdout: FlightLog | None = None) -> Lo
 
 
 def _told_once(checks: Checks, sizes: Mapping[str, tuple[Estimate, ...]], told: set[str]) -> Checks:
-    """The checks of a pass with the effects that none before has `told`, which grows, at their sizes together."""
+    """The checks of a pass with the effects that none before has `told`, which grows, at their
+    sizes together.
+    """
     verdict, effects = checks.found, list[tuple[Candidate, tuple[str, ...]]]()
     pairs = list(zip(verdict.effects, verdict.alternatives, strict=True))
     for effect, others in pairs if checks.added is None else [pairs[i] for i in checks.added]:
@@ -334,15 +372,21 @@ def _told_once(checks: Checks, sizes: Mapping[str, tuple[Estimate, ...]], told: 
     kind = verdict.kind
     if kind in SURE and any(verdict.alternatives):
         kind = "one_of" if any(alternatives) else "named"
-    found = replace(verdict, kind=kind, effects=tuple(e for e, _ in effects), alternatives=alternatives)
-    return replace(checks, found=found, added=None if checks.added is None else tuple(range(len(effects))))
+    found = replace(
+        verdict, kind=kind, effects=tuple(e for e, _ in effects), alternatives=alternatives
+    )
+    return replace(
+        checks, found=found, added=None if checks.added is None else tuple(range(len(effects)))
+    )
 
 
 def closure_checked(looks: Looks) -> Looks:
-    """Return the passes with the objection of their closure, where they close too little of the gap.
+    """Return the passes with the objection of their closure, where they close too little of the
+    gap.
 
-    A fault that the table does not hold looks like one that it holds, and leaves more of the gap than another form
-    of that one would. Where the answer is one of several causes, none is claimed, and none is withdrawn.
+    A fault that the table does not hold looks like one that it holds, and leaves more of the gap
+    than another form of that one would. Where the answer is one of several causes, none is claimed,
+    and none is withdrawn.
     """
     closed, verdict = looks.closure, looks.first.verdict
     share = f"{max(0.0, closed.share):.0%} of the gap"
@@ -354,23 +398,36 @@ def closure_checked(looks: Looks) -> Looks:
     names = ", ".join(fitted)
     # Faults are few. The terms of a model's own file may be off in many places at once.
     if len(set(fitted) - OWN_TERMS) > THRESHOLDS.effects_most:
-        return _objected(first_pass(looks.first), f"so many effects would be needed that none is named: {names}")
-    if verdict.kind != "named" or not looks.first.naming.chosen or closed.share >= least or by_chance:
+        return _objected(
+            first_pass(looks.first), f"so many effects would be needed that none is named: {names}"
+        )
+    if (
+        verdict.kind != "named"
+        or not looks.first.naming.chosen
+        or closed.share >= least
+        or by_chance
+    ):
         return looks
     return _objected(looks, f"{names} comes closest, but closes only {share}")
 
 
 def _objected(looks: Looks, why: str) -> Looks:
-    """The passes with an objection, which withdraws the names where they close too little of the gap."""
+    """The passes with an objection, which withdraws the names where they close too little of the
+    gap.
+    """
     withdraws = looks.closure.share < THRESHOLDS.closure_lowest
-    first = replace(looks.first, checks=replace(looks.first.checks, closure=Objection(why, withdraws)))
+    first = replace(
+        looks.first, checks=replace(looks.first.checks, closure=Objection(why, withdraws))
+    )
     return first_pass(first) if withdraws else replace(looks, first=first)
 
 
 def with_calibrated_probabilities(looks: Looks) -> Looks:
     """Return the passes with calibrated probabilities, for what they all leave of the gap."""
     left, doubt = 1.0 - looks.closure.share, doubt_beside(looks.first.verdict)
-    first, *later = (replace(each, left=left, doubt=doubt) for each in (looks.first.checks, *looks.later))
+    first, *later = (
+        replace(each, left=left, doubt=doubt) for each in (looks.first.checks, *looks.later)
+    )
     return replace(looks, first=replace(looks.first, checks=first), later=tuple(later))
 
 

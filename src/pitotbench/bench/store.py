@@ -1,8 +1,9 @@
 """The results of a campaign on disk: one part a flight, each written whole or not at all.
 
-`flights/ab/<key>.json` is the part of a flight: its case, its rows, its failures, what made them, the number of
-this layout, and a checksum. A failure is a result too. `logs/ab/<key>-<data system>` are the logs that are kept.
-Only the driver writes, and only while it holds the lock. All else in the folder can be made again from the parts.
+`flights/ab/<key>.json` is the part of a flight: its case, its rows, its failures, what made them,
+the number of this layout, and a checksum. A failure is a result too. `logs/ab/<key>-<data system>`
+are the logs that are kept. Only the driver writes, and only while it holds the lock. All else in
+the folder can be made again from the parts.
 """
 
 import json
@@ -56,22 +57,29 @@ class ResultStore:
     _held: ClassVar[dict[Path, sqlite3.Connection]] = {}  # the locks of this process
 
     def __enter__(self) -> "ResultStore":
-        """Take the lock and clear what a killed driver left. Raises BadInputError where another driver holds it.
+        """Take the lock and clear what a killed driver left. Raises BadInputError where another
+        driver holds it.
 
         SQLite takes it from the system, which frees it when this process ends, however it ends.
         """
         try:
             (self.folder / _SCRATCH).mkdir(parents=True, exist_ok=True)
             lock = sqlite3.connect(self.folder / LOCK, timeout=0.0, isolation_level=None)
-            lock.execute("BEGIN IMMEDIATE")  # nothing is ever written, so a full disk can be locked too
+            lock.execute(
+                "BEGIN IMMEDIATE"
+            )  # nothing is ever written, so a full disk can be locked too
         except OSError as error:
-            raise StoreError(f"{self.folder}: cannot be made: {error.strerror}; choose another --out") from error
+            raise StoreError(
+                f"{self.folder}: cannot be made: {error.strerror}; choose another --out"
+            ) from error
         except sqlite3.Error as error:
             if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
                 raise BadInputError(
                     f"{self.folder} belongs to another campaign that runs now: {self.owner()}"
                 ) from error
-            raise StoreError(f"{self.folder / LOCK}: cannot be locked: {error}; choose another --out") from error
+            raise StoreError(
+                f"{self.folder / LOCK}: cannot be locked: {error}; choose another --out"
+            ) from error
         self._held[self.folder] = lock
         owner = {"host": socket.gethostname(), "process": os.getpid(), "since": time.time()}
         with suppress(OSError):  # a full disk: the lock holds all the same
@@ -101,7 +109,8 @@ class ResultStore:
         return self.folder / LOGS / key[:2] / f"{key}-{name}"
 
     def find(self, key: str) -> Document | None:
-        """Return the part of a key; None where there is none, or where it is damaged or not of this key and layout.
+        """Return the part of a key; None where there is none, or where it is damaged or not of this
+        key and layout.
 
         Raises StoreError where the disk does not give it.
         """
@@ -119,7 +128,8 @@ class ResultStore:
         return document if (document["key"], document["schema"]) == (key, SCHEMA) else None
 
     def put(self, key: str, document: Mapping[str, Any], logs: Mapping[str, bytes]) -> None:
-        """Keep a result: its logs first, then its part, so that a part never names a log that is not there.
+        """Keep a result: its logs first, then its part, so that a part never names a log that is
+        not there.
 
         Raises StoreError where the disk takes no more. Nothing that was stored before is lost.
         """
@@ -164,20 +174,27 @@ _SEAL_LENGTH = len(_seal(b""))
 
 
 def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Return the document of a result and its logs. It names the case, the code, the versions and the machine.
+    """Return the document of a result and its logs. It names the case, the code, the versions and
+    the machine.
 
     Raises BadInputError for a result that other code has made.
     """
     trace = ""
     if isinstance(result, Failure):
-        outcome = TaskOutcome(failures=(f"{task.name}: {result.reason}",), code=code_digest(), host=host_class())
+        outcome = TaskOutcome(
+            failures=(f"{task.name}: {result.reason}",), code=code_digest(), host=host_class()
+        )
         state, trace = QUARANTINED if result.quarantined else FAILED, result.trace
     else:
         outcome, state = result, DONE if result.rows else FAILED
     if outcome.code != code_digest():
-        raise BadInputError("a worker that came later has other code than the driver; install the same")
+        raise BadInputError(
+            "a worker that came later has other code than the driver; install the same"
+        )
     plain = _default_columns()
-    columns = {name: value for name, value in case_columns(task.case).items() if plain.get(name) != value}
+    columns = {
+        name: value for name, value in case_columns(task.case).items() if plain.get(name) != value
+    }
     document = {
         "name": task.name,
         "state": state,
@@ -205,8 +222,12 @@ def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], d
 
 
 def satisfies(document: Mapping[str, Any], task: Task) -> bool:
-    """Return whether a stored result has all that a task asks for: its logs in their format, and its figures."""
-    if document["state"] == QUARANTINED or (document["state"] == FAILED and task.keep_logs == "none"):
+    """Return whether a stored result has all that a task asks for: its logs in their format, and
+    its figures.
+    """
+    if document["state"] == QUARANTINED or (
+        document["state"] == FAILED and task.keep_logs == "none"
+    ):
         return True
     logs = task.keep_logs == "none" or document["keep_logs"] in ("all", task.keep_logs)
     right = task.keep_logs == "none" or document["log_format"] == task.log_format

@@ -1,4 +1,6 @@
-"""Write the verdict, the patch and the report to a folder, and keep the patched aircraft under a name."""
+"""Write the verdict, the patch and the report to a folder, and keep the patched aircraft under a
+name.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,11 +22,17 @@ from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.modified import install_variant, overlay_xml
 from pitotbench.simulation.variant import overlay_text
 
-WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # the files that a run writes
+WRITTEN = (
+    "verdict.json",
+    "patch.toml",
+    "report.html",
+    "overlay.xml",
+)  # the files that a run writes
 
 
 def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
-    """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an earlier run.
+    """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an
+    earlier run.
 
     Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
     """
@@ -46,13 +54,20 @@ def keep_terms(corrected: CorrectedModel, inputs: str, out: Path) -> list[str]:
     `inputs` names the logs. Files of an earlier run are replaced. Returns the line to print.
     """
     account = corrected.account
-    overlay = overlay_text(find_aircraft(account.aircraft), corrected.overlay) if account.terms else ""
-    texts = {"verdict.json": json_text(terms_json(account)), "report.html": terms_page(account, overlay, inputs)}
+    overlay = (
+        overlay_text(find_aircraft(account.aircraft), corrected.overlay) if account.terms else ""
+    )
+    texts = {
+        "verdict.json": json_text(terms_json(account)),
+        "report.html": terms_page(account, overlay, inputs),
+    }
     return _write(out, texts | ({"overlay.xml": overlay} if overlay else {}))
 
 
 def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
-    """Write files to a folder; return the line to print. Those of an earlier run do not belong to this verdict."""
+    """Write files to a folder; return the line to print. Those of an earlier run do not belong to
+    this verdict.
+    """
     out.mkdir(parents=True, exist_ok=True)
     for name in set(WRITTEN) - texts.keys():
         (out / name).unlink(missing_ok=True)
@@ -64,25 +79,37 @@ def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
 def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
     """Write the patched aircraft as `<aircraft>+<variant>`, and return the lines to print.
 
-    One line names the effects that belong in a case file instead. An existing aircraft is never overwritten.
-    Raises BadInputError where no named effect acts on the aircraft, or where the name is taken.
+    One line names the effects that belong in a case file instead. An existing aircraft is never
+    overwritten. Raises BadInputError where no named effect acts on the aircraft, or where the name
+    is taken.
     """
     verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
     if not acting and (verdict.kind in SURE or entries(outcome.patch)):
         raise BadInputError(
-            "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
+            "no named effect acts on the aircraft: put the entries of patch.toml into the case "
+            "file instead"
         )
     if not acting:
-        why = "there is no significant gap" if verdict.kind == "no_gap" else "the cause of the gap is unknown"
+        why = (
+            "there is no significant gap"
+            if verdict.kind == "no_gap"
+            else "the cause of the gap is unknown"
+        )
         raise BadInputError(f"nothing to apply: {why}, so there is no patch")
     closed = outcome.account.formula.closure if outcome.account.formula else verdict.closure
-    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(closed.share, 3)}
+    provenance = {
+        "log": outcome.account.log,
+        "verdict": verdict.kind,
+        "closure": round(closed.share, 3),
+    }
     folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
     not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
     if verdict.kind in SURE and verdict.kind != "named":
-        lines.append(f"not sure: {kind_words(verdict)}. {sentences(outcome.account)[0]} {verdict.advice[0]}")
+        lines.append(
+            f"not sure: {kind_words(verdict)}. {sentences(outcome.account)[0]} {verdict.advice[0]}"
+        )
     if not_of_aircraft:
         names = ", ".join(not_of_aircraft)
         lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {names}")
@@ -94,9 +121,17 @@ def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
 
 
 def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
-    """Return 2σ of every size of the named effects, by effect and parameter, in the units of the effects table."""
-    effects = [(e.name, s) for r in outcome.account.rounds for e in r.verdict.effects for s in e.sizes]
-    effects += [(t.effect, t.size) for t in outcome.account.formula.terms] if outcome.account.formula else []
+    """Return 2σ of every size of the named effects, by effect and parameter, in the units of the
+    effects table.
+    """
+    effects = [
+        (e.name, s) for r in outcome.account.rounds for e in r.verdict.effects for s in e.sizes
+    ]
+    effects += (
+        [(t.effect, t.size) for t in outcome.account.formula.terms]
+        if outcome.account.formula
+        else []
+    )
     bounds: dict[str, dict[str, float]] = {}
     for name, size in effects:
         bounds.setdefault(name, {})[size.name] = float(f"{size.two_sigma:.3g}")

@@ -1,7 +1,7 @@
 """An executor of spawned processes, in which a process that dies takes no other task with it.
 
-Each process has its own pipes and a thread that watches it. A pool whose processes share a pipe loses all of them
-where one is killed while it holds the lock of that pipe.
+Each process has its own pipes and a thread that watches it. A pool whose processes share a pipe
+loses all of them where one is killed while it holds the lock of that pipe.
 """
 
 import ctypes
@@ -37,7 +37,9 @@ _UNGUARDED = (
 
 
 class LostWorkError(RuntimeError):
-    """The process that performed a task has ended. `log` is the last part of what the process wrote."""
+    """The process that performed a task has ended. `log` is the last part of what the process
+    wrote.
+    """
 
     def __init__(self, reason: str, log: str = "") -> None:
         super().__init__(reason)
@@ -53,10 +55,11 @@ class _Call:
 class WorkerPool(Executor):
     """Performs calls in `count` spawned processes, one call at a time in each.
 
-    The processes are started when they are needed, and end with this process, however it ends. A call whose process
-    dies raises LostWorkError, and the next call gets a new process; where a process cannot even load its modules,
-    the call raises BrokenExecutor. A call that takes longer than `seconds` should have ended its process itself
-    (`Limits`); half a minute later the process is killed.
+    The processes are started when they are needed, and end with this process, however it ends. A
+    call whose process dies raises LostWorkError, and the next call gets a new process; where a
+    process cannot even load its modules, the call raises BrokenExecutor. A call that takes longer
+    than `seconds` should have ended its process itself (`Limits`); half a minute later the process
+    is killed.
     """
 
     def __init__(self, count: int, seconds: float | None = None) -> None:
@@ -65,13 +68,18 @@ class WorkerPool(Executor):
         self._workers: list[_Worker] = []
         self._closing = self._dropping = False
         self._lock = Lock()
-        # On Linux a process can end with the thread that started it, so each thread stays as long as its process.
-        self._threads = [Thread(target=self._serve, name="worker pool", daemon=True) for _ in range(count)]
+        # On Linux a process can end with the thread that started it, so each thread stays as long
+        # as its process.
+        self._threads = [
+            Thread(target=self._serve, name="worker pool", daemon=True) for _ in range(count)
+        ]
         for thread in self._threads:
             thread.start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """Return the future of a call. Raises RuntimeError after `shutdown`, and what pickling raises."""
+        """Return the future of a call. Raises RuntimeError after `shutdown`, and what pickling
+        raises.
+        """
         future: Future[Any] = Future()
         call = _Call(future, bytes(ForkingPickler.dumps((fn, args, kwargs))))
         with self._lock:
@@ -81,7 +89,9 @@ class WorkerPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: after the calls that were submitted, or at once where they are cancelled."""
+        """End the processes: after the calls that were submitted, or at once where they are
+        cancelled.
+        """
         with self._lock:
             if cancel_futures:
                 self._dropping = True
@@ -105,14 +115,18 @@ class WorkerPool(Executor):
             return [worker.process.pid for worker in self._workers if worker.process.pid]
 
     def _serve(self) -> None:
-        """Give calls to one worker and take their results, until the pool is closed. This is a thread."""
+        """Give calls to one worker and take their results, until the pool is closed. This is a
+        thread.
+        """
         worker: _Worker | None = None
         try:
             while call := self._calls.get():
                 if not call.future.set_running_or_notify_cancel():
                     continue
                 try:
-                    if worker is not None and not worker.process.is_alive():  # it was killed while it was idle
+                    if (
+                        worker is not None and not worker.process.is_alive()
+                    ):  # it was killed while it was idle
                         self._dismiss(worker)
                         worker = None
                     worker = worker or self._hire()
@@ -120,7 +134,10 @@ class WorkerPool(Executor):
                 except (LostWorkError, BrokenExecutor) as error:
                     self._dismiss(worker)
                     worker = None
-                    good, value = False, LostWorkError("the pool was closed") if self._dropping else error
+                    good, value = (
+                        False,
+                        LostWorkError("the pool was closed") if self._dropping else error,
+                    )
                 if good:
                     call.future.set_result(value)
                 else:
@@ -144,7 +161,9 @@ class WorkerPool(Executor):
 
 
 class _Worker:
-    """One spawned process, the connection to it and the end of its log. Raises BrokenExecutor if none starts."""
+    """One spawned process, the connection to it and the end of its log. Raises BrokenExecutor if
+    none starts.
+    """
 
     def __init__(self) -> None:
         self.calls, theirs = _SPAWN.Pipe()
@@ -155,7 +174,9 @@ class _Worker:
                 self.process.start()
         except (OSError, RuntimeError) as error:
             # RuntimeError: this is a process of another pool, which has not loaded its modules yet.
-            reason = _UNGUARDED if isinstance(error, RuntimeError) else f"no process starts: {error}"
+            reason = (
+                _UNGUARDED if isinstance(error, RuntimeError) else f"no process starts: {error}"
+            )
             raise BrokenExecutor(reason) from error
         theirs.close()
         log.close()
@@ -164,7 +185,9 @@ class _Worker:
         self.text = b""
 
     def perform(self, message: bytes, seconds: float | None) -> tuple[bool, Any]:
-        """Return (true, result) or (false, error) of a call. Raises LostWorkError or BrokenExecutor."""
+        """Return (true, result) or (false, error) of a call. Raises LostWorkError or
+        BrokenExecutor.
+        """
         self.text = b""
         longest = None if seconds is None else seconds + _GRACE
         late = time.monotonic() + _START
@@ -246,13 +269,16 @@ def _one_thread() -> Iterator[None]:
 
 
 def _work(calls: "Connection[Any, Any]", log: "Connection[Any, Any]", parent: int) -> None:
-    """Perform the calls that arrive, one after the other, and send each result. End with the driver.
+    """Perform the calls that arrive, one after the other, and send each result. End with the
+    driver.
 
-    Everything that the process writes goes to `log`. `_BEGUN` is sent when a call begins, then its result as
-    (true, value) or its error as (false, error).
+    Everything that the process writes goes to `log`. `_BEGUN` is sent when a call begins, then its
+    result as (true, value) or its error as (false, error).
     """
     _end_with(parent)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the driver ends its workers
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C goes to the whole group; the driver ends its workers
     for stream in (1, 2):
         os.dup2(log.fileno(), stream)
     faulthandler.enable(file=2)
@@ -273,7 +299,9 @@ def _answer(call: bytes, calls: "Connection[Any, Any]") -> bytes:
             ForkingPickler.loads(text)
             return text
         except Exception:  # an error that cannot be sent, or not be rebuilt
-            return bytes(ForkingPickler.dumps((False, RuntimeError(f"{type(error).__name__}: {error}"))))
+            return bytes(
+                ForkingPickler.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+            )
 
 
 def _end_with(parent: int) -> None:

@@ -1,4 +1,6 @@
-"""Run one reconciliation, from the logs to the content of its report, and fly the card again with its patch."""
+"""Run one reconciliation, from the logs to the content of its report, and fly the card again with
+its patch.
+"""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -36,7 +38,13 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
 from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, check_log, mean_wind_of
 from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.patches import Patch, name_in_case
-from pitotbench.reconciliation.pictures import calibration_change, clearest_channel, gap_map, traces, waterfall
+from pitotbench.reconciliation.pictures import (
+    calibration_change,
+    clearest_channel,
+    gap_map,
+    traces,
+    waterfall,
+)
 from pitotbench.reconciliation.renewal import lay_out_with
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import track_of
@@ -51,12 +59,15 @@ from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-HOLD_OUT_LEAST = 0.5  # closure of a held-out log below which a formula is shown, but not put into the model
+HOLD_OUT_LEAST = (
+    0.5  # closure of a held-out log below which a formula is shown, but not put into the model
+)
 
 
 @dataclass(frozen=True, slots=True)
 class BeyondTable:
-    """The passes of a reconciliation, with the formula of what they leave; None where nothing is left to describe.
+    """The passes of a reconciliation, with the formula of what they leave; None where nothing is
+    left to describe.
 
     Where a formula alone says more than names with a formula beside them, the names are withdrawn.
     `free_sizes` are the free parameters of the log beside the formula, by name.
@@ -80,7 +91,8 @@ class BeyondTable:
 def beyond_the_table(
     aircraft: str, looks: Looks, holdout: FlightLog | None, progress: Progress | None = None
 ) -> BeyondTable:
-    """Describe what the named effects leave of the gap; `holdout` is a log on which the formula is to hold as well.
+    """Describe what the named effects leave of the gap; `holdout` is a log on which the formula is
+    to hold as well.
 
     Raises BadInputError for a held-out log that cannot be compared.
     """
@@ -91,7 +103,8 @@ def beyond_the_table(
         progress("looking for a formula of what the table does not explain")
     names = dict(patch_of(looks, (), "", "").entries)
     formula = find_formula(_remaining(looks), first.null)
-    # A model whose own terms are off in many places is not one missing effect that a formula describes better.
+    # A model whose own terms are off in many places is not one missing effect that a formula
+    # describes better.
     if set(names) - OWN_TERMS and len(OWN_TERMS & set(names)) <= THRESHOLDS.effects_most:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
@@ -106,7 +119,9 @@ def beyond_the_table(
         layout = lay_out_with(holdout, aircraft_model(aircraft), first.layout.setting, names)
         closed = closure_on(layout, for_channels(first.null, layout), formula)
         why = f"it closes only {closed.share:.0%} of the gap of the held-out log"
-        formula = replace(formula, closure_holdout=closed, refused=why if closed.share < HOLD_OUT_LEAST else "")
+        formula = replace(
+            formula, closure_holdout=closed, refused=why if closed.share < HOLD_OUT_LEAST else ""
+        )
     return BeyondTable(looks, formula, free)
 
 
@@ -119,8 +134,12 @@ def _remaining(looks: Looks) -> Layout:
     return naming.layout.without(columns, naming.fit.sizes)
 
 
-def _is_simpler(alone: FoundFormula, beside: FoundFormula | None, names: Mapping[str, Mapping[str, float]]) -> bool:
-    """Whether a formula alone leaves no more of the gap than names with a formula, and has fewer sizes."""
+def _is_simpler(
+    alone: FoundFormula, beside: FoundFormula | None, names: Mapping[str, Mapping[str, float]]
+) -> bool:
+    """Whether a formula alone leaves no more of the gap than names with a formula, and has fewer
+    sizes.
+    """
     if beside is None:
         return False
     sizes = sum(map(len, names.values())) + len(beside.terms)
@@ -131,7 +150,8 @@ def _is_simpler(alone: FoundFormula, beside: FoundFormula | None, names: Mapping
 class FullReconciliation:
     """The reconciliation of one or several logs, its account for a report, and its patch.
 
-    It shows itself in a notebook as its account does: in words, as a picture and as a table of the causes.
+    It shows itself in a notebook as its account does: in words, as a picture and as a table of the
+    causes.
     `provenance`: the files and the choices behind the answer, where who asked for it told them.
     """
 
@@ -168,7 +188,9 @@ class FullReconciliation:
         write_text(Path(path), account_page(self.account))
 
     def write_record(self, path: str | Path) -> None:
-        """Write the record for the file (.html), as `reconcile --record` does. Raises as `write_page`."""
+        """Write the record for the file (.html), as `reconcile --record` does. Raises as
+        `write_page`.
+        """
         from pitotbench.show.gap_page import reconciliation_record
 
         require_file(Path(path), PAGES)
@@ -179,7 +201,9 @@ class FullReconciliation:
         return self.account.to_frame()
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw the probabilities of the causes on matplotlib's axes, or in a new figure; return the figure."""
+        """Draw the probabilities of the causes on matplotlib's axes, or in a new figure; return the
+        figure.
+        """
         return self.account.plot(axes)
 
     def _repr_html_(self) -> str:
@@ -202,10 +226,10 @@ def reconcile_fully(
 ) -> FullReconciliation:
     """Reconcile logs, judge them again until nothing significant remains, and fly a card again.
 
-    `card` is that of all logs that state none of their own. With `refly` the card of the log with the largest gap
-    is flown again, with `refly_holdout` that of the held-out log as well. Without `keep` the cache of null flights
-    is neither read nor written.
-    Raises BadInputError for a log that cannot be used.
+    `card` is that of all logs that state none of their own. With `refly` the card of the log with
+    the largest gap is flown again, with `refly_holdout` that of the held-out log as well. Without
+    `keep` the cache of null flights is neither read nor written. Raises BadInputError for a log
+    that cannot be used.
     """
     say = progress or (lambda text: None)
     several = [measured] if isinstance(measured, NamedLog) else measured
@@ -257,12 +281,14 @@ def reconcile_fully(
     return FullReconciliation(first, account, patch)
 
 
-# By the code of a warning, the parts that explain it: velocities that are late lag behind the heading in a turn.
+# By the code of a warning, the parts that explain it: velocities that are late lag behind the
+# heading in a turn.
 EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
 
 
 def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
-    """Return what was said of the logs as they were read, with the log's name where there are several.
+    """Return what was said of the logs as they were read, with the log's name where there are
+    several.
 
     A warning that a named part explains is withdrawn: the answer tells its cause.
     """
@@ -281,29 +307,40 @@ def entries(patch: Patch) -> tuple[EffectSpec, ...]:
 
 # Fly the card of a log again in the simulator, without and with the patch.
 
-OTHER_HAND = 0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
-SAME_GUSTS = 0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
+OTHER_HAND = (
+    0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
+)
+SAME_GUSTS = (
+    0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
+)
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
-# The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
+# The free parameters of the temperature, where no header tells it: by its effect on the airplane,
+# and as measured
 WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
 CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
 SEED = 760_001  # truth and sensor seeds count up from here
 
 
 def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) -> FlownAgain:
-    """Compare a log with its card as the simulator flies it, in the wind of the log, without and with effects.
+    """Compare a log with its card as the simulator flies it, in the wind of the log, without and
+    with effects.
 
-    Where the airplane of the log moves to and fro as under another hand than that of the card, in gusts of the same
-    strength, the card is flown by the pilot whose hand is nearest. Returns only a reason where there is no card, or
-    where it cannot be flown.
+    Where the airplane of the log moves to and fro as under another hand than that of the card, in
+    gusts of the same strength, the card is flown by the pilot whose hand is nearest. Returns only a
+    reason where there is no card, or where it cannot be flown.
     """
     if card is None:
-        return FlownAgain(skipped="no card: the header of the log holds none and --card was not given")
+        return FlownAgain(
+            skipped="no card: the header of the log holds none and --card was not given"
+        )
     if log.segment is None:
         return FlownAgain(
-            skipped="the log has no column `segment`: its parts cannot be matched to those of the card"
+            skipped="the log has no column `segment`: its parts cannot be matched to those of the "
+            "card"
         )
-    slow = rates_for(card.das.air_rate)[0]  # means of segments are compared, and the slowest rate gives them too
+    slow = rates_for(card.das.air_rate)[
+        0
+    ]  # means of segments are compared, and the slowest rate gives them too
     base = replace(card, wind=wind_of_log(log), effects=(), integration_rate=slow)
     try:
         found = _flights([base], effects)
@@ -325,49 +362,60 @@ def _flights(
     numbers = range(SEED, SEED + FLIGHTS)
     plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
     patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
-    # Processes of their own take as long to load as these flights take; those of other pilots are more.
+    # Processes of their own take as long to load as these flights take; those of other pilots are
+    # more.
     jobs = min(os.cpu_count() or 1, FLIGHTS) if len(cards) > 1 else 1
     logs = require_all(run_tasks(fly_case, [*plain, *patched], jobs))
     before, after = logs[: len(plain)], logs[len(plain) :] or logs
     parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
-    return {card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)}
+    return {
+        card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)
+    }
 
 
 def as_the_log_shows(
     card: Case | None, naming: Naming, beside_formula: Mapping[str, float] | None = None
 ) -> Case | None:
-    """Return a card with the error curve of a log and, where its header does not tell the day, in its temperature.
+    """Return a card with the error curve of a log and, where its header does not tell the day, in
+    its temperature.
 
-    The free parameters beside the named effects tell how much warmer the air is than the card says. Where a formula
-    takes a part of the gap, `beside_formula` holds them as they are beside it.
+    The free parameters beside the named effects tell how much warmer the air is than the card says.
+    Where a formula takes a part of the gap, `beside_formula` holds them as they are beside it.
     """
     if card is None:
         return card
     layout = naming.layout
-    sizes = dict(zip(layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
+    sizes = dict(
+        zip(layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True)
+    )
     sizes |= beside_formula or {}
     card = replace(card, pressure_error=error_curve_of(layout, sizes))
     if WARMER not in sizes:
         return card
-    # A card counts from the standard day at its geometric height, a log from that at its pressure height. In warmer
-    # air a pressure lies higher, where the standard day is cooler.
+    # A card counts from the standard day at its geometric height, a log from that at its pressure
+    # height. In warmer air a pressure lies higher, where the standard day is cooler.
     height = air.pressure_altitude(layout.scene.clean["static_pressure"])
     steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
     measured = sizes.get(MEASURED_WARMER, 0.0)  # a log may lack the thermometer
-    return replace(card, temperature_offset=card.temperature_offset + sizes[WARMER] + steeper * measured)
+    return replace(
+        card, temperature_offset=card.temperature_offset + sizes[WARMER] + steeper * measured
+    )
 
 
 def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
     """Return the error curve that a log shows, with `sizes` of its free parameters.
 
-    It reaches over the airspeeds of the log as they are after correction, and is constant beyond them.
+    It reaches over the airspeeds of the log as they are after correction, and is constant beyond
+    them.
     """
     shown = layout.scene.clean["impact_pressure"][layout.measured]
     indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
     share = curve_of(indicated, (*layout.curves, sizes))
     location = "static" if layout.setting.static_error else "impact"
     speeds = air.calibrated_airspeed(indicated).tolist()
-    return PressureErrorSpec("table", airspeed=tuple(speeds), values=tuple(share.tolist()), location=location)
+    return PressureErrorSpec(
+        "table", airspeed=tuple(speeds), values=tuple(share.tolist()), location=location
+    )
 
 
 def wind_of_log(log: FlightLog) -> Wind:

@@ -1,7 +1,7 @@
 """Calibration of a FlightLog. Nothing in this package can read the truth of a simulated flight.
 
-The estimators load with the first calibration, so that options and the arithmetic of legs do not wait for SciPy.
-All arrays are SI and radians; parameters of the error curve are without units.
+The estimators load with the first calibration, so that options and the arithmetic of legs do not
+wait for SciPy. All arrays are SI and radians; parameters of the error curve are without units.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,10 +23,11 @@ from pitotbench.records.log import Caution, FlightLog
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
     """Estimate the pressure-error curve and the wind from a log.
 
-    Parameters: log; options (defaults: Inverse+, covering method). The result is in SI units, each number with 2σ.
-    Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
-    Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the
-    methods.
+    Parameters: log; options (defaults: Inverse+, covering method). The result is in SI units, each
+    number with 2σ. Raises BadInputError for a log that cannot be used, NoAnswerError for one that
+    does not determine the answer.
+    Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for
+    the methods.
     """
     from pitotbench.calibration.average import calibrate_auto
     from pitotbench.calibration.reduction import reduce_log
@@ -35,7 +36,11 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause([log], chosen):
         try:
-            found = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
+            found = (
+                calibrate_auto(log, chosen)
+                if chosen.model == AUTO
+                else assemble(reduce_log(log, chosen))
+            )
         except OneHeadingError as error:
             found = _by_height(log, chosen, error)
         return _judged(found, log)
@@ -46,17 +51,21 @@ def calibrate_together(
 ) -> tuple[Calibration, ...]:
     """Estimate one curve from several logs of one airplane, with a separate wind for each log.
 
-    Returns one Calibration per log; all have the same curve. A warning says where the logs disagree about the
-    curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
+    Returns one Calibration per log; all have the same curve. A warning says where the logs disagree
+    about the curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
     """
     from pitotbench.calibration.flights import assemble_together, reduce_together
 
     chosen = options or CalibrationOptions()
     if chosen.model == AUTO:
-        raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
+        raise BadInputError(
+            "several logs have a curve in common only of one model: name it, or use --separately"
+        )
     with one_thread():
         calibrations = assemble_together(reduce_together(logs, chosen))
-    return tuple(_judged(calibration, log) for calibration, log in zip(calibrations, logs, strict=True))
+    return tuple(
+        _judged(calibration, log) for calibration, log in zip(calibrations, logs, strict=True)
+    )
 
 
 def calibrate_flights(
@@ -64,8 +73,9 @@ def calibrate_flights(
 ) -> tuple[CalibratedFlight, ...]:
     """Estimate one curve from all flights of the logs, with a separate wind for each flight.
 
-    A log that pauses for more than five minutes holds several flights. Raises as `calibrate_together` does. A
-    single log may have the model `auto`, which gives each of its flights a curve of its own.
+    A log that pauses for more than five minutes holds several flights. Raises as
+    `calibrate_together` does. A single log may have the model `auto`, which gives each of its
+    flights a curve of its own.
     """
     from pitotbench.calibration.flights import reduce_flights
 
@@ -77,11 +87,16 @@ def calibrate_flights(
             if len(logs) > 1:
                 raise
             flights = [CalibratedFlight(logs[0], _by_height(logs[0], chosen, error), 0)]
-        return tuple(replace(flight, calibration=_judged(flight.calibration, flight.log)) for flight in flights)
+        return tuple(
+            replace(flight, calibration=_judged(flight.calibration, flight.log))
+            for flight in flights
+        )
 
 
 def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingError) -> Calibration:
-    """Return the answer by height alone for a log of one heading. Raises `error` where its height tells nothing."""
+    """Return the answer by height alone for a log of one heading. Raises `error` where its height
+    tells nothing.
+    """
     from pitotbench.calibration.result import assemble_by_height
 
     try:
@@ -92,7 +107,9 @@ def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingErr
 
 @contextmanager
 def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iterator[None]:
-    """Name the cause where the block finds no answer: limits that take most rows, or channels that disagree."""
+    """Name the cause where the block finds no answer: limits that take most rows, or channels that
+    disagree.
+    """
     from pitotbench.calibration.expected_bound import geometry_suffices
     from pitotbench.calibration.observations import limit_words
 
@@ -100,19 +117,25 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
         yield
     except NoAnswerError as error:
         text = str(error)
-        if isinstance(error, UndeterminedError) and all(geometry_suffices(log, options) for log in logs):
+        if isinstance(error, UndeterminedError) and all(
+            geometry_suffices(log, options) for log in logs
+        ):
             text = (
-                "the log does not determine the answer, although its headings and speeds suffice: air data and GPS "
-                "velocity disagree; check that both are of one flight and one clock, and the units, axes and signs "
+                "the log does not determine the answer, although its headings and speeds suffice: "
+                "air data and GPS "
+                "velocity disagree; check that both are of one flight and one clock, and the "
+                "units, axes and signs "
                 "of the velocity"
             )
         raise type(error)(text + "".join({limit_words(log, options): 0 for log in logs})) from error
 
 
 def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
-    """Return the calibration with the steps of the log's display in its bound; warn where its curve is doubtful.
+    """Return the calibration with the steps of the log's display in its bound; warn where its curve
+    is doubtful.
 
-    Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a curve.
+    Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a
+    curve.
     """
     from pitotbench.calibration.fit_checks import judge_curve, require_useful, wash_of
     from pitotbench.calibration.result import with_display_steps
@@ -124,18 +147,24 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
         calibration = replace(calibration, autopilot=recorded)
     require_useful(calibration)
     curve = calibration.curve
-    verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)
+    verdict = judge_curve(
+        curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma
+    )
     if calibration.autopilot is not None and verdict.kind != "plausible":
         # The parameters that formed the airspeed are part of its error, and what is asked for.
-        names = ", ".join(f"{name} {value:g}" for name, value in calibration.autopilot.parameters.items())
+        names = ", ".join(
+            f"{name} {value:g}" for name, value in calibration.autopilot.parameters.items()
+        )
         size = verdict.words.partition("; ")[0]
         words = f"{size}: a wrong old parameter ({names}) looks so; --params gives new ones"
         caution = Caution(words, "curve size", size=verdict.worst)
         return replace(calibration, warnings=(*calibration.warnings, caution))
     if verdict.kind == "impossible":
         raise BadInputError(
-            f"{verdict.words}. Look for GPS velocity in other units (knots read as m/s, or m/s as knots), impact "
-            "pressure in other units or doubled, total pressure read as static, and a zero offset of the impact "
+            f"{verdict.words}. Look for GPS velocity in other units (knots read as m/s, or m/s as "
+            "knots), impact "
+            "pressure in other units or doubled, total pressure read as static, and a zero offset "
+            "of the impact "
             "pressure (--accuracy impact_pressure_zero_pa=400 finds one)"
         )
     if verdict.kind == "doubtful":

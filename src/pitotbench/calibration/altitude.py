@@ -1,4 +1,6 @@
-"""The altitude equation: indicated static pressure against GPS height gives the static source's error directly."""
+"""The altitude equation: indicated static pressure against GPS height gives the static source's
+error directly.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +15,12 @@ from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
-from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimation.point_noise import (
+    PointNoise,
+    UnknownColumns,
+    ornstein_uhlenbeck,
+    random_walk,
+)
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
@@ -27,9 +34,10 @@ _FEWEST_FIXES = 4
 class CarriedHeight:
     """Height at every row of the log, from the fixes.
 
-    `height` [m] is interpolated or the integral of the vertical velocity, and NaN where unknown. `part` is the
-    stretch of every row. `fresh` marks new fixes, `fixes` are their rows, and `seconds` the usual interval between
-    them. `offsets` [m] is the receiver's height minus the integral at `fixes`, None without vertical velocity.
+    `height` [m] is interpolated or the integral of the vertical velocity, and NaN where unknown.
+    `part` is the stretch of every row. `fresh` marks new fixes, `fixes` are their rows, and
+    `seconds` the usual interval between them. `offsets` [m] is the receiver's height minus the
+    integral at `fixes`, None without vertical velocity.
     """
 
     height: Meters
@@ -41,7 +49,9 @@ class CarriedHeight:
 
 
 def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> CarriedHeight:
-    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than stamped."""
+    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than
+    stamped.
+    """
     assert log.altitude is not None
     fresh = log.fresh_fixes()
     part = stretch_numbers(log.time, pauses(log.time))
@@ -55,20 +65,28 @@ def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> Carried
         inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))
         if by_velocity:
             assert log.velocity_down is not None
-            integral, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
+            integral, height[inside] = _integrated(
+                knots, -log.velocity_down[fixes], log.time[inside], dense
+            )
             start = float(np.median(measured - integral))
             height[inside] += start
             at_fixes.append(fixes)
             offsets.append(measured - integral - start)
         else:
             curve = np.interp(log.time[inside], knots, measured) if dense else None
-            height[inside] = CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
+            height[inside] = (
+                CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
+            )
     seconds = interval(log.time[fresh])
     fixes = np.concatenate(at_fixes) if at_fixes else np.flatnonzero(fresh)
-    return CarriedHeight(height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None)
+    return CarriedHeight(
+        height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None
+    )
 
 
-def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool) -> tuple[Meters, Meters]:
+def _integrated(
+    knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool
+) -> tuple[Meters, Meters]:
     """The integral [m] of a climb rate given at knots, at the knots and at other times."""
     if dense:
         rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
@@ -77,13 +95,13 @@ def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bo
     return integral(knots), integral(time)
 
 
-#     p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci)
-# with Δp = q_c − q_ci, which is p_i − p where the total pressure is right. It needs neither the wind nor, to
-# first order, the temperature. Its noise does not grow with the gusts: it is the error of the receiver's height,
-# which has a white and a slow part. Where the log has the vertical velocity, its integral is the height between
-# fixes, and the receiver's height only removes the drift of the integral.
-# All these signals are slow, so means over two to four seconds are enough. They are a few hundred rows, in
-# meters. Background: Gracey, NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
+# p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci) with Δp = q_c − q_ci, which is p_i − p where the total
+# pressure is right. It needs neither the wind nor, to first order, the temperature. Its noise does
+# not grow with the gusts: it is the error of the receiver's height, which has a white and a slow
+# part. Where the log has the vertical velocity, its integral is the height between fixes, and the
+# receiver's height only removes the drift of the integral. All these signals are slow, so means
+# over two to four seconds are enough. They are a few hundred rows, in meters. Background: Gracey,
+# NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
 _LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
@@ -92,12 +110,18 @@ _EARTH = 6.357e6  # m, radius of the earth
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
-_LAYER = 1.0  # K (1σ): departure of the air between two heights from a straight line, as a temperature
-# Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it is taken for
-# the middle, and the deviation is that of a uniform distribution.
+_LAYER = (
+    1.0  # K (1σ): departure of the air between two heights from a straight line, as a temperature
+)
+# Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it
+# is taken for the middle, and the deviation is that of a uniform distribution.
 _HALF, _UNIFORM = 0.5, 1.0 / float(np.sqrt(12.0))
 _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
-_LAYER_DEPTH, _MOST_LAYERS, _FINE = 1000.0, 20, 50  # m, of a layer of the air; most layers; steps in each
+_LAYER_DEPTH, _MOST_LAYERS, _FINE = (
+    1000.0,
+    20,
+    50,
+)  # m, of a layer of the air; most layers; steps in each
 _SMOOTH = 0.1  # weight of a bend of the temperature's profile beside one reading
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
@@ -109,12 +133,16 @@ _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 class AltitudeRows:
     """Block means, (n,), and their noise.
 
-    `rise`: indicated static pressure minus that of the air column at the height, in meters of air. `gain`: meters
-    per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height minus the
-    integral of its vertical velocity [m], None without vertical velocity. `sensor`, `fix`: white variances [m²];
-    the latter is infinite where a block has no fix (without vertical velocity: one over the number of fixes).
-    `first`: whether the block begins a stretch. `warmth`: change of `rise` per kelvin [m/K]. `unknown`: columns of
-    the unknowns of this equation alone. `spread`: standard deviation of what the slow height error shows in [m].
+    `rise`: indicated static pressure minus that of the air column at the height, in meters of air.
+    `gain`: meters
+    per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height
+    minus the integral of its vertical velocity [m], None without vertical velocity. `sensor`,
+    `fix`: white variances [m²]; the latter is infinite where a block has no fix (without vertical
+    velocity: one over the number of fixes).
+    `first`: whether the block begins a stretch. `warmth`: change of `rise` per kelvin [m/K].
+    `unknown`: columns of
+    the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
+    shows in [m].
     """
 
     time: Seconds
@@ -140,15 +168,20 @@ class AltitudeRows:
 
     @property
     def count(self) -> int:
-        """Rows of the regression: one per block, and another where the block has a fix that ties the integral."""
+        """Rows of the regression: one per block, and another where the block has a fix that ties
+        the integral.
+        """
         return len(self) + (0 if self.tie is None else int(np.isfinite(self.fix).sum()))
 
 
-def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array) -> AltitudeRows | None:
-    """Compute the altitude rows from a log's used rows and its rows at rest; None where its height is of no use.
+def altitude_rows(
+    log: FlightLog, obs: Observations, latency: float, wind: Array
+) -> AltitudeRows | None:
+    """Compute the altitude rows from a log's used rows and its rows at rest; None where its height
+    is of no use.
 
-    Parameters: log; obs; latency, by which the GPS is stamped late [s]; wind (2,), roughly, toward north and east
-    [m/s], which gives the size of the horizontal pressure gradient.
+    Parameters: log; obs; latency, by which the GPS is stamped late [s]; wind (2,), roughly, toward
+    north and east [m/s], which gives the size of the horizontal pressure gradient.
     """
     if log.altitude is None:
         return None
@@ -161,7 +194,9 @@ def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array
     blocks = _divided(log, carried, rows[~spikes])
     if len(blocks.count) < _FEWEST_BLOCKS or float(np.ptp(log.altitude)) == 0.0:
         return None
-    return _assembled(log, obs, carried, blocks, np.where(rest, 0.0, log.impact_pressure), noise, wind)
+    return _assembled(
+        log, obs, carried, blocks, np.where(rest, 0.0, log.impact_pressure), noise, wind
+    )
 
 
 def altitude_regression(
@@ -169,10 +204,13 @@ def altitude_regression(
 ) -> Regression:
     """Linearize the rows at θ (p,), in the unknowns of the wind triangle [m].
 
-    An error that is not the static source's leaves the height to tell of the temperature. There are no unknowns
-    where `model` is None.
+    An error that is not the static source's leaves the height to tell of the temperature. There are
+    no unknowns where `model` is None.
     """
-    response, regressors = rows.rise, np.zeros((len(rows), 0 if model is None else model.count + len(nuisances)))
+    response, regressors = (
+        rows.rise,
+        np.zeros((len(rows), 0 if model is None else model.count + len(nuisances))),
+    )
     if model is not None:
         for place, nuisance in enumerate(nuisances, start=model.count):
             if nuisance.name == "temperature_k":
@@ -195,7 +233,8 @@ def altitude_regression(
 
 
 def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) -> Array:
-    """Change of the rows per pascal of zero offset, (n,) [m/Pa]: the ports see the reading minus the offset.
+    """Change of the rows per pascal of zero offset, (n,) [m/Pa]: the ports see the reading minus
+    the offset.
 
     At rest they see nothing, whatever the reading is.
     """
@@ -210,9 +249,11 @@ def _geopotential(height: Meters) -> Meters:
 
 
 def saturated_warmth(temperature: float, pressure: float) -> float:
-    """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a temperature [K].
+    """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a
+    temperature [K].
 
-    Source: Alduchov and Eskridge, Journal of Applied Meteorology 35 (1996), eq. 21, for the vapor pressure.
+    Source: Alduchov and Eskridge, Journal of Applied Meteorology 35 (1996), eq. 21, for the vapor
+    pressure.
     """
     celsius = temperature - 273.15
     vapor = 610.94 * float(np.exp(17.625 * celsius / (celsius + 243.04)))
@@ -220,13 +261,16 @@ def saturated_warmth(temperature: float, pressure: float) -> float:
 
 
 def _at_rest(log: FlightLog) -> Booleans:
-    """Rows before take-off or after landing: there the static source has no error, so height and pressure agree."""
+    """Rows before take-off or after landing: there the static source has no error, so height and
+    pressure agree.
+    """
     still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
     return np.asarray(still & (log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))))
 
 
 def _white_noise(values: Array) -> tuple[float, Booleans]:
-    """The standard deviation of the white noise of values (n,), and which values differ from both neighbors, (n,).
+    """The standard deviation of the white noise of values (n,), and which values differ from both
+    neighbors, (n,).
 
     It comes from second differences, in which slow signals cancel.
     """
@@ -238,7 +282,9 @@ def _white_noise(values: Array) -> tuple[float, Booleans]:
 
 @dataclass(frozen=True, slots=True)
 class _Blocks:
-    """The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per block, (n,)."""
+    """The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per
+    block, (n,).
+    """
 
     rows: NDArray[np.intp]
     index: NDArray[np.intp]
@@ -250,7 +296,9 @@ class _Blocks:
 
 
 def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
-    """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none spans a gap."""
+    """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none
+    spans a gap.
+    """
     length = max(_LONG_BLOCK if len(log) * interval(log.time) > _LONG else _BLOCK, carried.seconds)
     cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
     cell += carried.part * (int(cell[-1]) + 2)
@@ -297,11 +345,17 @@ def _assembled(
 
 
 def _air_temperature(
-    log: FlightLog, obs: Observations, blocks: _Blocks, impact: Pascal, static: Pascal, height: Meters
+    log: FlightLog,
+    obs: Observations,
+    blocks: _Blocks,
+    impact: Pascal,
+    static: Pascal,
+    height: Meters,
 ) -> "_Profile":
     """The temperature of the air over height, from the blocks' (n,) readings.
 
-    Its slope is fitted to a log that climbs, layer by layer where it climbs far, and standard for another.
+    Its slope is fitted to a log that climbs, layer by layer where it climbs far, and standard for
+    another.
     """
     probe = log.total_temperature if log.total_temperature is not None else log.air_temperature
     if probe is None:
@@ -313,7 +367,9 @@ def _air_temperature(
         middle = float(np.mean(temperature))
         edges = np.array([low - 1.0, high + 1.0])
         return _Profile(edges, middle - air.LAPSE_RATE * (edges - float(np.mean(height))))
-    edges = np.linspace(low, high, 1 + min(max(1, round((high - low) / _LAYER_DEPTH)), _MOST_LAYERS))
+    edges = np.linspace(
+        low, high, 1 + min(max(1, round((high - low) / _LAYER_DEPTH)), _MOST_LAYERS)
+    )
     hats = np.stack([np.interp(height, edges, unit) for unit in np.eye(len(edges))], axis=1)
     # A layer without data goes on as its neighbors do: the second differences are held small.
     smooth = _SMOOTH * np.diff(np.eye(len(edges)), 2, axis=0)
@@ -323,7 +379,9 @@ def _air_temperature(
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
-    """The temperature of the air over height: straight lines between `edges` (k,) [m] of `temperature` (k,) [K]."""
+    """The temperature of the air over height: straight lines between `edges` (k,) [m] of
+    `temperature` (k,) [K].
+    """
 
     edges: Meters
     temperature: Kelvin
@@ -337,7 +395,9 @@ class _Profile:
         return replace(self, temperature=self.temperature + kelvin)
 
     def thinness(self, height: Meters) -> Array:
-        """The integral of dh/T from the mean height to heights (n,) [m/K]: g/R times it is ln of the pressures."""
+        """The integral of dh/T from the mean height to heights (n,) [m/K]: g/R times it is ln of
+        the pressures.
+        """
         return self._integral(height, 1.0 / self._fine()[1])
 
     def warmth(self, height: Meters) -> Array:
@@ -345,12 +405,17 @@ class _Profile:
         return self.at(height) * self._integral(height, self._fine()[1] ** -2.0)
 
     def layers(self, height: Meters) -> Array:
-        """The same for each layer that is warmer by itself, (n, layers) [m/K]; none where there is only one."""
+        """The same for each layer that is warmer by itself, (n, layers) [m/K]; none where there is
+        only one.
+        """
         if len(self.edges) == 2:
             return np.zeros((len(height), 0))
         fine, temperature = self._fine()
         inside = [(fine >= low) & (fine < high) for low, high in pairwise(self.edges)]
-        return np.stack([self.at(height) * self._integral(height, rows * temperature**-2.0) for rows in inside], 1)
+        return np.stack(
+            [self.at(height) * self._integral(height, rows * temperature**-2.0) for rows in inside],
+            1,
+        )
 
     def _fine(self) -> tuple[Meters, Kelvin]:
         fine = np.linspace(self.edges[0], self.edges[-1], _FINE * (len(self.edges) - 1) + 1)
@@ -361,13 +426,17 @@ class _Profile:
         fine = self._fine()[0]
         steps = 0.5 * (values[1:] + values[:-1]) * np.diff(fine)
         sums = np.concatenate([[0.0], np.cumsum(steps)])
-        return np.asarray(np.interp(height, fine, sums) - np.interp(float(np.mean(height)), fine, sums))
+        return np.asarray(
+            np.interp(height, fine, sums) - np.interp(float(np.mean(height)), fine, sums)
+        )
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
-    """The receiver's height minus the integral of its velocity, per block [m], and its white variance [m²].
+    """The receiver's height minus the integral of its velocity, per block [m], and its white
+    variance [m²].
 
-    Without vertical velocity the first is None and the second is one over the number of fixes in the block.
+    Without vertical velocity the first is None and the second is one over the number of fixes in
+    the block.
     """
     count = len(blocks.count)
     if carried.offsets is None:
@@ -387,20 +456,29 @@ def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array
 def _white_variance(values: Array) -> float:
     """Variance of the white part of a series that also has slow parts.
 
-    The white part adds the same variance to differences over one and over two steps; a slow part adds twice as much
-    over two. So the first minus half the second is the white variance.
+    The white part adds the same variance to differences over one and over two steps; a slow part
+    adds twice as much over two. So the first minus half the second is the white variance.
     """
-    once, twice = ((NORMAL * float(np.median(np.abs(values[lag:] - values[:-lag])))) ** 2 for lag in (1, 2))
+    once, twice = (
+        (NORMAL * float(np.median(np.abs(values[lag:] - values[:-lag])))) ** 2 for lag in (1, 2)
+    )
     return max(once - 0.5 * twice, 0.0)
 
 
 def _unknowns(
-    rows: AltitudeRows, column: Array, velocity: Array, wind: Array, layers: Array, layer: float, standard_day: bool
+    rows: AltitudeRows,
+    column: Array,
+    velocity: Array,
+    wind: Array,
+    layers: Array,
+    layer: float,
+    standard_day: bool,
 ) -> UnknownColumns:
     """The unknowns of the altitude equation alone, as columns with their priors.
 
-    They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow change of pressure,
-    the temperature of the air in each layer between the heights, with the deviation `layer` [K], and in all of it.
+    They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow
+    change of pressure, the temperature of the air in each layer between the heights, with the
+    deviation `layer` [K], and in all of it.
     """
     step = np.diff(rows.time)
     place = np.concatenate(
@@ -411,22 +489,37 @@ def _unknowns(
     elapsed = (rows.time - float(np.mean(rows.time))) / 600.0
     common = 0.5 * WITHOUT_TEMPERATURE if standard_day else layer
     columns = np.stack(
-        [rows.gain * column, *(place - place.mean(axis=1)[:, None]), rows.gain * elapsed, *layers.T, rows.warmth], 1
+        [
+            rows.gain * column,
+            *(place - place.mean(axis=1)[:, None]),
+            rows.gain * elapsed,
+            *layers.T,
+            rows.warmth,
+        ],
+        1,
     )
     each = [layer] * layers.shape[1]
     deviation = np.array([np.inf, gradient, gradient, _TENDENCY, *each, common])
     ties = rows.count - len(rows)
-    return UnknownColumns(np.concatenate([columns, np.zeros((ties, columns.shape[1]))]), 1.0 / deviation**2)
+    return UnknownColumns(
+        np.concatenate([columns, np.zeros((ties, columns.shape[1]))]), 1.0 / deviation**2
+    )
 
 
-# The noise of the altitude rows: the slow and the white error of the receiver's height, and their priors.
+# The noise of the altitude rows: the slow and the white error of the receiver's height, and their
+# priors.
 
 SLOW_SCALE = 5.0  # m, half-normal prior on the slow height error: 1 to 3 m for a receiver alone
 SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal prior, 1σ as a factor
-WALK_SCALE = 0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
-WHITE_SCALE = 3.0  # m, half-normal prior on the white height error where there is no vertical velocity
+WALK_SCALE = (
+    0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
+)
+WHITE_SCALE = (
+    3.0  # m, half-normal prior on the white height error where there is no vertical velocity
+)
 NOISE_COUNT = 3
-# m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a log can show.
+# m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a
+# log can show.
 WANDER, WANDER_TIME = 1.0, 1800.0
 
 
@@ -434,8 +527,8 @@ WANDER, WANDER_TIME = 1.0, 1800.0
 class AltitudeNoise:
     """The map from φ, (3,), to the covariance of the rows.
 
-    φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of the integrated
-    velocity [m/√s] or, without vertical velocity, the white height error [m].
+    φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of
+    the integrated velocity [m/√s] or, without vertical velocity, the white height error [m].
     """
 
     rows: AltitudeRows
@@ -451,7 +544,9 @@ class AltitudeNoise:
             white = (rows.sensor + third[..., None] ** 2 * rows.fix)[..., None, :]
             wander = ornstein_uhlenbeck(rows.time, WANDER, WANDER_TIME, (1.0,))
             return PointNoise(
-                white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,)), wander], rows.unknown
+                white,
+                [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,)), wander],
+                rows.unknown,
             )
         walk = random_walk(rows.time, third, rows.first, (1.0, -1.0))
         slow = ornstein_uhlenbeck(rows.time, deviation, memory, (0.0, 1.0))

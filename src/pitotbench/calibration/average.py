@@ -1,4 +1,6 @@
-"""`--model auto`: the models weighed by the log, and a bound that includes the doubt about the model."""
+"""`--model auto`: the models weighed by the log, and a bound that includes the doubt about the
+model.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -34,22 +36,36 @@ from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.calibration.output_error import fit_scalar
 from pitotbench.calibration.prediction import CurveMap, MeanWind, Nuisance, PredictionModel
 from pitotbench.calibration.reduction import Reduction, flown_range, model_of, reduce_log
-from pitotbench.calibration.result import assemble, correction_gradient, found_zero, widened, with_altitude
+from pitotbench.calibration.result import (
+    assemble,
+    correction_gradient,
+    found_zero,
+    widened,
+    with_altitude,
+)
 from pitotbench.calibration.wind import check_wind
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression, restricted_log_likelihood
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import SplineModel, spline_between
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Calibration, Criteria, ErrorCurve, Estimate, WeighedModel, WindEstimate
+from pitotbench.records.calibration import (
+    Calibration,
+    Criteria,
+    ErrorCurve,
+    Estimate,
+    WeighedModel,
+    WindEstimate,
+)
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
-# The probability of each hypothesis of the curve given a log, and the answer averaged over the hypotheses.
-# A fine spline describes the curve; its parameters are the curve's values at many knots. Every hypothesis is a
-# Gaussian prior of these values. All hypotheses share one linearization, one set of noises and one set of data,
-# so their evidences can be compared. Restricted likelihoods of models with different terms cannot: each of them
-# leaves out other contrasts of the data. The wind's prior is flat, and the same for all.
+# The probability of each hypothesis of the curve given a log, and the answer averaged over the
+# hypotheses. A fine spline describes the curve; its parameters are the curve's values at many
+# knots. Every hypothesis is a Gaussian prior of these values. All hypotheses share one
+# linearization, one set of noises and one set of data, so their evidences can be compared.
+# Restricted likelihoods of models with different terms cannot: each of them leaves out other
+# contrasts of the data. The wind's prior is flat, and the same for all.
 
 _NEGLIGIBLE = 1e-6  # weight of a Gaussian that changes no bound
 
@@ -58,13 +74,13 @@ _NEGLIGIBLE = 1e-6  # weight of a Gaussian that changes no bound
 class Moments:
     """The sums that a fit needs under one noise of covariance C.
 
-    They are the products, with weights C⁻¹, of regressors X, instruments Z and response y, and log|C|. `log_mass`
-    is the logarithm of prior times volume of the noise's node. `mean_wind` converts the level of a drifting wind to
-    its mean; it is None for a wind that does not drift.
+    They are the products, with weights C⁻¹, of regressors X, instruments Z and response y, and
+    log|C|. `log_mass` is the logarithm of prior times volume of the noise's node. `mean_wind`
+    converts the level of a drifting wind to its mean; it is None for a wind that does not drift.
 
-    The evidence uses the instruments as regressors (response y + Zθ0). The noise of the GPS is both in the
-    regressors and in the response; with the regressors themselves it would favor curves with bends, above all where
-    the airplane holds its speed.
+    The evidence uses the instruments as regressors (response y + Zθ0). The noise of the GPS is both
+    in the regressors and in the response; with the regressors themselves it would favor curves with
+    bends, above all where the airplane holds its speed.
     """
 
     normal: Array  # ZᵀC⁻¹X + Π, with the prior precision Π of the nuisances
@@ -78,18 +94,24 @@ class Moments:
 
 
 def moments(
-    problem: Regression, theta: Array, noise: Noise, log_mass: float, mean_wind: MeanWind | None = None
+    problem: Regression,
+    theta: Array,
+    noise: Noise,
+    log_mass: float,
+    mean_wind: MeanWind | None = None,
 ) -> Moments:
     """Compute the moments under one noise.
 
-    Parameters: problem, linearized at θ0; theta, θ0 (p,); noise; log_mass, see `noise_masses`; mean_wind, of the
-    same problem.
+    Parameters: problem, linearized at θ0; theta, θ0 (p,); noise; log_mass, see `noise_masses`;
+    mean_wind, of the same problem.
     """
     X, Z = problem.regressors, problem.instruments
     clean = problem.response + Z @ theta
     weighed, weighed_clean = noise.weigh(Z), noise.weigh(clean[:, None])[:, 0]
     known = np.diag(problem.prior_precision)
-    whole = replace(problem, response=problem.response + X @ theta)  # of θ itself, not of a correction to θ0
+    whole = replace(
+        problem, response=problem.response + X @ theta
+    )  # of θ itself, not of a correction to θ0
     return Moments(
         normal=weighed.T @ X + known,
         spread=weighed.T @ Z + known,
@@ -103,27 +125,39 @@ def moments(
 
 
 def noise_masses(fit: CoveringFit) -> Array:
-    """Logarithm of prior times volume of each node of a fit's noise, (nodes,): its mass without the likelihood."""
-    likelihoods = [restricted_log_likelihood(fit.problem, fit.noise_of(node.noise)) for node in fit.nodes]
+    """Logarithm of prior times volume of each node of a fit's noise, (nodes,): its mass without the
+    likelihood.
+    """
+    likelihoods = [
+        restricted_log_likelihood(fit.problem, fit.noise_of(node.noise)) for node in fit.nodes
+    ]
     return np.array([node.log_mass for node in fit.nodes]) - likelihoods
 
 
-def weigh_models(hypotheses: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tuple[Posterior, Array]:
-    """Return the mixture over all hypotheses and noises, and the probability of each hypothesis, (h,).
+def weigh_models(
+    hypotheses: Sequence[Hypothesis], nodes: Sequence[Moments]
+) -> tuple[Posterior, Array]:
+    """Return the mixture over all hypotheses and noises, and the probability of each hypothesis,
+    (h,).
 
-    The first parameters of the problem are the curve's values at the points for which the hypotheses were made.
+    The first parameters of the problem are the curve's values at the points for which the
+    hypotheses were made.
     """
     evidences = np.empty((len(hypotheses), len(nodes)))
     precisions = [_precision(hypothesis, len(nodes[0].gradient)) for hypothesis in hypotheses]
     for h, hypothesis in enumerate(hypotheses):
-        prior = float(np.log(hypothesis.probability)) - 0.5 * float(np.linalg.slogdet(hypothesis.covariance)[1])
+        prior = float(np.log(hypothesis.probability)) - 0.5 * float(
+            np.linalg.slogdet(hypothesis.covariance)[1]
+        )
         for j, node in enumerate(nodes):
             evidences[h, j] = prior + _log_evidence(node, precisions[h])
     weights = np.exp(evidences - logsumexp(evidences))
     kept = np.argwhere(weights > _NEGLIGIBLE)
     answers = [_posterior(nodes[j], precisions[h]) for h, j in kept]
     shares = np.array([weights[h, j] for h, j in kept])
-    answer = Posterior(shares / shares.sum(), np.stack([m for m, _ in answers]), np.stack([c for _, c in answers]))
+    answer = Posterior(
+        shares / shares.sum(), np.stack([m for m, _ in answers]), np.stack([c for _, c in answers])
+    )
     return answer, weights.sum(axis=1)
 
 
@@ -136,21 +170,27 @@ def _precision(hypothesis: Hypothesis, size: int) -> Array:
 
 def _log_evidence(node: Moments, precision: Array) -> float:
     total = node.spread + precision
-    misfit = node.clean_square - float(node.clean_gradient @ np.linalg.solve(total, node.clean_gradient))
-    return node.log_mass - 0.5 * (node.log_determinant + float(np.linalg.slogdet(total)[1]) + misfit)
+    misfit = node.clean_square - float(
+        node.clean_gradient @ np.linalg.solve(total, node.clean_gradient)
+    )
+    return node.log_mass - 0.5 * (
+        node.log_determinant + float(np.linalg.slogdet(total)[1]) + misfit
+    )
 
 
 def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
-    """Mean and covariance by instruments, as in `restricted_likelihood.solve`; a drifting wind as its mean."""
+    """Mean and covariance by instruments, as in `restricted_likelihood.solve`; a drifting wind as
+    its mean.
+    """
     inverse = np.linalg.inv(node.normal + precision)
     covariance = inverse @ (node.spread + precision) @ inverse.T
     answer = (inverse @ node.gradient, 0.5 * (covariance + covariance.T))
     return answer if node.mean_wind is None else node.mean_wind.of(answer)
 
 
-# Every model of the table is fitted and judged. The answer is a mixture over the models and over departures from
-# them (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). The mixture is made of curves,
-# because the parameters of different models cannot be compared.
+# Every model of the table is fitted and judged. The answer is a mixture over the models and over
+# departures from them (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). The
+# mixture is made of curves, because the parameters of different models cannot be compared.
 
 _KNOTS = 13  # of the spline that describes the curves of all models: fine enough for any likely departure
 _LAWS = ("inverse+", "linear", "bias")  # tried in turn to select the rows, the richest law first
@@ -161,8 +201,9 @@ _LEAST_RANGE = 2.0  # ratio of impact pressures, as from 100 to 141 kt
 class ModelChoice:
     """The models as judged, the hypotheses of the curve, and the mixture of all.
 
-    `shares` (h,) are the probabilities of the hypotheses after the flight and sum to 1. `common` is the model with
-    a fine spline that describes every curve, and `answer` the mixture in its parameters.
+    `shares` (h,) are the probabilities of the hypotheses after the flight and sum to 1. `common` is
+    the model with a fine spline that describes every curve, and `answer` the mixture in its
+    parameters.
     """
 
     judgments: tuple[Judgment, ...]
@@ -179,7 +220,9 @@ class ModelChoice:
     def weight_of(self, name: str) -> float:
         """Probability that the curve follows a model, with departures of any size."""
         part = [
-            share for hypothesis, share in zip(self.hypotheses, self.shares, strict=True) if hypothesis.name == name
+            share
+            for hypothesis, share in zip(self.hypotheses, self.shares, strict=True)
+            if hypothesis.name == name
         ]
         return float(np.sum(part))
 
@@ -187,7 +230,8 @@ class ModelChoice:
 def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     """Fit every model of the table to the same rows, weigh the models and combine their answers.
 
-    Raises NoAnswerError where the log determines no model, and BadInputError for a log that cannot be used.
+    Raises NoAnswerError where the log determines no model, and BadInputError for a log that cannot
+    be used.
     """
     rows = _rows(log, options)
     choice = _over_winds(choose_model(_judgments(rows), rows), rows)
@@ -208,7 +252,9 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     )
     calibration = assemble(chosen)
     zero = found_zero(choice.common, choice.answer, rows.nuisances)
-    common = CurveMap(choice.common, calibration.curve.indicated_airspeed, 0.0 if zero is None else zero.value)
+    common = CurveMap(
+        choice.common, calibration.curve.indicated_airspeed, 0.0 if zero is None else zero.value
+    )
     return replace(
         calibration,
         model=f"{AUTO} ({best.name})",
@@ -227,7 +273,8 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
 def _over_winds(choice: ModelChoice, rows: Reduction) -> ModelChoice:
     """Average the answer over changes of the wind, as the fit of the richest law does.
 
-    A change moves the mixture by what it moves that law's curve, at the knots, and its other unknowns.
+    A change moves the mixture by what it moves that law's curve, at the knots, and its other
+    unknowns.
     """
     drifts = wind_drifts(rows.options, rows.observations)
     if rows.options.wind != "checked" or drifts:
@@ -240,7 +287,9 @@ def _over_winds(choice: ModelChoice, rows: Reduction) -> ModelChoice:
     first, free = len(steady.weights), law.model.error_count
     share = float(changed.weights[:first].sum())
     assert isinstance(choice.common.error, SplineModel)
-    turn = block_diag(law.model.error.basis(np.array(choice.common.error.knots)), np.eye(len(steady.mean) - free))
+    turn = block_diag(
+        law.model.error.basis(np.array(choice.common.error.knots)), np.eye(len(steady.mean) - free)
+    )
     answer, moved = choice.answer, changed.means[first:] - steady.mean
     spread = changed.covariances[first:] - steady.covariance
     averaged = Posterior(
@@ -256,8 +305,8 @@ def _of_every_location(
 ) -> ModelChoice:
     """Widen the answer by the doubt about the location of the error, as the fit of one model does.
 
-    Where the height leaves two locations likely, the answer is a mixture of both. Where there is no evidence, the
-    difference between them, for the best model, counts as one standard deviation.
+    Where the height leaves two locations likely, the answer is a mixture of both. Where there is no
+    evidence, the difference between them, for the best model, counts as one standard deviation.
     """
     static, share = rows.model.static_error, rows.diagnostics.static_probability
     if options.error_location != AUTO or (share is None and not static):
@@ -277,7 +326,9 @@ def _of_every_location(
 
 
 def _at_other_location(log: FlightLog, rows: Reduction) -> Reduction:
-    """The same rows for an error of the other kind of location, with the height where that is the static source."""
+    """The same rows for an error of the other kind of location, with the height where that is the
+    static source.
+    """
     static, free = not rows.model.static_error, rows.model.error_count
     heights = None
     if static and rows.options.use_altitude:
@@ -287,7 +338,9 @@ def _at_other_location(log: FlightLog, rows: Reduction) -> Reduction:
 
 
 def _moved(choice: ModelChoice, other: ModelFit) -> Array:
-    """The answer of the best model less that at another location, in the parameters of the mixture, (p,)."""
+    """The answer of the best model less that at another location, in the parameters of the mixture,
+    (p,).
+    """
     assert isinstance(choice.common.error, SplineModel)
     knots = np.array(choice.common.error.knots)
     means = []
@@ -298,7 +351,9 @@ def _moved(choice: ModelChoice, other: ModelFit) -> Array:
 
 
 def _rows(log: FlightLog, options: CalibrationOptions) -> Reduction:
-    """Reduce the log with the first law that it determines; this gives the rows, the latency and the warnings."""
+    """Reduce the log with the first law that it determines; this gives the rows, the latency and
+    the warnings.
+    """
     reasons: list[NoAnswerError] = []
     for name in _LAWS:
         try:
@@ -309,8 +364,8 @@ def _rows(log: FlightLog, options: CalibrationOptions) -> Reduction:
 
 
 def _judgments(rows: Reduction) -> list[Judgment]:
-    """Judge the models that the log determines. Raises the NoAnswerError of the simplest law where it determines
-    none."""
+    """Judge the models that the log determines. Raises the NoAnswerError of the simplest law where
+    it determines none."""
     found: list[Judgment] = []
     reasons: list[NoAnswerError] = []
     for name in MODELS:
@@ -319,7 +374,9 @@ def _judgments(rows: Reduction) -> list[Judgment]:
         except NoAnswerError as error:
             reasons.append(error)
         except np.linalg.LinAlgError:  # more knots than the flown speeds determine
-            reasons.append(NoAnswerError(f"the log does not determine the model {name!r}; fly more speeds"))
+            reasons.append(
+                NoAnswerError(f"the log does not determine the model {name!r}; fly more speeds")
+            )
     if all(judgment.candidate.name == LAWLESS for judgment in found):
         raise reasons[0]
     return found
@@ -328,10 +385,14 @@ def _judgments(rows: Reduction) -> list[Judgment]:
 def _candidate(name: str, rows: Reduction) -> ModelFit:
     """Fit one model. Raises NoAnswerError where the log does not determine it."""
     obs, reference = rows.observations, rows.model.reference_pressure
-    model = replace(model_of(name, rows.options, obs, reference), static_error=rows.model.static_error)
+    model = replace(
+        model_of(name, rows.options, obs, reference), static_error=rows.model.static_error
+    )
     require_observable(model, obs)
     white = fit_scalar(model, obs if rows.path is None else rows.path.taken_from(obs))
-    structure = Structure(model, rows.nuisances, wind_drifts(rows.options, obs), altitude=rows.altitude)
+    structure = Structure(
+        model, rows.nuisances, wind_drifts(rows.options, obs), altitude=rows.altitude
+    )
     fit = fit_covering(structure, obs, white.theta, rows.path)
     return ModelFit(name, model, flown_range(obs, reference), white, fit)
 
@@ -339,7 +400,8 @@ def _candidate(name: str, rows: Reduction) -> ModelFit:
 def choose_model(judgments: Sequence[Judgment], rows: Reduction) -> ModelChoice:
     """Weigh the models, each with departures of every size.
 
-    At least one judgment must be of a law: the common problem is linearized at the curve of the best law.
+    At least one judgment must be of a law: the common problem is linearized at the curve of the
+    best law.
     """
     laws = [judgment for judgment in judgments if judgment.candidate.name != LAWLESS]
     nearest = min(laws, key=lambda judgment: judgment.aicc).candidate
@@ -347,14 +409,17 @@ def choose_model(judgments: Sequence[Judgment], rows: Reduction) -> ModelChoice:
     common = structure.model
     assert isinstance(common.error, SplineModel)
     knots = np.array(common.error.knots)
-    # An airplane with a large error must not be an outlier of its prior, so the level grows with the curve.
+    # An airplane with a large error must not be an outlier of its prior, so the level grows with
+    # the curve.
     level = max(LEVEL, float(np.sqrt(np.mean(_curve_of(nearest, knots) ** 2))))
     prior = tuple(hypotheses([law.candidate.model.error for law in laws], knots, level))
     answer, shares = weigh_models(prior, _moments(nearest.fit, structure, problem, theta))
     return ModelChoice(tuple(judgments), prior, shares, common, answer)
 
 
-def _moments(fit: CoveringFit, structure: Structure, problem: Linearized, theta: Array) -> list[Moments]:
+def _moments(
+    fit: CoveringFit, structure: Structure, problem: Linearized, theta: Array
+) -> list[Moments]:
     """The moments of the common problem under each noise of a fit."""
     found = []
     for node, mass in zip(fit.nodes, noise_masses(fit), strict=True):
@@ -369,13 +434,17 @@ def _curve_of(candidate: ModelFit, x: Array) -> Array:
 
 
 def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Linearized, Array]:
-    """The structure with a fine spline, its problem linearized at the curve of the best law, and θ0 there."""
+    """The structure with a fine spline, its problem linearized at the curve of the best law, and θ0
+    there.
+    """
     spline = spline_between(*_wide_enough(*nearest.flown), _KNOTS)
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
     obs, fit = rows.observations, nearest.fit
-    structure = Structure(common, rows.nuisances, wind_drifts(rows.options, obs), altitude=rows.altitude)
+    structure = Structure(
+        common, rows.nuisances, wind_drifts(rows.options, obs), altitude=rows.altitude
+    )
     return structure, linearized(structure, obs, theta, fit.gust_deviation, fit.path), theta
 
 
@@ -388,8 +457,12 @@ def _wide_enough(low: float, high: float) -> tuple[float, float]:
     return low / margin, high * margin
 
 
-def _curve(choice: ModelChoice, of_best: ErrorCurve, curve: CurveMap, nuisances: Sequence[Nuisance]) -> ErrorCurve:
-    """The mixture's curve at the airspeeds of the best model's curve; the white bound remains the best model's."""
+def _curve(
+    choice: ModelChoice, of_best: ErrorCurve, curve: CurveMap, nuisances: Sequence[Nuisance]
+) -> ErrorCurve:
+    """The mixture's curve at the airspeeds of the best model's curve; the white bound remains the
+    best model's.
+    """
     k = choice.answer.mean[: choice.common.error_count]
     gradient, basis = (
         correction_gradient(curve, choice.answer, nuisances),
@@ -416,7 +489,9 @@ def _wind(choice: ModelChoice) -> WindEstimate:
 
 
 def _weighed(choice: ModelChoice) -> tuple[WeighedModel, ...]:
-    """The models that the log determines by itself, with their criteria, and others that have a weight."""
+    """The models that the log determines by itself, with their criteria, and others that have a
+    weight.
+    """
     criteria = {judgment.candidate.name: _criteria(judgment) for judgment in choice.judgments}
     weights = {name: choice.weight_of(name) for name in MODELS}
     return tuple(

@@ -1,4 +1,6 @@
-"""The estimator of the covering 2σ: generalized least squares with the noise estimated from the log."""
+"""The estimator of the covering 2σ: generalized least squares with the noise estimated from the
+log.
+"""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -27,7 +29,15 @@ from pitotbench.calibration.prediction import (
     mean_wind,
     path_of_nuisances,
 )
-from pitotbench.estimation.noise import NORMAL, Intervals, JointNoiseOf, MarkovNoise, MarkovProcess, Noise, NoiseOf
+from pitotbench.estimation.noise import (
+    NORMAL,
+    Intervals,
+    JointNoiseOf,
+    MarkovNoise,
+    MarkovProcess,
+    Noise,
+    NoiseOf,
+)
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
     NoiseNode,
@@ -42,15 +52,17 @@ from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Estimate, WindowWind
 from pitotbench.units import Array
 
-# The covering estimator's problem at one point: block means, their regressors and the family of their noise.
-# The residual of the block means is white sensor noise plus the gust along the flight path. The gust is a
-# horizontal vector. Its two components are first-order Gauss-Markov processes with the length of the Dryden
-# spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In a turn the flight path points along one
-# component, then along the other.
+# The covering estimator's problem at one point: block means, their regressors and the family of
+# their noise. The residual of the block means is white sensor noise plus the gust along the flight
+# path. The gust is a horizontal vector. Its two components are first-order Gauss-Markov processes
+# with the length of the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In
+# a turn the flight path points along one component, then along the other.
 
 GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
 GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a factor
-HIGH_LENGTH_FACTOR = 4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
+HIGH_LENGTH_FACTOR = (
+    4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
+)
 GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
 WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation, for half an hour
@@ -66,8 +78,8 @@ _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 class Structure:
     """The structure to be fitted: the prediction, the nuisances and the equations.
 
-    `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation, for an error of
-    the static source in a log with heights.
+    `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation,
+    for an error of the static source in a log with heights.
     """
 
     model: PredictionModel
@@ -80,10 +92,10 @@ class Structure:
 class Linearized:
     """The problem linearized at one θ, as block means.
 
-    `regression` [m/s] holds the airspeeds of the blocks, then the altitude rows [m] where the structure has them.
-    `noise_of` gives the noise for parameters φ. `sensor` (blocks,) [(m/s)²] is the pressure
-    sensor's part of the noise along the path. `kernel` is the correlation of each datum with the mean of a drifting
-    wind, None for another wind.
+    `regression` [m/s] holds the airspeeds of the blocks, then the altitude rows [m] where the
+    structure has them. `noise_of` gives the noise for parameters φ. `sensor` (blocks,) [(m/s)²] is
+    the pressure sensor's part of the noise along the path. `kernel` is the correlation of each
+    datum with the mean of a drifting wind, None for another wind.
     """
 
     regression: Regression
@@ -102,23 +114,29 @@ def linearize(
 ) -> Linearized:
     """Linearize the problem at θ (p,), for a drifting wind along its `path`.
 
-    Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² = `gust_variance`
-    [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the model's domain.
+    Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² =
+    `gust_variance` [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the
+    model's domain.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         prediction = structure.model.predict(theta, obs if path is None else path.taken_from(obs))
     if not np.isfinite(np.sum(prediction.jacobian)) or not np.all(prediction.slope != 0.0):
         raise NoAnswerError(
             "the fit leaves the domain of the model (no airspeed explains some rows): "
-            "check the clock and the units, also of part of the log, or choose a model with fewer parameters"
+            "check the clock and the units, also of part of the log, or choose a model with fewer "
+            "parameters"
         )
     response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
     columns = [nuisance.column(prediction, obs) for nuisance in structure.nuisances]
-    regressors = blocks.mean(np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns]))
+    regressors = blocks.mean(
+        np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns])
+    )
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
     response -= gust_variance / airspeed
-    if path is not None:  # the problem is one of the whole wind, not of its difference from the path
+    if (
+        path is not None
+    ):  # the problem is one of the whole wind, not of its difference from the path
         response += blocks.mean(np.sum(along_track(prediction) * path.at(obs.time), axis=1))
     precision = [0.0] * structure.model.count + [1.0 / n.deviation**2 for n in structure.nuisances]
     regression = Regression(response, regressors, smoothed(regressors, blocks), np.array(precision))
@@ -129,12 +147,21 @@ def linearize(
     at_edges = blocks.at_edges(airspeed)
     noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
     problem = Linearized(regression, noise_of, sensor, kernel)
-    return problem if structure.altitude is None else _with_altitude(problem, structure, structure.altitude, theta)
+    return (
+        problem
+        if structure.altitude is None
+        else _with_altitude(problem, structure, structure.altitude, theta)
+    )
 
 
-def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRows, theta: Array) -> Linearized:
+def _with_altitude(
+    triangle: Linearized, structure: Structure, rows: AltitudeRows, theta: Array
+) -> Linearized:
     """The same problem with the altitude rows appended to those of the wind triangle."""
-    first, second = triangle.regression, altitude_regression(rows, structure.model, theta, structure.nuisances)
+    first, second = (
+        triangle.regression,
+        altitude_regression(rows, structure.model, theta, structure.nuisances),
+    )
     both = Regression(
         np.concatenate([first.response, second.response]),
         np.concatenate([first.regressors, second.regressors]),
@@ -148,7 +175,8 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
         count=noise_count(structure) - NOISE_COUNT,
         size=len(first.response),
     )
-    # The altitude rows do not depend on the wind; the mean remains that over the rows of the triangle.
+    # The altitude rows do not depend on the wind; the mean remains that over the rows of the
+    # triangle.
     kernel = triangle.kernel
     if kernel is not None:
         kernel = np.append(kernel, np.full(len(second.response), float(np.mean(kernel))))
@@ -157,7 +185,9 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
 
 def smoothed(regressors: Array, blocks: Blocks) -> Array:
     """Smooth regressors (blocks, p) into instruments (blocks, p), without their fast noise."""
-    return np.asarray(gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest"))
+    return np.asarray(
+        gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest")
+    )
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -170,10 +200,10 @@ def _sensor_noise(obs: Observations) -> float:
 class WindNoise:
     """The map from φ to the covariance.
 
-    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s])).
-    `at_edges` are airspeeds at the edges of the intervals [m/s], `seen` (1, blocks, 2) direction cosines, and
-    `sensor` (blocks,) the pressure sensor's part of the noise along the path [(m/s)²]. `drifting` is that of the
-    structure.
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation
+    [m/s])). `at_edges` are airspeeds at the edges of the intervals [m/s], `seen` (1, blocks, 2)
+    direction cosines, and `sensor` (blocks,) the pressure sensor's part of the noise along the path
+    [(m/s)²]. `drifting` is that of the structure.
     """
 
     intervals: Intervals
@@ -191,13 +221,17 @@ class WindNoise:
         levels = np.exp(phis)
         winds = [MarkovProcess(levels[..., 0], levels[..., 1, None] / self.at_edges, self.seen)]
         if self.drifting:
-            winds.append(MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen))
+            winds.append(
+                MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen)
+            )
         variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
         return MarkovNoise(self.intervals, variance[..., None, :], winds)
 
 
 def wind_scale(obs: Observations) -> float:
-    """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time beyond 30 min."""
+    """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time
+    beyond 30 min.
+    """
     return WIND_SCALE * max(1.0, float(np.sqrt((obs.time[-1] - obs.time[0]) / WIND_TIME)))
 
 
@@ -215,9 +249,9 @@ def length_factor(structure: Structure, obs: Observations) -> float:
 def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     """The prior of φ: half-normal levels and a log-normal length, wider for a log above 10,000 ft.
 
-    The φ terms convert the density of a level to that of its logarithm. The gust's level has no φ term (Jeffreys'
-    prior for a scale). A density that is flat in the level would put gusts of a few centimeters a second into calm
-    air, which outweigh all sensor noise.
+    The φ terms convert the density of a level to that of its logarithm. The gust's level has no φ
+    term (Jeffreys' prior for a scale). A density that is flat in the level would put gusts of a few
+    centimeters a second into calm air, which outweigh all sensor noise.
     """
     rows = structure.altitude
     levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
@@ -227,7 +261,8 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
-            flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, (scale, flat) in levels.items()
+            flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2
+            for i, (scale, flat) in levels.items()
         )
         length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(factor)) ** 2
         height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
@@ -244,7 +279,8 @@ def noise_count(structure: Structure) -> int:
 def first_guess(problem: Linearized, structure: Structure) -> Array:
     """A start for φ (d,) from the least-squares residual of the airspeed.
 
-    The covariance of neighboring blocks is attributed to gusts. The rest, without the sensor's noise, is white.
+    The covariance of neighboring blocks is attributed to gusts. The rest, without the sensor's
+    noise, is white.
     """
     data, blocks = problem.regression, len(problem.sensor)
     response, regressors = data.response[:blocks], data.regressors[:blocks]
@@ -254,7 +290,9 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
     start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white), *[0.3 * WIND_SCALE] * structure.drifting]
-    if structure.drifting and gust > GUST_SCALE**2:  # what is too much for gusts is more likely the wind's drift
+    if (
+        structure.drifting and gust > GUST_SCALE**2
+    ):  # what is too much for gusts is more likely the wind's drift
         start = [0.5 * GUST_SCALE, GUST_LENGTH, np.sqrt(white), np.sqrt(gust)]
     height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
     return np.concatenate([np.log(start), height])
@@ -263,19 +301,27 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
 # The noise is white sensor noise plus gusts. Their levels and length are unknown. They
 # are estimated by restricted likelihood, and the answer is averaged over their posterior.
 
-_LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
-_PASSES, _FAR = 10, 4.0  # passes at most; a step of more standard errors than this is followed by another
+_LEAST_PLANNED = (
+    10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
+)
+_PASSES, _FAR = (
+    10,
+    4.0,
+)  # passes at most; a step of more standard errors than this is followed by another
 _SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
-_SAME_PATH = 2.0  # m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
+_SAME_PATH = (
+    2.0  # m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
+)
 
 
 @dataclass(frozen=True, slots=True)
 class CoveringFit:
     """A fit: θ0, the nodes of the noise posterior and the most likely noise.
 
-    `theta` (p + m,) is the reference point θ0, zero for the m nuisances; the nodes hold corrections to it. The
-    deviations of gust and drifting wind are in m/s, the gust length in m; `blocks` is the number of blocks.
-    `path` is that of a drifting wind, and `winds` its mean in each window; None and empty for another wind.
+    `theta` (p + m,) is the reference point θ0, zero for the m nuisances; the nodes hold corrections
+    to it. The deviations of gust and drifting wind are in m/s, the gust length in m; `blocks` is
+    the number of blocks. `path` is that of a drifting wind, and `winds` its mean in each window;
+    None and empty for another wind.
     """
 
     theta: Array
@@ -292,8 +338,8 @@ class CoveringFit:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """The result of the first pass: θ (p,), the most likely noise φ, the covariance of θ and the nuisances,
-    (p + m, p + m), and the path of a drifting wind."""
+    """The result of the first pass: θ (p,), the most likely noise φ, the covariance of θ and the
+    nuisances, (p + m, p + m), and the path of a drifting wind."""
 
     theta: Array
     noise: Array
@@ -308,9 +354,9 @@ def fit_covering(
 
     Every node's estimate is a correction to the returned θ.
 
-    The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise. The last pass
-    linearizes there and gives the bound.
-    Raises NoAnswerError where the log is too short, the fit leaves the model's domain or the steps do not settle.
+    The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise.
+    The last pass linearizes there and gives the bound. Raises NoAnswerError where the log is too
+    short, the fit leaves the model's domain or the steps do not settle.
     """
     return settle(structure, obs, approach(structure, obs, start, path))
 
@@ -334,13 +380,19 @@ def settle(structure: Structure, obs: Observations, approached: Approach) -> Cov
         problem=fine.regression,
         noise_of=fine.noise_of,
         path=approached.path,
-        winds=_window_winds(structure, obs, blocks, fine, likely, theta) if structure.drifting else (),
+        winds=_window_winds(structure, obs, blocks, fine, likely, theta)
+        if structure.drifting
+        else (),
     )
 
 
 # The wind of a long flight, window by window.
 
-_WINDOW, _SHORTEST_WINDOW, _GAP = 600.0, 60.0, 60.0  # s: longest and shortest window, and a gap that ends one
+_WINDOW, _SHORTEST_WINDOW, _GAP = (
+    600.0,
+    60.0,
+    60.0,
+)  # s: longest and shortest window, and a gap that ends one
 
 
 def _windows(blocks: Blocks) -> list[slice]:
@@ -351,14 +403,21 @@ def _windows(blocks: Blocks) -> list[slice]:
     for first, end in pairwise(ends):
         lasting = middle[end - 1] - middle[first]
         if lasting >= _SHORTEST_WINDOW:
-            edges = np.linspace(middle[first], middle[end - 1], int(np.ceil(lasting / _WINDOW)) + 1)[1:-1]
+            edges = np.linspace(
+                middle[first], middle[end - 1], int(np.ceil(lasting / _WINDOW)) + 1
+            )[1:-1]
             cuts = [first, *np.searchsorted(middle, edges), end]
             found += [slice(int(a), int(b)) for a, b in pairwise(cuts)]
     return found
 
 
 def _window_winds(
-    structure: Structure, obs: Observations, blocks: Blocks, problem: Linearized, node: NoiseNode, theta: Array
+    structure: Structure,
+    obs: Observations,
+    blocks: Blocks,
+    problem: Linearized,
+    node: NoiseNode,
+    theta: Array,
 ) -> tuple[WindowWind, ...]:
     """The mean wind of each window under the most likely noise."""
     noise, deviation = problem.noise_of(node.noise), float(np.exp(node.noise[3]))
@@ -369,7 +428,9 @@ def _window_winds(
     changes = np.zeros((len(blocks.count), 2, len(structure.nuisances)))
     for place, nuisance in enumerate(structure.nuisances):
         if nuisance.wind is not None:
-            changes[:, nuisance.wind[0], place] = blocks.mean(np.broadcast_to(nuisance.wind[1](obs), len(obs)))
+            changes[:, nuisance.wind[0], place] = blocks.mean(
+                np.broadcast_to(nuisance.wind[1](obs), len(obs))
+            )
     height, time = blocks.mean(obs.height()), blocks.mean(obs.time)
     windows, found = _windows(blocks), []
     shares = np.zeros((len(blocks.count), len(windows)))
@@ -379,7 +440,9 @@ def _window_winds(
     for window, weights, kernel in zip(windows, shares.T, kernels.T, strict=True):
         of_level = known.copy()
         of_level[:, structure.model.count :] = np.einsum("b,ban->an", weights, changes)
-        crossed = deviation**2 * np.append(kernel, np.zeros(rest))[:, None] * data.regressors[:, winds]
+        crossed = (
+            deviation**2 * np.append(kernel, np.zeros(rest))[:, None] * data.regressors[:, winds]
+        )
         weighed = noise.weigh(crossed)
         value = theta[winds] + of_level @ node.estimate
         value = value + weighed.T @ (data.response - data.regressors @ node.estimate)
@@ -396,7 +459,9 @@ def _window_winds(
 
 
 def _node_of_mean_wind(structure: Structure, problem: Linearized, node: NoiseNode) -> NoiseNode:
-    estimate, covariance = _of_mean_wind(structure, problem, node.noise, (node.estimate, node.covariance))
+    estimate, covariance = _of_mean_wind(
+        structure, problem, node.noise, (node.estimate, node.covariance)
+    )
     return replace(node, estimate=estimate, covariance=covariance)
 
 
@@ -408,8 +473,12 @@ def _of_mean_wind(
     return answer if mean is None else mean.of(answer)
 
 
-def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi: Array) -> MeanWind | None:
-    """The mean of a drifting wind under the noise of parameters φ (d,); None for a wind that does not drift."""
+def mean_wind_under(
+    problem: Linearized, structure: Structure, noise: Noise, phi: Array
+) -> MeanWind | None:
+    """The mean of a drifting wind under the noise of parameters φ (d,); None for a wind that does
+    not drift.
+    """
     if problem.kernel is None:
         return None
     deviation, first = float(np.exp(phi[3])), structure.model.error_count
@@ -417,14 +486,24 @@ def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi
 
 
 def linearized(
-    structure: Structure, obs: Observations, theta: Array, gust_deviation: float, path: WindPath | None
+    structure: Structure,
+    obs: Observations,
+    theta: Array,
+    gust_deviation: float,
+    path: WindPath | None,
 ) -> Linearized:
-    """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust deviation [m/s]."""
+    """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust
+    deviation [m/s].
+    """
     blocks = divide(obs, block_length(obs))
-    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2, path)
+    return linearize(
+        structure, obs, blocks, theta[: structure.model.count], gust_deviation**2, path
+    )
 
 
-def approach(structure: Structure, obs: Observations, start: Array, path: WindPath | None = None) -> Approach:
+def approach(
+    structure: Structure, obs: Observations, start: Array, path: WindPath | None = None
+) -> Approach:
     """Run the first pass of `fit_covering`, repeated from a start (p,) or a path that is far away.
 
     Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
@@ -434,7 +513,8 @@ def approach(structure: Structure, obs: Observations, start: Array, path: WindPa
     unknowns = count + noise_count(structure)
     if len(blocks.count) <= unknowns:
         raise NoAnswerError(
-            f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
+            f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for "
+            f"{unknowns} unknowns: "
             "check the unit of the time, or fly longer"
         )
     for _ in range(_PASSES):
@@ -442,25 +522,39 @@ def approach(structure: Structure, obs: Observations, start: Array, path: WindPa
         guess = first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
         answer = solve(rough.regression, rough.noise_of(mode))
-        # The next point has the mean wind: the level of a drifting wind may be far from any wind of the flight.
+        # The next point has the mean wind: the level of a drifting wind may be far from any wind of
+        # the flight.
         step, covariance = _of_mean_wind(structure, rough, mode, answer)
         theta, last = theta + step[:count], path
         if structure.drifting:
             path = _path(structure, obs, blocks, rough, mode, answer[0])
-        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(last, path):
+        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(
+            last, path
+        ):
             return Approach(theta, mode, covariance, path)
-    raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
+    raise NoAnswerError(
+        "the fit does not settle: check the log for gross errors, or choose a simpler model"
+    )
 
 
 def _path(
-    structure: Structure, obs: Observations, blocks: Blocks, problem: Linearized, phi: Array, estimate: Array
+    structure: Structure,
+    obs: Observations,
+    blocks: Blocks,
+    problem: Linearized,
+    phi: Array,
+    estimate: Array,
 ) -> WindPath:
     """The wind less its mean over the rows, as estimated under one noise, block by block."""
     data, first = problem.regression, structure.model.error_count
     rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
-    seen = (rest * data.regressors[:, first : first + 2])[: len(blocks.count)]  # the height sees no wind
+    seen = (rest * data.regressors[:, first : first + 2])[
+        : len(blocks.count)
+    ]  # the height sees no wind
     wind = np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen)
-    wind += blocks.mean(path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs))
+    wind += blocks.mean(
+        path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs)
+    )
     wind = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
     return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
 
@@ -473,24 +567,33 @@ def _settled(before: WindPath | None, path: WindPath | None) -> bool:
     return float(np.sqrt(np.mean(moved**2))) < _SAME_PATH
 
 
-def covariance_given(structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array) -> Array:
+def covariance_given(
+    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array
+) -> Array:
     """Covariance of θ and the nuisances, (p + m, p + m), for a known noise.
 
-    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]). It is the inverse information matrix and
-    does not depend on the response.
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]). It is the inverse
+    information matrix and does not depend on the response.
     """
     problem = linearize(structure, obs, blocks, theta)
     return solve(problem.regression, problem.noise_of(phi))[1]
 
 
-def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance) -> Estimate:
+def acceleration_effect(
+    structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance
+) -> Estimate:
     """Estimate one more nuisance, without a prior, on one-second blocks, and return it with 2σ.
 
-    The noise is the most likely one with this nuisance. Its instrument is its smoothed column where that exceeds
-    `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite where there are
+    The noise is the most likely one with this nuisance. Its instrument is its smoothed column where
+    that exceeds
+    `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite
+    where there are
     too few of them.
     """
-    blocks, structure = divide(obs, max(1.0, 0.5 * block_length(obs))), replace(structure, altitude=None)
+    blocks, structure = (
+        divide(obs, max(1.0, 0.5 * block_length(obs))),
+        replace(structure, altitude=None),
+    )
     theta = fit.theta[: structure.model.count]
     plain = linearize(structure, obs, blocks, theta, path=fit.path)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
@@ -514,7 +617,9 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """Weighted Gaussians for θ: weights (m,), which sum to 1, means (m, p) and covariances (m, p, p)."""
+    """Weighted Gaussians for θ: weights (m,), which sum to 1, means (m, p) and covariances (m, p,
+    p).
+    """
 
     weights: Array
     means: Array
@@ -533,7 +638,9 @@ class Posterior:
         return np.asarray(within + np.einsum("m,mp,mq->pq", self.weights, offset, offset))
 
     def padded(self, count: int) -> "Posterior":
-        """The same answer with further unknowns that are zero but for rounding, of `count` unknowns in all."""
+        """The same answer with further unknowns that are zero but for rounding, of `count` unknowns
+        in all.
+        """
         more = count - self.means.shape[1]
         covariances = np.pad(self.covariances, ((0, 0), (0, more), (0, more)))
         covariances[:, range(-more, 0), range(-more, 0)] = _ROUNDING
@@ -543,7 +650,9 @@ class Posterior:
         """2σ of linear functions of θ with gradient (c, p), as half-widths of the mixture, (c,)."""
         means = self.means @ gradient.T
         variances = np.einsum("cp,mpq,cq->mc", gradient, self.covariances, gradient)
-        with np.errstate(invalid="ignore"):  # a negative variance gives a NaN bound, which `require_useful` refuses
+        with np.errstate(
+            invalid="ignore"
+        ):  # a negative variance gives a NaN bound, which `require_useful` refuses
             deviations = np.sqrt(variances)
         return half_width(self.weights, means, deviations)
 
@@ -555,16 +664,23 @@ class Posterior:
             return np.asarray(covariance / np.outer(deviation, deviation))
 
     def simultaneous(self, gradient: Array, bounds: Array) -> Array:
-        """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one factor."""
-        return bounds * simultaneous_factor(self.weights, self.means, self.covariances, gradient, bounds)
+        """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one
+        factor.
+        """
+        return bounds * simultaneous_factor(
+            self.weights, self.means, self.covariances, gradient, bounds
+        )
 
     def two_sigma_by(self, place: int, gradient: Array, bounds: Array) -> Array:
-        """The part of the 2σ `bounds`, (c,), that the uncertainty of θ[place] adds: none where θ[place] is known.
+        """The part of the 2σ `bounds`, (c,), that the uncertainty of θ[place] adds: none where
+        θ[place] is known.
 
         It is the bound times the correlation with θ[place], so that no part exceeds the whole.
         """
         covariance = self.covariance
-        variance = np.einsum("cp,pq,cq->c", gradient, covariance, gradient) * covariance[place, place]
+        variance = (
+            np.einsum("cp,pq,cq->c", gradient, covariance, gradient) * covariance[place, place]
+        )
         shared = np.abs(gradient @ covariance[:, place])
         whole = np.sqrt(np.maximum(variance, np.finfo(np.float64).tiny))
         return np.asarray(bounds * np.clip(shared / whole, 0.0, 1.0))

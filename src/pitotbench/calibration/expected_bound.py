@@ -1,8 +1,8 @@
 """The bound expected of a flight from its geometry alone: the inverse information matrix.
 
-The geometry is speeds, headings and times; the response of the log is not used. The level and the length of the
-gusts and the noise of the receiver's height are assumed known. The calibration estimates them, and its bound is
-wider.
+The geometry is speeds, headings and times; the response of the log is not used. The level and the
+length of the gusts and the noise of the receiver's height are assumed known. The calibration
+estimates them, and its bound is wider.
 """
 
 from dataclasses import dataclass, replace
@@ -36,11 +36,12 @@ _LEAST = 1e-4  # m/s, m: stands for a level of zero, whose logarithm does not ex
 
 @dataclass(frozen=True, slots=True)
 class ExpectedNoise:
-    """The expected noise: standard deviation [m/s] and length [m] of the gusts, and the standard deviation of the
-    white noise [m/s] without that of the pressure sensor.
+    """The expected noise: standard deviation [m/s] and length [m] of the gusts, and the standard
+    deviation of the white noise [m/s] without that of the pressure sensor.
 
-    The receiver's height error: standard deviation [m] and correlation time [s] of its slow part, the standard
-    deviation of its white part [m] a fix, and the random walk of the integrated vertical velocity [m/√s].
+    The receiver's height error: standard deviation [m] and correlation time [s] of its slow part,
+    the standard deviation of its white part [m] a fix, and the random walk of the integrated
+    vertical velocity [m/√s].
     """
 
     gust_deviation: float
@@ -61,25 +62,32 @@ def expected_two_sigma(
 ) -> MetersPerSecond:
     """Compute 2σ of the error curve at indicated airspeeds, (c,) [m/s], for known noise.
 
-    Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind toward north and
-    east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,) [m/s]. Raises NoAnswerError where
-    the flight cannot determine the answer. An error of the static source is seen by the altitude equation too,
-    where the log has its height. A wind that drifts does so by its usual size.
+    Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind
+    toward north and east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,)
+    [m/s]. Raises NoAnswerError where the flight cannot determine the answer. An error of the static
+    source is seen by the altitude equation too, where the log has its height. A wind that drifts
+    does so by its usual size.
     """
     options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)
-    model = PredictionModel(MODELS[options.model], reference_of([obs]), options.error_location == STATIC)
+    model = PredictionModel(
+        MODELS[options.model], reference_of([obs]), options.error_location == STATIC
+    )
     require_observable(model, obs)
     rows = None
     if model.static_error and options.use_altitude:
         rows = altitude_rows(log, obs, options.gps_latency, theta[model.error_count :])
-    structure = Structure(model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows)
+    structure = Structure(
+        model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows
+    )
     phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
     if structure.drifting:
         phi = np.append(phi, np.log(wind_scale(obs)))
     if rows is not None:
         third = noise.height_white if rows.tie is None else noise.height_walk
-        phi = np.append(phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST)))
+        phi = np.append(
+            phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST))
+        )
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
     known = np.zeros(len(covariance))
     known[: len(theta)] = theta
@@ -89,7 +97,8 @@ def expected_two_sigma(
 
 
 def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
-    """Return whether the headings and speeds of a log would determine its curve if the channels agreed.
+    """Return whether the headings and speeds of a log would determine its curve if the channels
+    agreed.
 
     The answer is that of the model Inverse+ in gusts of the usual size, with no wind.
     """
@@ -97,7 +106,9 @@ def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
     errors = len(MODELS[plain.model].parameter_names)
     speed = air.calibrated_airspeed(np.quantile(log.impact_pressure, [0.05, 0.5, 0.95]))
     try:
-        bound = expected_two_sigma(log, plain, np.zeros(errors + 2), ExpectedNoise(GUST_SCALE), speed)
+        bound = expected_two_sigma(
+            log, plain, np.zeros(errors + 2), ExpectedNoise(GUST_SCALE), speed
+        )
     except (BadInputError, NoAnswerError):
         return False
     return bool(np.all(bound < USELESS))  # not for NaN

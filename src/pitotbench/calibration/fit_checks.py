@@ -1,4 +1,6 @@
-"""Checks of a fit: what the log determines, whether the curve is possible, what lies outside its prior."""
+"""Checks of a fit: what the log determines, whether the curve is possible, what lies outside its
+prior.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,7 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from pitotbench.calibration.altitude import NOISE_COUNT, SLOW_SCALE, SLOW_TIME, SLOW_TIME_FACTOR, WALK_SCALE
+from pitotbench.calibration.altitude import (
+    NOISE_COUNT,
+    SLOW_SCALE,
+    SLOW_TIME,
+    SLOW_TIME_FACTOR,
+    WALK_SCALE,
+)
 from pitotbench.calibration.altitude import WHITE_SCALE as HEIGHT_SCALE
 from pitotbench.calibration.covering import (
     GUST_LENGTH,
@@ -22,25 +30,41 @@ from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
-from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Estimate, Residuals
+from pitotbench.records.calibration import (
+    Calibration,
+    Disagreement,
+    ErrorCurve,
+    Estimate,
+    Residuals,
+)
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 
-# Checks that a log determines the requested answer. A number that it does not determine is never returned.
+# Checks that a log determines the requested answer. A number that it does not determine is never
+# returned.
 
-_HEADING_SPREAD = 30.0 * DEGREE  # below it the along-track wind and the curve's level are one unknown
-_SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # number of terms to the ratio of impact pressures that they need
+_HEADING_SPREAD = (
+    30.0 * DEGREE
+)  # below it the along-track wind and the curve's level are one unknown
+_SPEED_RATIO = {
+    1: 1.0,
+    2: 1.05,
+    3: 1.10,
+}  # number of terms to the ratio of impact pressures that they need
 _SPLINE_RATIO = 1.3  # the same for a model of more terms
 USELESS = 10.0 * KNOT  # a bound beyond this is no answer
 
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
-    """Raise NoAnswerError where headings or speeds are too similar. The message says what to fly next."""
+    """Raise NoAnswerError where headings or speeds are too similar. The message says what to fly
+    next.
+    """
     for axis, velocity in (("north", obs.velocity_north), ("east", obs.velocity_east)):
         if not np.any(velocity):
             raise NoAnswerError(
-                f"the wind is not observable: the ground velocity toward {axis} is zero in every row: check it"
+                f"the wind is not observable: the ground velocity toward {axis} is zero in every "
+                "row: check it"
             )
     spread = heading_spread(obs)
     if spread < _HEADING_SPREAD:
@@ -53,7 +77,8 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
     if high / low < needed:
         raise NoAnswerError(
             f"the airspeed hardly changes (impact pressure {low:.0f} to {high:.0f} Pa): the model "
-            f"{model.error.name!r} with {model.error_count} parameters needs a ratio of {needed:g}; "
+            f"{model.error.name!r} with {model.error_count} parameters needs a ratio of "
+            f"{needed:g}; "
             "use --model bias, or fly a wider speed range"
         )
 
@@ -68,27 +93,35 @@ def heading_spread(obs: Observations) -> float:
 
 
 def require_useful(calibration: Calibration) -> None:
-    """Raise NoAnswerError where 2σ of half the curve, or of the best known wind, is above 10 kt or not finite."""
-    wind = min((max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds), default=0.0)
+    """Raise NoAnswerError where 2σ of half the curve, or of the best known wind, is above 10 kt or
+    not finite.
+    """
+    wind = min(
+        (max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds), default=0.0
+    )
     curve = float(np.median(calibration.curve.two_sigma))
     if not np.all(np.isfinite(calibration.curve.two_sigma + wind)):
         raise UndeterminedError(
-            "the log does not determine the answer: no bound can be given; check the clock, the units and the "
+            "the log does not determine the answer: no bound can be given; check the clock, the "
+            "units and the "
             "columns, or fly longer, on reciprocal headings"
         )
     if max(wind, curve) > USELESS:
         raise UndeterminedError(
-            f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the curve and "
-            f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed of interest"
+            f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the "
+            "curve and "
+            f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed "
+            "of interest"
         )
 
 
 @dataclass(frozen=True, slots=True)
 class CurveVerdict:
-    """The verdict: `plausible`, `doubtful` (a warning) or `impossible` (no answer), with a sentence of explanation.
+    """The verdict: `plausible`, `doubtful` (a warning) or `impossible` (no answer), with a sentence
+    of explanation.
 
-    `worst` [-] is the Δp/q_c of greatest size among the points beyond the limit, and `indicated_airspeed` [m/s] the
-    airspeed at that point. Both are 0 where no point is beyond it.
+    `worst` [-] is the Δp/q_c of greatest size among the points beyond the limit, and
+    `indicated_airspeed` [m/s] the airspeed at that point. Both are 0 where no point is beyond it.
     """
 
     kind: Literal["plausible", "doubtful", "impossible"]
@@ -98,18 +131,23 @@ class CurveVerdict:
 
 
 def judge_curve(
-    indicated_airspeed: MetersPerSecond, normalized_pressure_error: Array, normalized_two_sigma: Array
+    indicated_airspeed: MetersPerSecond,
+    normalized_pressure_error: Array,
+    normalized_two_sigma: Array,
 ) -> CurveVerdict:
     """Judge a curve Δp/q_c over indicated airspeed [m/s] by its size; arrays of one length, (n,).
 
-    A point is beyond a limit where it exceeds the limit by more than its 2σ: an uncertain curve is not impossible.
-    Impossible: above 0.2, an error of a tenth in airspeed. Doubtful: above 0.1, which is 5 kt at 100 kt and the
-    largest error that FAR 23.1323 accepts. The limits are those for the judgment of a log.
-    Raises ValueError for arrays of different lengths, or for a number that is not finite.
+    A point is beyond a limit where it exceeds the limit by more than its 2σ: an uncertain curve is
+    not impossible. Impossible: above 0.2, an error of a tenth in airspeed. Doubtful: above 0.1,
+    which is 5 kt at 100 kt and the largest error that FAR 23.1323 accepts. The limits are those for
+    the judgment of a log. Raises ValueError for arrays of different lengths, or for a number that
+    is not finite.
     """
     speed, error, bound = indicated_airspeed, normalized_pressure_error, normalized_two_sigma
     if not speed.shape == error.shape == bound.shape:
-        raise ValueError(f"a curve needs arrays of one length, not {speed.shape}, {error.shape}, {bound.shape}")
+        raise ValueError(
+            f"a curve needs arrays of one length, not {speed.shape}, {error.shape}, {bound.shape}"
+        )
     if not np.all(np.isfinite([speed, error, bound])):
         raise ValueError("a curve holds a number that is not finite")
     surely = np.abs(error) - bound
@@ -129,20 +167,26 @@ def _verdict(
         "impossible": "no airplane's is so large: a unit, a gain or a zero of the log is wrong",
     }[kind]
     words = (
-        f"the pressure error is {error[at]:+.0%} of the impact pressure at {speed[at] / KNOT:.0f} kt indicated; "
+        f"the pressure error is {error[at]:+.0%} of the impact pressure at {speed[at] / KNOT:.0f} "
+        "kt indicated; "
         f"{reason}"
     )
     return CurveVerdict(kind, float(error[at]), float(speed[at]), words)
 
 
-# Findings of one log that contradict each other.
-# Samples without the wind scatter about the curve. Where their mean near an airspeed lies off the curve by more
-# than its bound and their own scatter allow, the model of the curve or of the wind does not describe the log.
+# Findings of one log that contradict each other. Samples without the wind scatter about the curve.
+# Where their mean near an airspeed lies off the curve by more than its bound and their own scatter
+# allow, the model of the curve or of the wind does not describe the log.
 
-_BIN, _MEAN_OVER = 10.0 * KNOT, 30.0  # m/s and s: samples are taken together near an airspeed, and over so long
+_BIN, _MEAN_OVER = (
+    10.0 * KNOT,
+    30.0,
+)  # m/s and s: samples are taken together near an airspeed, and over so long
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
-DISAGREE = 0.001  # probability of so much disagreement by chance: below it two equations are not averaged
+DISAGREE = (
+    0.001  # probability of so much disagreement by chance: below it two equations are not averaged
+)
 _CLEAR, _BOUNDS, _LEAST_OFF = (
     3.0,
     1.5,
@@ -153,23 +197,28 @@ _CLEAR, _BOUNDS, _LEAST_OFF = (
 def disagreements(
     agreement: float | None, residuals: Residuals, curve: ErrorCurve, drifting: bool = False
 ) -> tuple[Disagreement, ...]:
-    """Return where the wind triangle and the height disagree, and where the samples lie off the curve.
+    """Return where the wind triangle and the height disagree, and where the samples lie off the
+    curve.
 
-    Of a wind that is `drifting` only a smooth path is taken from the samples. `agreement` is the probability that
-    triangle and height differ by so much by chance, None where only one spoke.
+    Of a wind that is `drifting` only a smooth path is taken from the samples. `agreement` is the
+    probability that triangle and height differ by so much by chance, None where only one spoke.
     """
     found = []
     if agreement is not None and agreement < DISAGREE:
         words = (
-            "the wind triangle and the height disagree about the curve by more than chance, and the bound holds "
-            "both (--no-altitude shows the triangle's alone). The temperature or the height may be off by more "
-            "than stated, or the wind may follow the speeds flown: fly each speed on several headings at one height"
+            "the wind triangle and the height disagree about the curve by more than chance, and "
+            "the bound holds "
+            "both (--no-altitude shows the triangle's alone). The temperature or the height may be "
+            "off by more "
+            "than stated, or the wind may follow the speeds flown: fly each speed on several "
+            "headings at one height"
         )
         found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
     off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)
     if off > 0.0:
         words = (
-            f"the samples near {at / KNOT:.0f} KIAS lie {off / KNOT:.1f} kt off the curve, more than its bound and "
+            f"the samples near {at / KNOT:.0f} KIAS lie {off / KNOT:.1f} kt off the curve, more "
+            "than its bound and "
             "their scatter allow: take a part of the flight (--from, --to), or another "
             "--model"
         )
@@ -178,7 +227,9 @@ def disagreements(
 
 
 def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> Calibration:
-    """Return a calibration that tells of the fixed-speed point farthest off its curve, beyond both bounds."""
+    """Return a calibration that tells of the fixed-speed point farthest off its curve, beyond both
+    bounds.
+    """
     curve, worst = calibration.curve, None
     for point in points:
         value, bound = (
@@ -192,9 +243,13 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
         return calibration
     _, point, value = worst
     name = point.method.replace("_", " ")
-    found = f"{point.correction / KNOT:+.1f} ± {point.two_sigma / KNOT:.1f} kt, the curve {value / KNOT:+.1f} kt"
+    found = (
+        f"{point.correction / KNOT:+.1f} ± {point.two_sigma / KNOT:.1f} kt, the curve "
+        f"{value / KNOT:+.1f} kt"
+    )
     words = (
-        f"a fixed-speed point ({name}) at {point.indicated_airspeed / KNOT:.0f} KIAS gives {found}. The wind "
+        f"a fixed-speed point ({name}) at {point.indicated_airspeed / KNOT:.0f} KIAS gives "
+        f"{found}. The wind "
         "changed between its legs, or the curve does not describe this part of the flight"
     )
     told = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
@@ -202,9 +257,12 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
 
 
 def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[float, float]:
-    """The largest clear distance of the samples' mean from the curve, and its airspeed [m/s]; 0 for none."""
+    """The largest clear distance of the samples' mean from the curve, and its airspeed [m/s]; 0 for
+    none.
+    """
     group = np.floor((residuals.time - residuals.time[0]) / over).astype(np.intp)
-    # By the airspeed without the residual: a gust that raises a reading would else sort itself to its own kind.
+    # By the airspeed without the residual: a gust that raises a reading would else sort itself to
+    # its own kind.
     speed = residuals.indicated_airspeed - residuals.airspeed
     place = np.floor(np.nan_to_num(speed, nan=-_BIN) / _BIN).astype(np.intp)
     worst = (0.0, 0.0)
@@ -224,23 +282,30 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
     return worst
 
 
-# The wash of a propeller shows as an error that goes with power, beside the one that goes with airspeed.
+# The wash of a propeller shows as an error that goes with power, beside the one that goes with
+# airspeed.
 
 _WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
 _FEWEST_BLOCKS = 8
-_OWN_POWER = 0.05  # of full power: rms of power beside what airspeed explains, below which nothing is told
+_OWN_POWER = (
+    0.05  # of full power: rms of power beside what airspeed explains, below which nothing is told
+)
 
 
 def wash_of(residuals: Residuals, log: FlightLog) -> Estimate | None:
-    """Return by how much the indicated airspeed reads higher at full power than at idle [m/s]; None without power.
+    """Return by how much the indicated airspeed reads higher at full power than at idle [m/s]; None
+    without power.
 
-    The residual is regressed on the power that is left when constant, airspeed and its square are taken out (Frisch
-    and Waugh 1933); its 2σ is that of blocks of 30 s (Liang and Zeger 1986). It is infinite where power follows
-    airspeed.
+    The residual is regressed on the power that is left when constant, airspeed and its square are
+    taken out (Frisch and Waugh 1933); its 2σ is that of blocks of 30 s (Liang and Zeger 1986). It
+    is infinite where power follows airspeed.
     """
     levers = [each for each in (log.throttle_left, log.throttle_right) if each is not None]
     engines = ("left", "right")
-    pairs = [(getattr(log, f"manifold_pressure_{e}"), getattr(log, f"propeller_speed_{e}")) for e in engines]
+    pairs = [
+        (getattr(log, f"manifold_pressure_{e}"), getattr(log, f"propeller_speed_{e}"))
+        for e in engines
+    ]
     powers = [a * b for a, b in pairs if a is not None and b is not None]
     if not levers and not powers:
         return None
@@ -252,7 +317,9 @@ def wash_of(residuals: Residuals, log: FlightLog) -> Estimate | None:
     known = np.vander(speed, 3)
     both = np.column_stack([power, residuals.airspeed])
     own, airspeed = (both - known @ np.linalg.lstsq(known, both, rcond=None)[0]).T
-    _, block = np.unique(np.floor((residuals.time - residuals.time[0]) / _WASH_OVER), return_inverse=True)
+    _, block = np.unique(
+        np.floor((residuals.time - residuals.time[0]) / _WASH_OVER), return_inverse=True
+    )
     blocks, size = int(block[-1]) + 1, float(own @ own)
     if blocks < _FEWEST_BLOCKS or np.sqrt(size / len(own)) < _OWN_POWER:
         return Estimate("wash", 0.0, np.inf)
@@ -262,17 +329,20 @@ def wash_of(residuals: Residuals, log: FlightLog) -> Estimate | None:
     return Estimate("wash", value, 2.0 * float(spread))
 
 
-# Warnings for nuisances and noise parameters that the log puts far outside their priors.
-# Where the log contradicts a prior, the estimate is a compromise between the two, and the bound is too small. The
-# sensor, its unit or the assumption is wrong; only the user can decide which.
-# A log that hardly knows a nuisance moves its estimate little, however wrong the prior. So an estimate is held
-# against what the prior lets such logs find, its prior predictive distribution: where the prior has standard
-# deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and Bayes' inference in
-# scientific modelling and robustness", Journal of the Royal Statistical Society A 143, 1980).
+# Warnings for nuisances and noise parameters that the log puts far outside their priors. Where the
+# log contradicts a prior, the estimate is a compromise between the two, and the bound is too small.
+# The sensor, its unit or the assumption is wrong; only the user can decide which. A log that hardly
+# knows a nuisance moves its estimate little, however wrong the prior. So an estimate is held
+# against what the prior lets such logs find, its prior predictive distribution: where the prior has
+# standard deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and
+# Bayes' inference in scientific modelling and robustness", Journal of the Royal Statistical Society
+# A 143, 1980).
 
 _FAR = 3.0  # standard deviations of the prior of a noise parameter
 _SELDOM = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
-_LEAST_KNOWN = 0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
+_LEAST_KNOWN = (
+    0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
+)
 
 _ERRORS = {  # name of a nuisance to its words and its unit
     "temperature_k": ("constant error of the temperature", "K"),
@@ -309,7 +379,9 @@ class _Level:
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """A length or a time with a log-normal prior: its middle, and one standard deviation as a factor."""
+    """A length or a time with a log-normal prior: its middle, and one standard deviation as a
+    factor.
+    """
 
     words: str
     unit: str
@@ -332,8 +404,8 @@ def outside_prior(
 ) -> tuple[Caution, ...]:
     """Write a sentence for each nuisance and each noise parameter far outside its prior.
 
-    Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more than three
-    standard deviations of the prior from its middle. The sentence states the size.
+    Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more
+    than three standard deviations of the prior from its middle. The sentence states the size.
     """
     return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
 
@@ -354,7 +426,8 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
 def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float, scatter: float) -> str:
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
     return (
-        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}; under what was assumed "
+        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}; under what was "
+        "assumed "
         f"({_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)}, 2σ) such a log would find "
         f"{_sized(f'0 ± {2.0 * scatter:.2g}', unit)}: check the sensor and its unit, or assume more"
     )
@@ -371,8 +444,10 @@ def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) ->
         departure = prior.departure(float(value))
         if departure > _FAR:
             text = (
-                f"the {prior.words} is found to be {value:.3g} {prior.unit}, {departure:.1f} standard deviations "
-                f"of what was assumed ({prior.expected}): the bound may be too small; check the log for slow "
+                f"the {prior.words} is found to be {value:.3g} {prior.unit}, {departure:.1f} "
+                "standard deviations "
+                f"of what was assumed ({prior.expected}): the bound may be too small; check the "
+                "log for slow "
                 "changes of the wind and for faulty channels"
             )
             found.append(Caution(text, "outside prior", size=float(value)))

@@ -23,11 +23,11 @@ from pitotbench.records.calibration import CalibratedFlight, Calibration
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
-# Several logs of one airplane: one curve in common, and a separate wind for each log.
-# Each log is reduced separately. Its answer, as a Gaussian, is information about the curve, the wind of that log
-# and the nuisances. The unknowns of the airplane (curve, errors of its sensors) are common to all logs; those of
-# the day are separate. A common prior counts once. The sum of the information is the joint fit of the linearized
-# problems.
+# Several logs of one airplane: one curve in common, and a separate wind for each log. Each log is
+# reduced separately. Its answer, as a Gaussian, is information about the curve, the wind of that
+# log and the nuisances. The unknowns of the airplane (curve, errors of its sensors) are common to
+# all logs; those of the day are separate. A common prior counts once. The sum of the information is
+# the joint fit of the linearized problems.
 
 _DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
 
@@ -36,8 +36,8 @@ _DISAGREE = 0.01  # probability of so much disagreement by chance: below it ther
 class _Information:
     """The information of one log without the common priors.
 
-    `precision` is (p, p), and `pull` (p,) is precision times estimate. `place` (p,) is the index of each unknown
-    among those of all logs.
+    `precision` is (p, p), and `pull` (p,) is precision times estimate. `place` (p,) is the index of
+    each unknown among those of all logs.
     """
 
     precision: Array
@@ -48,7 +48,8 @@ class _Information:
 def reduce_together(
     logs: Sequence[FlightLog], options: CalibrationOptions
 ) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all logs cover.
+    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all
+    logs cover.
 
     Raises as `reduction.reduce_log` does.
     """
@@ -57,7 +58,9 @@ def reduce_together(
 
 
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Give each of several reductions with one reference pressure the joint answer, as `reduce_together` does."""
+    """Give each of several reductions with one reference pressure the joint answer, as
+    `reduce_together` does.
+    """
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
     airspeeds = curve_airspeeds(np.concatenate(indicated))
     warning = _disagreement(single)
@@ -82,13 +85,17 @@ def _joined(single: Sequence[Reduction]) -> list[Posterior]:
     covariance = _inverse(precision)
     mean = covariance @ pull
     return [
-        Posterior(np.ones(1), mean[part.place][None], covariance[np.ix_(part.place, part.place)][None])
+        Posterior(
+            np.ones(1), mean[part.place][None], covariance[np.ix_(part.place, part.place)][None]
+        )
         for part in known
     ]
 
 
 def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Information:
-    """The information of one log. `shared` maps names to places; new unknowns of the log are added to it."""
+    """The information of one log. `shared` maps names to places; new unknowns of the log are added
+    to it.
+    """
     precision = _inverse(each.answer.covariance)
     pull = precision @ each.answer.mean
     commons = _common_priors([each])
@@ -107,7 +114,9 @@ def _names(each: Reduction, number: int) -> list[str]:
 
 
 def _is_common(each: Reduction, name: str) -> bool:
-    """Whether a nuisance is common to all logs; the temperature of a standard day and a changing wind are not."""
+    """Whether a nuisance is common to all logs; the temperature of a standard day and a changing
+    wind are not.
+    """
     if name == "temperature_k" and each.observations.standard_day:
         return False
     return any(name == f.name or name.startswith("velocity_") for f in fields(Accuracies))
@@ -115,7 +124,12 @@ def _is_common(each: Reduction, name: str) -> bool:
 
 def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
     """Prior precision of every common nuisance."""
-    return {n.name: 1.0 / n.deviation**2 for each in single for n in each.nuisances if _is_common(each, n.name)}
+    return {
+        n.name: 1.0 / n.deviation**2
+        for each in single
+        for n in each.nuisances
+        if _is_common(each, n.name)
+    }
 
 
 def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
@@ -131,20 +145,23 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
     if chance >= _DISAGREE:
         return ()
     text = (
-        f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): compare them singly"
+        f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): "
+        "compare them singly"
     )
     return (Caution(text, "flights disagree", size=chance),)
 
 
 def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric matrix whose rows have different units, scaled to keep it well conditioned."""
+    """Inverse of a symmetric matrix whose rows have different units, scaled to keep it well
+    conditioned.
+    """
     scale = np.sqrt(np.abs(np.diag(matrix)))
     return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))
 
 
-# A log is cut where its recording pauses for more than five minutes. A flight that determines no answer by
-# itself, such as a taxi or a leg on one heading, is left out where two others remain; else the log is reduced as
-# one flight.
+# A log is cut where its recording pauses for more than five minutes. A flight that determines no
+# answer by itself, such as a taxi or a leg on one heading, is left out where two others remain;
+# else the log is reduced as one flight.
 
 T = TypeVar("T")
 _FEWEST = 2  # flights of one log
@@ -162,16 +179,19 @@ class _Part(Generic[T]):
     left_out: tuple[int, ...] = ()
 
 
-def reduce_flights(logs: Sequence[FlightLog], options: CalibrationOptions) -> list[CalibratedFlight]:
+def reduce_flights(
+    logs: Sequence[FlightLog], options: CalibrationOptions
+) -> list[CalibratedFlight]:
     """Calibrate every flight of the logs, with one curve for all and a separate wind for each.
 
-    The model `auto` gives each flight of a log its own curve, and a warning says so. Raises as `reduce_log` does,
-    and BadInputError for several logs with the model `auto`.
+    The model `auto` gives each flight of a log its own curve, and a warning says so. Raises as
+    `reduce_log` does, and BadInputError for several logs with the model `auto`.
     """
     if options.model == AUTO:
         if len(logs) > 1:
             raise BadInputError(
-                "several logs have a curve in common only of one model: name it, or use --separately"
+                "several logs have a curve in common only of one model: name it, or use "
+                "--separately"
             )
 
         def calibrate(log: FlightLog) -> Calibration:
@@ -192,11 +212,16 @@ def reduce_flights(logs: Sequence[FlightLog], options: CalibrationOptions) -> li
     if len(parts) == 1:
         return [_flight(parts[0], assemble(parts[0].found), 1)]
     joint = assemble_together(join([part.found for part in parts]))
-    return [_flight(part, calibration, len(parts)) for part, calibration in zip(parts, joint, strict=True)]
+    return [
+        _flight(part, calibration, len(parts))
+        for part, calibration in zip(parts, joint, strict=True)
+    ]
 
 
 def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> list[Calibration]:
-    """Assemble the Calibration of each reduction with the joint answer; all have one band for the whole curve."""
+    """Assemble the Calibration of each reduction with the joint answer; all have one band for the
+    whole curve.
+    """
     found = [assemble(reduction, airspeeds) for reduction, airspeeds in joint]
     # The band comes from random draws of all unknowns, of which each flight has its own.
     band = found[0].curve.simultaneous_two_sigma
@@ -204,7 +229,9 @@ def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> lis
 
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
-    """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two give an answer."""
+    """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two
+    give an answer.
+    """
     flights = flights_in(log)
     found: list[_Part[T]] = []
     missing: list[int] = []
@@ -226,7 +253,9 @@ def _flight(part: _Part[T], calibration: Calibration, joined: int) -> Calibrated
         text = f"flight {names} of this log determines no answer by itself and is left out"
         warnings.append(Caution(text, "flight left out"))
     if part.count > 1 and joined == 1:
-        text = "auto gives each flight of this log its own curve: name a model for one curve in common"
+        text = (
+            "auto gives each flight of this log its own curve: name a model for one curve in common"
+        )
         warnings.append(Caution(text, "own curves"))
     calibration = replace(calibration, warnings=tuple(warnings))
     return CalibratedFlight(part.log, calibration, part.place, part.number, part.count, joined)

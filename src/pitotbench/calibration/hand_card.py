@@ -1,4 +1,6 @@
-"""Reduce a card written by hand: corrections of its points, one curve a configuration, slips named; fly-bys."""
+"""Reduce a card written by hand: corrections of its points, one curve a configuration, slips named;
+fly-bys.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,12 +25,20 @@ from pitotbench.estimation.restricted_likelihood import half_width
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.legs import CardLeg, CardPoint, FlyBy, FlyByPoint, HandCard, ReadingSteps, Slip
+from pitotbench.records.legs import (
+    CardLeg,
+    CardPoint,
+    FlyBy,
+    FlyByPoint,
+    HandCard,
+    ReadingSteps,
+    Slip,
+)
 from pitotbench.units import DEGREE, KNOT, Array
 
-# Slips of the pencil: legs that cannot be, and what was probably meant.
-# A leg is judged by what all other legs of the card predict for it. Where it cannot be, each slip that a hand
-# makes is tried, and the one with which the card fits best is named.
+# Slips of the pencil: legs that cannot be, and what was probably meant. A leg is judged by what all
+# other legs of the card predict for it. Where it cannot be, each slip that a hand makes is tried,
+# and the one with which the card fits best is named.
 
 _IMPOSSIBLE = 4.5  # standard deviations: one leg in 100,000 departs so far by chance
 _DOUBTED = 2.5  # standard deviations: others of its point that may be the wrong one
@@ -43,8 +53,8 @@ _FEWEST = 3  # legs of a card below which nothing can be judged
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """A column that a slip can be in: its field, its unit [SI], its words, and the largest number that makes
-    sense."""
+    """A column that a slip can be in: its field, its unit [SI], its words, and the largest number
+    that makes sense."""
 
     field: str
     si: float
@@ -75,7 +85,11 @@ class _Card:
 
     def off_track(self, leg: CardLeg) -> float:
         """Return how far a leg is from the track of the other points [rad]; 0 where they show none."""
-        return abs(float(turn_between(leg.track, self.tracks[leg.row]))) if leg.row in self.tracks else 0.0
+        return (
+            abs(float(turn_between(leg.track, self.tracks[leg.row])))
+            if leg.row in self.tracks
+            else 0.0
+        )
 
 
 def find_slips(
@@ -89,7 +103,11 @@ def find_slips(
     for leg in legs:
         if leg not in kept:
             slips.append(
-                _slip(leg, f"a track of {leg.track / DEGREE:.0f}° cannot be", _best(kept, leg, card, (_TRACK,)))
+                _slip(
+                    leg,
+                    f"a track of {leg.track / DEGREE:.0f}° cannot be",
+                    _best(kept, leg, card, (_TRACK,)),
+                )
             )
     for leg in [leg for leg in kept if card.off_track(leg) > _OFF_TRACK]:
         meant = _best([other for other in kept if other is not leg], leg, card, (_TRACK,))
@@ -114,9 +132,11 @@ def _slip(leg: CardLeg, words: str, meant: tuple[float, str] | None) -> Slip:
 
 
 def _suspects(kept: list[CardLeg], card: _Card) -> list[CardLeg]:
-    """Return the legs of a point of which one cannot be, the worst first; none for a card without a slip.
+    """Return the legs of a point of which one cannot be, the worst first; none for a card without a
+    slip.
 
-    How much the wind wanders is taken from the card without its worst leg, which would make every wind plausible.
+    How much the wind wanders is taken from the card without its worst leg, which would make every
+    wind plausible.
     """
     model = card.model(kept)
     worst = int(np.argmax(np.abs(model.surprise())))
@@ -133,8 +153,12 @@ def _suspects(kept: list[CardLeg], card: _Card) -> list[CardLeg]:
 def _culprit(
     kept: list[CardLeg], suspects: Sequence[CardLeg], card: _Card
 ) -> tuple[CardLeg, tuple[float, str] | None]:
-    """Return the leg that is wrong, and what was probably meant: within a point, that of the best correction."""
-    found = [(leg, _best([other for other in kept if other is not leg], leg, card)) for leg in suspects]
+    """Return the leg that is wrong, and what was probably meant: within a point, that of the best
+    correction.
+    """
+    found = [
+        (leg, _best([other for other in kept if other is not leg], leg, card)) for leg in suspects
+    ]
     known = [(leg, meant) for leg, meant in found if meant is not None]
     return max(known, key=lambda each: each[1][0], default=(suspects[0], None))
 
@@ -142,7 +166,9 @@ def _culprit(
 def _best(
     others: list[CardLeg], leg: CardLeg, card: _Card, readings: "Sequence[_Reading] | None" = None
 ) -> tuple[float, str] | None:
-    """Return the likelihood of the card with the best correction of a leg, and that in words; None for none."""
+    """Return the likelihood of the card with the best correction of a leg, and that in words; None
+    for none.
+    """
     best: tuple[float, str] | None = None
     usual = {
         name: float(np.median([getattr(o, name) for o in others]))
@@ -155,7 +181,9 @@ def _best(
         model = card.model([*others, corrected])
         if abs(model.surprise()[model.legs.index(corrected)]) > _FITS:
             continue
-        likelihood = float(model.log_likelihoods([TYPICAL_SIZES])[0]) - 0.5 * (off / _TRACK_SPREAD) ** 2
+        likelihood = (
+            float(model.log_likelihoods([TYPICAL_SIZES])[0]) - 0.5 * (off / _TRACK_SPREAD) ** 2
+        )
         if best is None or likelihood > best[0]:
             best = (likelihood, words)
     return best
@@ -164,11 +192,16 @@ def _best(
 def _corrections(
     leg: CardLeg, usual: dict[str, float], readings: Sequence[_Reading]
 ) -> Iterator[tuple[str, CardLeg]]:
-    """Yield what may have been meant by a leg, in words and as a leg; speeds near those that are `usual` [m/s]."""
+    """Yield what may have been meant by a leg, in words and as a leg; speeds near those that are
+    `usual` [m/s].
+    """
     for reading in readings:
         written = getattr(leg, reading.field) / reading.si
         for number in _meant(f"{written:.0f}", reading.most):
-            if reading.field != "track" and not _NEAR[0] < number * reading.si / usual[reading.field] < _NEAR[1]:
+            if (
+                reading.field != "track"
+                and not _NEAR[0] < number * reading.si / usual[reading.field] < _NEAR[1]
+            ):
                 continue
             words = f"{reading.name} {number:.0f}{reading.unit}, not {written:.0f}{reading.unit}"
             changed: dict[str, Any] = {reading.field: number * reading.si}
@@ -191,8 +224,8 @@ def _corrections(
 
 
 def _meant(written: str, most: float) -> list[float]:
-    """Return the numbers from which a slip makes the written one: a digit exchanged with its neighbor, lost,
-    doubled, or misread."""
+    """Return the numbers from which a slip makes the written one: a digit exchanged with its
+    neighbor, lost, doubled, or misread."""
     found = set()
     for i in range(len(written)):
         found.add(written[:i] + written[i + 1 :])  # one too many
@@ -201,7 +234,9 @@ def _meant(written: str, most: float) -> list[float]:
         found.update(written[:i] + digit + written[i + 1 :] for digit in "0123456789")  # misread
     if len(written) < 3:
         found.update(
-            written[:i] + digit + written[i:] for i in range(len(written) + 1) for digit in "0123456789"
+            written[:i] + digit + written[i:]
+            for i in range(len(written) + 1)
+            for digit in "0123456789"
         )  # lost
     numbers = {float(text) for text in found if text.isdigit()} - {float(written)}
     return sorted(number for number in numbers if 0.0 < number <= most)
@@ -214,13 +249,16 @@ _STEP = 1e-3  # m/s
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
 
 
-def reduce_card(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL) -> HandCard:
-    """Return the points, curves and slips of a card. Legs are in the order in which they were flown.
+def reduce_card(
+    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL
+) -> HandCard:
+    """Return the points, curves and slips of a card. Legs are in the order in which they were
+    flown.
 
-    A point's true airspeed and wind are those of the published methods (three legs: Gray 1998; four: the mean of
-    the four answers of three legs; more: a circle). Its bound propagates the steps of the readings, and wind that
-    changes from leg to leg by as much as the card shows, through the weights of that method. Raises BadInputError
-    for fewer than three legs that can be.
+    A point's true airspeed and wind are those of the published methods (three legs: Gray 1998;
+    four: the mean of the four answers of three legs; more: a circle). Its bound propagates the
+    steps of the readings, and wind that changes from leg to leg by as much as the card shows,
+    through the weights of that method. Raises BadInputError for fewer than three legs that can be.
     """
     if len(legs) < 3:
         raise BadInputError("a card needs at least three legs")
@@ -229,7 +267,8 @@ def reduce_card(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
     weights = model.weights()
     named = {slip.row: slip for slip in slips}
     points = tuple(
-        _point(name, legs, model, weights, stated, set(named)) for name in dict.fromkeys(leg.point for leg in legs)
+        _point(name, legs, model, weights, stated, set(named))
+        for name in dict.fromkeys(leg.point for leg in legs)
     )
     configurations = dict.fromkeys(leg.configuration for leg in kept)
     curves = {name: _curve(name, model, weights) for name in configurations}
@@ -243,17 +282,28 @@ def reduce_card(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
 
 
 def _point(
-    name: str, legs: Sequence[CardLeg], model: CardModel, weights: Array, stated: Accuracies, wrong: set[int]
+    name: str,
+    legs: Sequence[CardLeg],
+    model: CardModel,
+    weights: Array,
+    stated: Accuracies,
+    wrong: set[int],
 ) -> CardPoint:
     own = [leg for leg in legs if leg.point == name]
     rows = [place for place, leg in enumerate(model.legs) if leg.point == name]
     used = [model.legs[place] for place in rows]
     indicated = float(np.mean([leg.indicated_airspeed for leg in used or own]))
     lost = [leg.row for leg in own if leg.row in wrong]
-    remark = f"without row{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}" if lost else None
-    empty = CardPoint(point=name, configuration=own[0].configuration, legs=len(used), indicated_airspeed=indicated)
+    remark = (
+        f"without row{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}" if lost else None
+    )
+    empty = CardPoint(
+        point=name, configuration=own[0].configuration, legs=len(used), indicated_airspeed=indicated
+    )
     if len(used) < 3:
-        left = f"{len(used)} leg{'' if len(used) == 1 else 's'} left: no point, but used for the curve"
+        left = (
+            f"{len(used)} leg{'' if len(used) == 1 else 's'} left: no point, but used for the curve"
+        )
         return _with_remark(empty, f"{remark}; {left}" if remark else left)
     arrays = leg_arrays(used)
     try:
@@ -268,7 +318,9 @@ def _point(
     width = float(half_width(share, np.zeros((len(share), 1)), sigmas[:, None])[0])
     two_sigma = float(np.hypot(slope * width, per_kelvin * stated.temperature_k))
     if two_sigma > _TOO_WIDE:
-        return _with_remark(empty, "the tracks are too near each other: fly them at least 60° apart")
+        return _with_remark(
+            empty, "the tracks are too near each other: fly them at least 60° apart"
+        )
     height, per_speed = _height(arrays, indicated, correction)
     return CardPoint(
         point=name,
@@ -299,7 +351,9 @@ def _with_remark(point: CardPoint, remark: str) -> CardPoint:
 
 
 def _referred(arrays: LegArrays, indicated: float, wind: Array) -> Array:
-    """Return the ground velocities (n, 2) [m/s] as they would be at one indicated airspeed and in one air."""
+    """Return the ground velocities (n, 2) [m/s] as they would be at one indicated airspeed and in
+    one air.
+    """
     speeds = arrays.true_airspeed(0.0)
     common = float(_mean_air(arrays, indicated).true_airspeed(0.0)[0])
     through = arrays.velocity - wind
@@ -317,7 +371,9 @@ def _mean_air(arrays: LegArrays, indicated: float) -> LegArrays:
 
 
 def _answer(arrays: LegArrays, indicated: float) -> tuple[Array, float | None, Array]:
-    """Return [V, W_N, W_E] [m/s] of legs, the spread of four, and the ground velocities at one airspeed (n, 2)."""
+    """Return [V, W_N, W_E] [m/s] of legs, the spread of four, and the ground velocities at one
+    airspeed (n, 2).
+    """
     answer, spread, velocity = np.zeros(3), None, arrays.velocity
     for _ in range(_ROUNDS):
         velocity = _referred(arrays, indicated, answer[1:])
@@ -326,17 +382,22 @@ def _answer(arrays: LegArrays, indicated: float) -> tuple[Array, float | None, A
 
 
 def _solved(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of ground velocities at one airspeed, (n, 2), by the published method."""
+    """Return [V, W_N, W_E] [m/s] of ground velocities at one airspeed, (n, 2), by the published
+    method.
+    """
     if len(velocity) > 4:
         return circle_fit(velocity), None
-    found = fixed_speed(np.linalg.norm(velocity, axis=1), np.arctan2(velocity[:, 1], velocity[:, 0]))
+    found = fixed_speed(
+        np.linalg.norm(velocity, axis=1), np.arctan2(velocity[:, 1], velocity[:, 0])
+    )
     toward = found.wind_from + np.pi
     wind = found.wind_speed * np.cos(toward), found.wind_speed * np.sin(toward)
     return np.array([found.true_airspeed, *wind]), found.spread
 
 
 def _gain(velocity: Array, wind: Array) -> Array:
-    """Return the change of the true airspeed per change of each leg along its flight path, (n,) [-].
+    """Return the change of the true airspeed per change of each leg along its flight path, (n,)
+    [-].
 
     `velocity` (n, 2) [m/s] are the ground velocities at one airspeed.
     """
@@ -356,13 +417,17 @@ def _correction(arrays: LegArrays, indicated: float, true: float) -> tuple[float
     here = _mean_air(arrays, indicated)
     correction = 0.0
     for _ in range(8):  # Newton: the true airspeed is nearly linear in the correction
-        correction += (true - float(here.true_airspeed(correction)[0])) / float(here.slope(correction)[0])
+        correction += (true - float(here.true_airspeed(correction)[0])) / float(
+            here.slope(correction)[0]
+        )
     slope = 1.0 / float(here.slope(correction)[0])
     return correction, slope, slope * float(here.warmth(correction)[0])
 
 
 def _height(arrays: LegArrays, indicated: float, correction: float) -> tuple[float, float]:
-    """Return the altitude correction [m], true minus indicated, and its change per m/s of the correction."""
+    """Return the altitude correction [m], true minus indicated, and its change per m/s of the
+    correction.
+    """
 
     def of(change: float) -> float:
         moved = air.impact_pressure(indicated) - air.impact_pressure(indicated + change)
@@ -383,10 +448,11 @@ def reduce_fly_bys(
 ) -> tuple[FlyByPoint, ...]:
     """Return the position error of each pass of a tower, with 2σ.
 
-    The static pressure at the airplane is the tower's, reduced by the column of air between (hydrostatics with the
-    standard lapse rate from the tower's temperature; Gracey, NASA RP-1046, 1980, ch. IX). The bound holds the steps
-    of the readings, which are uniform, and the stated accuracies: `static_pressure_pa` of altimeter against
-    barometer, `temperature_k` of the tower. Raises BadInputError for a pass that cannot be.
+    The static pressure at the airplane is the tower's, reduced by the column of air between
+    (hydrostatics with the standard lapse rate from the tower's temperature; Gracey, NASA RP-1046,
+    1980, ch. IX). The bound holds the steps of the readings, which are uniform, and the stated
+    accuracies: `static_pressure_pa` of altimeter against barometer, `temperature_k` of the tower.
+    Raises BadInputError for a pass that cannot be.
     """
     if not passes:
         raise BadInputError("the card holds no pass")
@@ -396,11 +462,14 @@ def reduce_fly_bys(
 def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyByPoint:
     if not abs(each.grid_height) < _HIGHEST_GRID or not each.indicated_airspeed > 0.0:
         raise BadInputError(
-            f"row {each.row}: a pass needs an airspeed above zero and a grid height above the tower's barometer, "
+            f"row {each.row}: a pass needs an airspeed above zero and a grid height above the "
+            "tower's barometer, "
             f"at most {_HIGHEST_GRID:.0f} m"
         )
     if not (each.tower_pressure > 0.0 and each.tower_temperature > 0.0):
-        raise BadInputError(f"row {each.row}: tower pressure and temperature must be above zero: check their units")
+        raise BadInputError(
+            f"row {each.row}: tower pressure and temperature must be above zero: check their units"
+        )
     column = 1.0 - air.LAPSE_RATE * each.grid_height / each.tower_temperature
     true = each.tower_pressure * column ** (air.GRAVITY / (air.GAS_CONSTANT * air.LAPSE_RATE))
     by_height = true * air.GRAVITY / (air.GAS_CONSTANT * each.tower_temperature)  # Pa per m
@@ -422,11 +491,15 @@ def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyB
     impact = float(air.impact_pressure(each.indicated_airspeed))
     if abs(error) - bound > LIMITS.curve_refused * impact:
         raise BadInputError(
-            f"row {each.row}: the static pressure is off by {error / impact:+.0%} of the impact pressure, and no "
-            "airplane's is so far. The altimeter must stand on 1013.25 hPa (29.92 inHg), and tower_pressure is "
+            f"row {each.row}: the static pressure is off by {error / impact:+.0%} of the impact "
+            "pressure, and no "
+            "airplane's is so far. The altimeter must stand on 1013.25 hPa (29.92 inHg), and "
+            "tower_pressure is "
             "what the barometer reads at its height, not the altimeter setting"
         )
-    right = max(impact + error, 0.5 * impact)  # readings too coarse for the airspeed have a bound beyond that
+    right = max(
+        impact + error, 0.5 * impact
+    )  # readings too coarse for the airspeed have a bound beyond that
     slope = float(air.calibrated_airspeed_slope(right))
     by_airspeed = 1.0 / float(air.calibrated_airspeed_slope(impact))  # Pa per m/s
     read = steps["indicated_airspeed"] / np.sqrt(3.0)  # 2σ of a reading
@@ -444,9 +517,11 @@ def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyB
 
 
 def _of_readings(half: Array, normal: float) -> float:
-    """Return the 2σ of a sum of uniform errors within ±`half` (n,), and a normal one of a standard deviation.
+    """Return the 2σ of a sum of uniform errors within ±`half` (n,), and a normal one of a standard
+    deviation.
 
-    The widest one is taken as it is, the others as normal: a single reading errs by no more than half its step.
+    The widest one is taken as it is, the others as normal: a single reading errs by no more than
+    half its step.
     """
     widest = float(np.max(half))
     others = float(np.sqrt(max(np.sum(half**2) - widest**2, 0.0) / 3.0 + normal**2))

@@ -1,4 +1,6 @@
-"""One model of a whole card: winds that wander from leg to leg and from point to point, and a smooth curve."""
+"""One model of a whole card: winds that wander from leg to leg and from point to point, and a
+smooth curve.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,10 +13,12 @@ from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.records.legs import CardLeg, HandPlan, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array, MetersPerSecond
 
-# The equation of a leg: the ground velocity less the wind has the size of the true airspeed.
-# |g − w| = V_t(V_i + ΔV, p, T). It is linear in small changes of the wind w and of the correction ΔV.
+# The equation of a leg: the ground velocity less the wind has the size of the true airspeed. |g −
+# w| = V_t(V_i + ΔV, p, T). It is linear in small changes of the wind w and of the correction ΔV.
 
-_ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over one step, in steps
+_ROUNDING = 1.0 / np.sqrt(
+    12.0
+)  # standard deviation of an error that is uniform over one step, in steps
 _SMALL = 0.05  # m/s and K, steps of the differences
 
 
@@ -27,13 +31,19 @@ class LegArrays:
     air_temperature: Array
     velocity: Array
 
-    def true_airspeed(self, correction: MetersPerSecond | float, warmer: float = 0.0) -> MetersPerSecond:
-        """Return the true airspeed [m/s], (n,), for corrections [m/s]; `warmer` is added to the temperature [K].
+    def true_airspeed(
+        self, correction: MetersPerSecond | float, warmer: float = 0.0
+    ) -> MetersPerSecond:
+        """Return the true airspeed [m/s], (n,), for corrections [m/s]; `warmer` is added to the
+        temperature [K].
 
         The static source errs and the total pressure is right: p = p_i + q_ci − q_c.
         """
         calibrated = self.indicated_airspeed + correction
-        impact, indicated = air.impact_pressure(calibrated), air.impact_pressure(self.indicated_airspeed)
+        impact, indicated = (
+            air.impact_pressure(calibrated),
+            air.impact_pressure(self.indicated_airspeed),
+        )
         static = self.static_pressure + indicated - impact
         return air.true_airspeed(impact, static, self.air_temperature + warmer)
 
@@ -50,7 +60,9 @@ class LegArrays:
 
 def leg_arrays(legs: Sequence[CardLeg]) -> LegArrays:
     """Return legs as arrays."""
-    speed, track = (np.array([getattr(leg, name) for leg in legs]) for name in ("ground_speed", "track"))
+    speed, track = (
+        np.array([getattr(leg, name) for leg in legs]) for name in ("ground_speed", "track")
+    )
     return LegArrays(
         np.array([leg.indicated_airspeed for leg in legs]),
         np.asarray(air.standard_pressure(np.array([leg.pressure_altitude for leg in legs]))),
@@ -59,11 +71,14 @@ def leg_arrays(legs: Sequence[CardLeg]) -> LegArrays:
     )
 
 
-def reading_variance(arrays: LegArrays, along: Array, steps: ReadingSteps, correction: Array) -> Array:
-    """Return the variance [(m/s)²], (n,), that the steps of the displays leave in the equation of each leg.
+def reading_variance(
+    arrays: LegArrays, along: Array, steps: ReadingSteps, correction: Array
+) -> Array:
+    """Return the variance [(m/s)²], (n,), that the steps of the displays leave in the equation of
+    each leg.
 
-    `along` (n, 2) is the unit vector of the flight path through the air. A step of the track moves the tip of the
-    ground velocity across itself; only its part along the flight path counts.
+    `along` (n, 2) is the unit vector of the flight path through the air. A step of the track moves
+    the tip of the ground velocity across itself; only its part along the flight path counts.
     """
     across = np.abs(along[:, 0] * arrays.velocity[:, 1] - along[:, 1] * arrays.velocity[:, 0])
     shares = (
@@ -75,11 +90,11 @@ def reading_variance(arrays: LegArrays, along: Array, steps: ReadingSteps, corre
     return np.asarray(_ROUNDING**2 * sum(np.square(share) for share in shares))
 
 
-# With the equations of the legs linearized, everything is Gaussian: y = u·w + s ΔV + readings + temperature. The
-# wind takes a step from leg to leg and a longer one from point to point; Δp/q_c of a configuration is a constant,
-# a slope in ln V and a smooth departure from both (Rasmussen and Williams, Gaussian Processes for Machine
-# Learning, 2006, ch. 2.7). The sizes of the steps and of the departure are not known: each plausible set is
-# weighed by its likelihood.
+# With the equations of the legs linearized, everything is Gaussian: y = u·w + s ΔV + readings +
+# temperature. The wind takes a step from leg to leg and a longer one from point to point; Δp/q_c of
+# a configuration is a constant, a slope in ln V and a smooth departure from both (Rasmussen and
+# Williams, Gaussian Processes for Machine Learning, 2006, ch. 2.7). The sizes of the steps and of
+# the departure are not known: each plausible set is weighed by its likelihood.
 
 _ANY_WIND = 25.0  # m/s, 1σ of a component of the first wind
 _CONSTANT, _SLOPE = 0.08, 0.08  # 1σ of Δp/q_c and of its change over a factor e of airspeed
@@ -87,13 +102,14 @@ _SCATTER = 0.5  # of the step from leg to leg: what a gust and the pilot leave i
 _MOST_WIND = 75.0  # m/s, of a component
 _MOST_CORRECTION = 0.3  # of the indicated airspeed
 _ROUNDS = 4  # of linearization; the equations are nearly linear
-# Steps of the wind from leg to leg and from point to point [m/s], departure of the curve [-]: grids in factors of
-# about two, with the weight that each has before the card is looked at.
+# Steps of the wind from leg to leg and from point to point [m/s], departure of the curve [-]: grids
+# in factors of about two, with the weight that each has before the card is looked at.
 _LEG_STEPS = KNOT * np.array([0.15, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0])
 _LEG_WEIGHTS = np.array([0.5, 1.0, 1.5, 1.5, 1.0, 0.6, 0.3])
 _POINT_STEPS = KNOT * np.array([0.7, 1.7, 4.0, 9.0])
 _POINT_WEIGHTS = np.array([0.7, 1.0, 1.0, 0.6])
-# No static source follows a straight line within 0.2 % of the airspeed (0.004 of q_c) over a whole envelope.
+# No static source follows a straight line within 0.2 % of the airspeed (0.004 of q_c) over a whole
+# envelope.
 _DEPARTURES = np.array([0.004, 0.012, 0.03])
 _DEPARTURE_WEIGHTS = np.array([0.6, 1.0, 0.6])
 _LENGTHS = (0.2, 0.45)  # of ln V, over which the departure changes: factors 1.2 and 1.6 of airspeed
@@ -101,8 +117,8 @@ _LENGTHS = (0.2, 0.45)  # of ln V, over which the departure changes: factors 1.2
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """The unknown sizes: steps of the wind from leg to leg and from point to point [m/s], departure of the curve
-    [-] and its length in ln V, and the logarithm of their prior weight."""
+    """The unknown sizes: steps of the wind from leg to leg and from point to point [m/s], departure
+    of the curve [-] and its length in ln V, and the logarithm of their prior weight."""
 
     leg_step: float
     point_step: float
@@ -126,8 +142,9 @@ TYPICAL_SIZES = Sizes(1.0 * KNOT, 4.0 * KNOT, 0.012, 0.45, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class LinearCard:
-    """A card near its answer: observations y (n,) [m/s], unit vectors of the flight paths (n, 2), slopes (n,) of
-    the true airspeed by the correction, its change with temperature (n,), variances of the readings (n,)."""
+    """A card near its answer: observations y (n,) [m/s], unit vectors of the flight paths (n, 2),
+    slopes (n,) of the true airspeed by the correction, its change with temperature (n,), variances
+    of the readings (n,)."""
 
     observed: Array
     along: Array
@@ -150,7 +167,10 @@ class CardModel:
         self._leg_steps = _passed((~new & ~first).astype(np.float64))
         self._point_steps = _passed(new.astype(np.float64))
         straight, bent = _curve_prior(self.speed, self.speed)
-        self._straight, self._bent = straight * same, {length: each * same for length, each in bent.items()}
+        self._straight, self._bent = (
+            straight * same,
+            {length: each * same for length, each in bent.items()},
+        )
         self.linear = self._linearize()
 
     def _linearize(self) -> LinearCard:
@@ -165,9 +185,12 @@ class CardModel:
         return linear
 
     def _at(self, wind: Array, correction: Array) -> LinearCard:
-        # A leg that cannot be must not carry the others away: it is judged where a real one could lie.
+        # A leg that cannot be must not carry the others away: it is judged where a real one could
+        # lie.
         wind = np.clip(wind, -_MOST_WIND, _MOST_WIND)
-        correction = np.clip(correction, -_MOST_CORRECTION * self.speed, _MOST_CORRECTION * self.speed)
+        correction = np.clip(
+            correction, -_MOST_CORRECTION * self.speed, _MOST_CORRECTION * self.speed
+        )
         through = self._arrays.velocity - wind
         size = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
         along = through / size[:, None]
@@ -177,9 +200,13 @@ class CardModel:
         return LinearCard(observed, along, slope, self._arrays.warmth(correction), reading)
 
     def _priors(self, linear: LinearCard, sizes: Sizes) -> tuple[Array, Array, Array]:
-        """Return the covariances [(m/s)²], (n, n), of the observations, of a component of the wind between legs,
-        and of the correction."""
-        wind = _ANY_WIND**2 + sizes.leg_step**2 * self._leg_steps + sizes.point_step**2 * self._point_steps
+        """Return the covariances [(m/s)²], (n, n), of the observations, of a component of the wind
+        between legs, and of the correction."""
+        wind = (
+            _ANY_WIND**2
+            + sizes.leg_step**2 * self._leg_steps
+            + sizes.point_step**2 * self._point_steps
+        )
         curve = self._straight + sizes.departure**2 * self._bent[sizes.length]
         # A probe that is wrong is wrong on every leg.
         constant = (0.5 * self._stated.temperature_k) ** 2 * np.outer(linear.warmth, linear.warmth)
@@ -192,11 +219,13 @@ class CardModel:
         return self._priors(self.linear, sizes)[0]
 
     def log_likelihoods(self, choices: Sequence[Sizes]) -> Array:
-        """Return the logarithm of the likelihood of the observations for each choice of sizes, (m,)."""
+        """Return the logarithm of the likelihood of the observations for each choice of sizes,
+        (m,).
+        """
         factors = np.linalg.cholesky(np.stack([self.covariance(sizes) for sizes in choices]))
-        scaled = np.linalg.solve(factors, np.broadcast_to(self.linear.observed, factors.shape[:2])[..., None])[
-            ..., 0
-        ]
+        scaled = np.linalg.solve(
+            factors, np.broadcast_to(self.linear.observed, factors.shape[:2])[..., None]
+        )[..., 0]
         pivots = np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         return np.asarray(-0.5 * np.sum(scaled**2, axis=1) - pivots)
 
@@ -207,13 +236,17 @@ class CardModel:
         return np.asarray(weights / weights.sum())
 
     def surprise(self, sizes: Sizes = TYPICAL_SIZES) -> Array:
-        """Return by how many standard deviations each leg departs from what all others predict, (n,)."""
+        """Return by how many standard deviations each leg departs from what all others predict,
+        (n,).
+        """
         inverse = np.linalg.inv(self.covariance(sizes))
         return np.asarray((inverse @ self.linear.observed) / np.sqrt(np.diagonal(inverse)))
 
-    def curves(self, at: MetersPerSecond, configuration: str, choices: Sequence[Sizes]) -> tuple[Array, Array]:
-        """Return the correction of a configuration at airspeeds [m/s] and its variance [(m/s)²], (m, c), for each
-        choice of sizes."""
+    def curves(
+        self, at: MetersPerSecond, configuration: str, choices: Sequence[Sizes]
+    ) -> tuple[Array, Array]:
+        """Return the correction of a configuration at airspeeds [m/s] and its variance [(m/s)²],
+        (m, c), for each choice of sizes."""
         here = (self._configuration == configuration) * self.linear.slope
         straight, bent = _curve_prior(at, self.speed)
         own_straight, own_bent = _curve_prior(at, at)
@@ -221,13 +254,16 @@ class CardModel:
         for sizes in choices:
             cross = (straight + sizes.departure**2 * bent[sizes.length]) * here
             own = np.diagonal(own_straight + sizes.departure**2 * own_bent[sizes.length])
-            solved = np.linalg.solve(self.covariance(sizes), np.column_stack([self.linear.observed, cross.T]))
+            solved = np.linalg.solve(
+                self.covariance(sizes), np.column_stack([self.linear.observed, cross.T])
+            )
             means.append(cross @ solved[:, 0])
             variances.append(own - np.einsum("cn,nc->c", cross, solved[:, 1:]))
         return np.array(means), np.array(variances)
 
     def leg_noise(self, rows: Sequence[int], sizes: Sizes) -> Array:
-        """Return the covariance [(m/s)²] of the equations of some legs of one point, without what they share.
+        """Return the covariance [(m/s)²] of the equations of some legs of one point, without what
+        they share.
 
         The wind of the first of them is free, and so is the correction.
         """
@@ -240,13 +276,16 @@ class CardModel:
 
 
 def _curve_prior(one: MetersPerSecond, other: MetersPerSecond) -> tuple[Array, dict[float, Array]]:
-    """Return the covariance [(m/s)²] of the correction at airspeeds (m,) and (n,), (m, n): that of constant and
-    slope, and that of a departure of size 1, by its length.
+    """Return the covariance [(m/s)²] of the correction at airspeeds (m,) and (n,), (m, n): that of
+    constant and slope, and that of a departure of size 1, by its length.
 
     A small Δp/q_c moves the airspeed by q_c dV/dq_c times itself.
     """
     first, second = (np.log(np.asarray(each) / (100.0 * KNOT)) for each in (one, other))
-    moved = [air.impact_pressure(v) * air.calibrated_airspeed_slope(air.impact_pressure(v)) for v in (one, other)]
+    moved = [
+        air.impact_pressure(v) * air.calibrated_airspeed_slope(air.impact_pressure(v))
+        for v in (one, other)
+    ]
     scale = np.outer(moved[0], moved[1])
     squared = (first[:, None] - second[None, :]) ** 2
     straight = (_CONSTANT**2 + _SLOPE**2 * np.outer(first, second)) * scale
@@ -259,16 +298,18 @@ def _passed(steps: Array) -> Array:
     return np.asarray(np.minimum(count[:, None], count[None, :]))
 
 
-# The tracks that a card was meant to be flown on: the first leg of every point on about one track, and so on.
-# In little wind a wrong track leaves the airspeeds as they are; beside the same legs of the other points it
-# shows.
+# The tracks that a card was meant to be flown on: the first leg of every point on about one track,
+# and so on. In little wind a wrong track leaves the airspeeds as they are; beside the same legs of
+# the other points it shows.
 
 _FEWEST = 3  # other points that fly the same leg
 _TIGHT = 12.0 * DEGREE  # from their middle, within which all but one of them lie
 
 
 def expected_tracks(legs: Sequence[CardLeg]) -> dict[int, float]:
-    """Return the track [rad] that the other points fly on each leg, by row; no entry where they show none."""
+    """Return the track [rad] that the other points fly on each leg, by row; no entry where they
+    show none.
+    """
     places: dict[str, int] = {}
     by_place: dict[int, list[CardLeg]] = {}
     for leg in legs:
@@ -283,7 +324,9 @@ def expected_tracks(legs: Sequence[CardLeg]) -> dict[int, float]:
 
 
 def _middle(tracks: Sequence[float]) -> float | None:
-    """Return the track around which all but at most one of the tracks lie; None where they do not agree."""
+    """Return the track around which all but at most one of the tracks lie; None where they do not
+    agree.
+    """
     if len(tracks) < _FEWEST:
         return None
     away = np.abs(turn_between(np.asarray(tracks)[:, None], np.asarray(tracks)[None, :]))
@@ -299,9 +342,9 @@ def turn_between(one: "np.ndarray | float", other: "np.ndarray | float") -> np.n
     return np.asarray((np.asarray(one) - np.asarray(other) + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-# Which legs to fly by hand for a wanted bound: the card's own model, before a leg is flown.
-# The bound of a curve depends on speeds, tracks and reading steps alone, and on how much the wind wanders, which
-# is averaged over the sizes that the card's model takes for possible.
+# Which legs to fly by hand for a wanted bound: the card's own model, before a leg is flown. The
+# bound of a curve depends on speeds, tracks and reading steps alone, and on how much the wind
+# wanders, which is averaged over the sizes that the card's model takes for possible.
 
 DISPLAY = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 LEG_MINUTES = 1.5  # 30 s on the leg, and the turn to the next
@@ -314,8 +357,8 @@ _TEMPERATURE = 278.15  # K; the bound hardly depends on it
 def plans_by_hand(
     low: float, high: float, wind: tuple[float, float] = (0.0, 0.0), stated: Accuracies = USUAL
 ) -> list[HandPlan]:
-    """Return cards for a curve between two indicated airspeeds [m/s], the shortest first, each better than all
-    shorter ones. `wind` [m/s] is toward north and east."""
+    """Return cards for a curve between two indicated airspeeds [m/s], the shortest first, each
+    better than all shorter ones. `wind` [m/s] is toward north and east."""
     plans = [
         _plan(legs, points, times, low, high, wind, stated)
         for legs, points, times in product(_LEGS, _POINTS, _TIMES)
@@ -328,7 +371,13 @@ def plans_by_hand(
 
 
 def _plan(
-    legs: int, points: int, times: int, low: float, high: float, wind: tuple[float, float], stated: Accuracies
+    legs: int,
+    points: int,
+    times: int,
+    low: float,
+    high: float,
+    wind: tuple[float, float],
+    stated: Accuracies,
 ) -> HandPlan:
     speeds = np.linspace(low, high, points)
     order = np.concatenate([speeds if turn % 2 == 0 else speeds[::-1] for turn in range(times)])

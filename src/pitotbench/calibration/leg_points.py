@@ -1,4 +1,6 @@
-"""Fixed-speed points from legs and turns: an airspeed, a wind and a correction for each group, with bounds."""
+"""Fixed-speed points from legs and turns: an airspeed, a wind and a correction for each group, with
+bounds.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,30 +31,37 @@ from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, Array, MetersPerSecond, Radians, Seconds
 
-# The bound of a fixed-speed answer, from the gusts and the sensor noise that the legs show.
-# The residual of ground velocity and air data, without airspeed and wind, is white noise plus the gust along the
-# flight path. The gust is a horizontal first-order Gauss-Markov vector of Dryden's length. The levels come from
-# all legs and turns of the log together, by restricted likelihood. The methods are not least squares, so each
-# plausible noise is propagated with the weights of the method. The bound is that of the mixture over the noises.
-# The likelihood treats the gusts of different groups as independent. Each group's airspeed and wind then need
-# only a 4 x 4 matrix of products, and the cost is proportional to the length of the log instead of its cube.
-# Within a group all correlations count. Compared with the likelihood of all legs at once, no 2σ of the five
+# The bound of a fixed-speed answer, from the gusts and the sensor noise that the legs show. The
+# residual of ground velocity and air data, without airspeed and wind, is white noise plus the gust
+# along the flight path. The gust is a horizontal first-order Gauss-Markov vector of Dryden's
+# length. The levels come from all legs and turns of the log together, by restricted likelihood. The
+# methods are not least squares, so each plausible noise is propagated with the weights of the
+# method. The bound is that of the mixture over the noises. The likelihood treats the gusts of
+# different groups as independent. Each group's airspeed and wind then need only a 4 x 4 matrix of
+# products, and the cost is proportional to the length of the log instead of its cube. Within a
+# group all correlations count. Compared with the likelihood of all legs at once, no 2σ of the five
 # maneuvers and three data systems changes by more than 0.02 %.
 
 _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
-# One standard deviation of the prior on the gust length, as a factor. Legs of half a minute tell little about it.
+# One standard deviation of the prior on the gust length, as a factor. Legs of half a minute tell
+# little about it.
 _LENGTH_FACTOR = 1.6
-_FORGOTTEN = 1e5  # s, between groups: some thousand correlation times, so their gusts are independent
-_TOUCHING = 1.01 * SECOND  # s, greatest distance between the middles of two blocks that share an edge
+_FORGOTTEN = (
+    1e5  # s, between groups: some thousand correlation times, so their gusts are independent
+)
+_TOUCHING = (
+    1.01 * SECOND
+)  # s, greatest distance between the middles of two blocks that share an edge
 
 
 @dataclass(frozen=True, slots=True)
 class LinearizedGroup:
     """A group linearized at its answer.
 
-    `time` (n,) [s] is the middle of each second, `residual` (n,) [m/s] that of ground velocity against airspeed and
-    wind, and `along` (n, 2) the unit vector of the flight path. `gain` (n, 3) is the change of the answer
-    [V, W_N, W_E] per residual in each second [-]. `airspeed` [m/s] is the true one.
+    `time` (n,) [s] is the middle of each second, `residual` (n,) [m/s] that of ground velocity
+    against airspeed and wind, and `along` (n, 2) the unit vector of the flight path. `gain` (n, 3)
+    is the change of the answer [V, W_N, W_E] per residual in each second [-]. `airspeed` [m/s] is
+    the true one.
     """
 
     time: Seconds
@@ -65,7 +74,11 @@ class LinearizedGroup:
         """Return the group sorted by time."""
         order = np.argsort(self.time)
         return LinearizedGroup(
-            self.time[order], self.residual[order], self.along[order], self.gain[order], self.airspeed
+            self.time[order],
+            self.residual[order],
+            self.along[order],
+            self.gain[order],
+            self.airspeed,
         )
 
 
@@ -74,13 +87,16 @@ def two_sigma(groups: Sequence[LinearizedGroup]) -> list[Array]:
     ordered = [group.in_order() for group in groups]
     noises, weights = plausible_noises(ordered)
     means = np.zeros((len(weights), 3))
-    return [half_width(weights, means, np.sqrt(answer_variances(group, noises))) for group in ordered]
+    return [
+        half_width(weights, means, np.sqrt(answer_variances(group, noises))) for group in ordered
+    ]
 
 
 def plausible_noises(groups: Sequence[LinearizedGroup]) -> tuple[Array, Array]:
     """Return the nodes of the noise's posterior, (m, 3), and their weights, (m,).
 
-    A node is ln(gust deviation [m/s], gust length [m], white deviation [m/s]). Each group must be sorted by time.
+    A node is ln(gust deviation [m/s], gust length [m], white deviation [m/s]). Each group must be
+    sorted by time.
     """
     level = float(np.concatenate([group.residual for group in groups]).std())
     if level < _FLOOR:  # computed legs without noise
@@ -97,9 +113,13 @@ def plausible_noises(groups: Sequence[LinearizedGroup]) -> tuple[Array, Array]:
 
 
 def _log_prior(phi: Array) -> float:
-    """The prior of the covering method: half-normal levels, log-normal length, as densities of the logarithms."""
+    """The prior of the covering method: half-normal levels, log-normal length, as densities of the
+    logarithms.
+    """
     deviation, white = np.exp(phi[0]), np.exp(phi[2])
-    levels = -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
+    levels = (
+        -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
+    )
     return float(levels - 0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(_LENGTH_FACTOR)) ** 2)
 
 
@@ -115,8 +135,13 @@ class LegLikelihood:
         self._along = np.concatenate([group.along for group in groups])
         self._intervals = _intervals(groups, self._first)
         self._airspeed = np.empty(len(self._intervals.edges))
-        for side in (1, 0):  # the left edges last: a shared edge has the airspeed of the block that begins there
-            self._airspeed[self._intervals.left + side] = np.repeat([group.airspeed for group in groups], lengths)
+        for side in (
+            1,
+            0,
+        ):  # the left edges last: a shared edge has the airspeed of the block that begins there
+            self._airspeed[self._intervals.left + side] = np.repeat(
+                [group.airspeed for group in groups], lengths
+            )
         residual = np.concatenate([group.residual for group in groups])
         self._data = np.column_stack([np.ones(len(residual)), self._along, residual])
 
@@ -128,19 +153,24 @@ class LegLikelihood:
         """
         deviation, length, white = np.exp(noise)
         gust = MarkovProcess(deviation, length / self._airspeed, self._along)
-        factored = MarkovNoise(self._intervals, np.full(len(self._data), white**2 + _FLOOR**2), [gust])
+        factored = MarkovNoise(
+            self._intervals, np.full(len(self._data), white**2 + _FLOOR**2), [gust]
+        )
         weighed = factored.weigh(self._data)
         products = np.add.reduceat(self._data[:, :, None] * weighed[:, None, :], self._first)
         scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
         factors = np.linalg.cholesky(products / scale[:, :, None] / scale[:, None, :])
-        # The last row of a factor holds the residual explained by airspeed and wind; its last element is the rest.
+        # The last row of a factor holds the residual explained by airspeed and wind; its last
+        # element is the rest.
         pivots = np.diagonal(factors, axis1=1, axis2=2) * scale
         log_normal = 2.0 * np.sum(np.log(pivots[:, :-1]))
         return float(-0.5 * (factored.log_determinant + log_normal + np.sum(pivots[:, -1] ** 2)))
 
 
 def _intervals(groups: Sequence[LinearizedGroup], first: NDArray[np.intp]) -> Intervals:
-    """The seconds of all groups in one series, with gaps between groups that no gust correlation spans."""
+    """The seconds of all groups in one series, with gaps between groups that no gust correlation
+    spans.
+    """
     step = np.diff(np.concatenate([group.time for group in groups]))
     step[first[1:] - 1] = _FORGOTTEN
     time = np.concatenate([[0.0], np.cumsum(np.minimum(step, _FORGOTTEN))])
@@ -154,23 +184,30 @@ def _intervals(groups: Sequence[LinearizedGroup], first: NDArray[np.intp]) -> In
 def answer_variances(group: LinearizedGroup, noises: Array) -> Array:
     """Variances of a group's airspeed and wind components [(m/s)²], (m, 3), under noises (m, 3).
 
-    The noise is white noise plus the exact mean of the gust over each second. The group must be sorted by time.
+    The noise is white noise plus the exact mean of the gust over each second. The group must be
+    sorted by time.
     """
     deviation, length, white = np.exp(noises.T)
     a = SECOND * group.airspeed / length
     same, other = 2.0 * (a - 1.0 + np.exp(-a)) / a**2, 2.0 * (np.cosh(a) - 1.0) / a**2
-    seen = group.gain[:, :, None] * group.along[:, None, :]  # (n, 3, 2): change of the answer per gust component
-    earlier = _remembered(seen, np.exp(-a * np.diff(group.time, prepend=group.time[0])[:, None] / SECOND))
+    seen = (
+        group.gain[:, :, None] * group.along[:, None, :]
+    )  # (n, 3, 2): change of the answer per gust component
+    earlier = _remembered(
+        seen, np.exp(-a * np.diff(group.time, prepend=group.time[0])[:, None] / SECOND)
+    )
     shared = 2.0 * np.einsum("nkc,nmkc->mk", seen, earlier)
     gust = same[:, None] * np.sum(seen**2, axis=(0, 2)) + other[:, None] * shared
-    return np.asarray(deviation[:, None] ** 2 * gust + white[:, None] ** 2 * np.sum(group.gain**2, axis=0))
+    return np.asarray(
+        deviation[:, None] ** 2 * gust + white[:, None] ** 2 * np.sum(group.gain**2, axis=0)
+    )
 
 
 def _remembered(seen: Array, decay: Array) -> Array:
     """The sum over all earlier seconds, weighted by their correlation with this one, (n, m, 3, 2).
 
-    `decay` (n, m) is the correlation with the second before. One pass is enough: with an exponential correlation
-    each sum follows from the last.
+    `decay` (n, m) is the correlation with the second before. One pass is enough: with an
+    exponential correlation each sum follows from the last.
     """
     sums = np.zeros((*decay.shape, *seen.shape[1:]))
     for second in range(1, len(seen)):
@@ -178,9 +215,9 @@ def _remembered(seen: Array, decay: Array) -> Array:
     return sums
 
 
-# Fixed-speed GPS methods: one true airspeed and one wind from legs flown at one airspeed.
-# Three legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four three-leg answers.
-# Their spread (standard deviation) is a measure of how steady wind and airspeed were.
+# Fixed-speed GPS methods: one true airspeed and one wind from legs flown at one airspeed. Three
+# legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four three-leg
+# answers. Their spread (standard deviation) is a measure of how steady wind and airspeed were.
 
 _ILL_CONDITIONED = 1e6  # condition number: beyond it the tracks are practically the same
 _STEPS = 6  # of Gauss-Newton, which converges in three or four
@@ -190,8 +227,8 @@ _STEPS = 6  # of Gauss-Newton, which converges in three or four
 class FixedSpeedResult:
     """True airspeed [m/s] and wind.
 
-    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs. `wind_speed` is in m/s,
-    and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
+    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs.
+    `wind_speed` is in m/s, and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
     """
 
     true_airspeed: float
@@ -203,17 +240,21 @@ class FixedSpeedResult:
 def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResult:
     """Solve three or four legs flown at one true airspeed.
 
-    Parameters: ground speed [m/s] and true track [rad] of each leg, shape (3,) or (4,).
-    Raises BadInputError for another number of legs or non-positive speeds, NoAnswerError for tracks that
+    Parameters: ground speed [m/s] and true track [rad] of each leg, shape (3,) or (4,). Raises
+    BadInputError for another number of legs or non-positive speeds, NoAnswerError for tracks that
     are too similar.
     """
     speed, angle = np.asarray(ground_speed, dtype=np.float64), np.asarray(track, dtype=np.float64)
     if speed.shape != angle.shape or speed.shape not in ((3,), (4,)):
-        raise BadInputError(f"give three or four legs, a speed and a track each; got {speed.size} and {angle.size}")
+        raise BadInputError(
+            f"give three or four legs, a speed and a track each; got {speed.size} and {angle.size}"
+        )
     if not np.all(np.isfinite(speed) & np.isfinite(angle)) or not np.all(speed > 0.0):
         raise BadInputError("ground speeds must be positive numbers and tracks numbers")
     velocity = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
-    answers = np.array([_three_legs(velocity[list(legs)]) for legs in combinations(range(len(speed)), 3)])
+    answers = np.array(
+        [_three_legs(velocity[list(legs)]) for legs in combinations(range(len(speed)), 3)]
+    )
     airspeed, north, east = answers.mean(axis=0)
     spread = float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
     wind_from = float(np.arctan2(-east, -north) % (2.0 * np.pi))
@@ -221,7 +262,9 @@ def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResu
 
 
 def _three_legs(velocity: Array) -> tuple[float, float, float]:
-    """True airspeed and wind north, east of three ground velocities (3, 2): the circle through their tips."""
+    """True airspeed and wind north, east of three ground velocities (3, 2): the circle through
+    their tips.
+    """
     chords = velocity[1:] - velocity[0]
     squares = np.sum(velocity**2, axis=1)
     if np.linalg.cond(chords) > _ILL_CONDITIONED:
@@ -233,9 +276,9 @@ def _three_legs(velocity: Array) -> tuple[float, float, float]:
 def horseshoe(ground_speed: MetersPerSecond) -> float:
     """True airspeed [m/s] from three legs on ground tracks 90° apart, the middle one second.
 
-    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. The formula is exact for
-    tracks. Where headings are held instead, a wind w along the middle leg makes the answer w²/V too high.
-    Raises BadInputError for ground speeds that are not positive.
+    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. The
+    formula is exact for tracks. Where headings are held instead, a wind w along the middle leg
+    makes the answer w²/V too high. Raises BadInputError for ground speeds that are not positive.
     """
     first, second, third = (float(v) for v in ground_speed)
     if min(first, second, third) <= 0.0:
@@ -244,10 +287,11 @@ def horseshoe(ground_speed: MetersPerSecond) -> float:
 
 
 def circle_fit(velocity: Array) -> Array:
-    """Fit a circle to ground velocities (n, 2) at one airspeed: true airspeed and wind [V, W_N, W_E] [m/s].
+    """Fit a circle to ground velocities (n, 2) at one airspeed: true airspeed and wind [V, W_N,
+    W_E] [m/s].
 
-    Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa 1976).
-    Raises NoAnswerError where the velocities are too similar.
+    Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa
+    1976). Raises NoAnswerError where the velocities are too similar.
     """
     columns = np.column_stack([2.0 * velocity, np.ones(len(velocity))])
     if len(velocity) < 3 or np.linalg.cond(columns) > _ILL_CONDITIONED:
@@ -263,11 +307,12 @@ def circle_fit(velocity: Array) -> Array:
 
 
 def circle_gain(velocity: Array, answer: Array) -> Array:
-    """Change of the answer of `circle_fit` per 1 m/s along the flight path in each ground velocity, (n, 3) [-].
+    """Change of the answer of `circle_fit` per 1 m/s along the flight path in each ground velocity,
+    (n, 3) [-].
 
-    Parameters: velocity (n, 2) [m/s]; answer [V, W_N, W_E] [m/s]. By the implicit function theorem: the gradient of
-    the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight path, remains zero. A step along
-    u changes r alone.
+    Parameters: velocity (n, 2) [m/s]; answer [V, W_N, W_E] [m/s]. By the implicit function theorem:
+    the gradient of the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight
+    path, remains zero. A step along u changes r alone.
     """
     through_air = velocity - answer[1:]
     distance = np.linalg.norm(through_air, axis=1)
@@ -279,13 +324,15 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
     return np.linalg.solve(curvature, jacobian.T).T
 
 
-# Fixed-speed points from a log: each group of steady legs or turn gives one airspeed, wind and correction.
-# The indicated airspeed varies a little within a group. The difference of the indicated true airspeed from the
-# group's mean is subtracted from each ground velocity, along the flight path. Then the methods' formulas apply as
-# published.
+# Fixed-speed points from a log: each group of steady legs or turn gives one airspeed, wind and
+# correction. The indicated airspeed varies a little within a group. The difference of the indicated
+# true airspeed from the group's mean is subtracted from each ground velocity, along the flight
+# path. Then the methods' formulas apply as published.
 
 _METHODS = {3: "three_leg", 4: "four_leg"}
-_ROUNDS = 4  # the subtracted speed depends on the flight path, and this on the wind: it settles at once
+_ROUNDS = (
+    4  # the subtracted speed depends on the flight path, and this on the wind: it settles at once
+)
 _STEP = 0.01  # m/s, for the numerical derivatives of an answer with respect to each leg
 _RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
 
@@ -294,8 +341,8 @@ _RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
 class _Solved:
     """A group with its answer [V, W_N, W_E] [m/s].
 
-    `velocity` (n, 2) [m/s] is brought to one airspeed; `spread` [m/s] is the standard deviation of the
-    three-leg answers of four legs, or of the residual for a turn and for more legs.
+    `velocity` (n, 2) [m/s] is brought to one airspeed; `spread` [m/s] is the standard deviation of
+    the three-leg answers of four legs, or of the residual for a turn and for more legs.
     """
 
     group: SteadyGroup
@@ -307,15 +354,17 @@ class _Solved:
 
 
 def fixed_speed_points(
-    log: FlightLog, options: CalibrationOptions | None = None, location: LikelyLocation | None = None
+    log: FlightLog,
+    options: CalibrationOptions | None = None,
+    location: LikelyLocation | None = None,
 ) -> tuple[FixedSpeedPoint, ...]:
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
-    `location` is that of the error, where a fit has found it; else it is judged as a fit of the curve does.
-    The used options are the row selection, the recovery factor, the error location and the accuracies (stated, else
-    the header's, else the usual ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the
-    accuracies.
-    Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
+    `location` is that of the error, where a fit has found it; else it is judged as a fit of the
+    curve does. The used options are the row selection, the recovery factor, the error location and
+    the accuracies (stated, else the header's, else the usual ones). The 2σ covers gusts, sensor
+    noise and GPS noise as found in the log, and the accuracies. Raises BadInputError for a log that
+    cannot be used, NoAnswerError for one without such legs or turns.
     """
     with one_thread():
         return _points(log, options or CalibrationOptions(), location)
@@ -328,12 +377,15 @@ def _points(
     solved = [_solve(group) for group in steady_groups(log, obs)]
     if not solved:
         raise NoAnswerError(
-            "no fixed-speed point in this log: no full turn, and no three steady legs at one airspeed and height; "
+            "no fixed-speed point in this log: no full turn, and no three steady legs at one "
+            "airspeed and height; "
             "fly four legs 90° apart, at least 5 s each, or a full turn at constant bank"
         )
     bounds = two_sigma([one.linearized for one in solved])
     answers = [
-        pair for one, bound in zip(solved, bounds, strict=True) for pair in ((one, bound), *_horseshoe(one, bound))
+        pair
+        for one, bound in zip(solved, bounds, strict=True)
+        for pair in ((one, bound), *_horseshoe(one, bound))
     ]
     stated = accuracies_of(options.accuracies, log.header)
     place = location or likely_location(log, options)
@@ -344,14 +396,18 @@ def _located_point(
     each: _Solved, bound: Array, obs: Observations, stated: Accuracies, place: LikelyLocation
 ) -> FixedSpeedPoint:
     """The point, with the doubt about the location of the error in its correction and its bound."""
-    here, there = (_point(each, bound, leg_air(each.group, obs, static), stated) for static in (True, False))
+    here, there = (
+        _point(each, bound, leg_air(each.group, obs, static), stated) for static in (True, False)
+    )
     apart = here.correction - there.correction
     correction = there.correction + place.static * apart
     return replace(
         here if place.static >= 0.5 else there,
         calibrated_airspeed=here.indicated_airspeed + correction,
         correction=correction,
-        two_sigma=float(np.hypot((here if place.static >= 0.5 else there).two_sigma, 2.0 * place.doubt * apart)),
+        two_sigma=float(
+            np.hypot((here if place.static >= 0.5 else there).two_sigma, 2.0 * place.doubt * apart)
+        ),
     )
 
 
@@ -391,10 +447,11 @@ def _solve(group: SteadyGroup) -> _Solved:
 
 
 def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
-    """The answer of the horseshoe method, in addition to that of three legs, for tracks nearly 90° apart.
+    """The answer of the horseshoe method, in addition to that of three legs, for tracks nearly 90°
+    apart.
 
-    The tracks are not exactly 90° apart, so the formula has an error. It is the difference from the three-leg
-    answer and widens the bound.
+    The tracks are not exactly 90° apart, so the formula has an error. It is the difference from the
+    three-leg answer and widens the bound.
     """
     if one.method != "three_leg":
         return []
@@ -402,11 +459,22 @@ def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
     track = np.arctan2(mean[:, 1], mean[:, 0])
     for middle in range(3):
         first, last = (other for other in range(3) if other != middle)
-        turns = [(track[other] - track[middle] + np.pi) % (2.0 * np.pi) - np.pi for other in (first, last)]
-        if turns[0] * turns[1] < 0.0 and max(abs(abs(turn) - 0.5 * np.pi) for turn in turns) < _RIGHT_ANGLE_OFF:
+        turns = [
+            (track[other] - track[middle] + np.pi) % (2.0 * np.pi) - np.pi
+            for other in (first, last)
+        ]
+        if (
+            turns[0] * turns[1] < 0.0
+            and max(abs(abs(turn) - 0.5 * np.pi) for turn in turns) < _RIGHT_ANGLE_OFF
+        ):
             airspeed = horseshoe(np.linalg.norm(mean[[first, middle, last]], axis=1))
             off = np.array([abs(airspeed - one.answer[0]), 0.0, 0.0])
-            return [(replace(one, method="horseshoe", answer=np.array([airspeed, *one.answer[1:]])), bound + off)]
+            return [
+                (
+                    replace(one, method="horseshoe", answer=np.array([airspeed, *one.answer[1:]])),
+                    bound + off,
+                )
+            ]
     return []
 
 
@@ -432,8 +500,14 @@ def _direction(velocity: Array, answer: Array) -> Array:
 
 
 def _answer(group: SteadyGroup, velocity: Array) -> tuple[Array, float | None]:
-    """Airspeed and wind [V, W_N, W_E] by the method that fits the group, and the spread of three-leg answers."""
-    return (circle_fit(velocity), None) if group.turning else _answer_of_legs(group.leg_means(velocity))
+    """Airspeed and wind [V, W_N, W_E] by the method that fits the group, and the spread of
+    three-leg answers.
+    """
+    return (
+        (circle_fit(velocity), None)
+        if group.turning
+        else _answer_of_legs(group.leg_means(velocity))
+    )
 
 
 def _answer_of_legs(mean: Array) -> tuple[Array, float | None]:

@@ -23,8 +23,8 @@ _WHOLE = 0.8  # share of a block's rows that must be present
 class SteadyBlocks:
     """Block means, (n,), in SI units. `time` [s] is the middle of the block.
 
-    `indicated_true_airspeed` [m/s] is the true airspeed without a correction of the pressure error. `piece` is the
-    number of the piece of flight to which the block belongs.
+    `indicated_true_airspeed` [m/s] is the true airspeed without a correction of the pressure error.
+    `piece` is the number of the piece of flight to which the block belongs.
     """
 
     time: Seconds
@@ -65,12 +65,16 @@ def labeled(log: FlightLog) -> bool:
 
 
 def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
-    """Average the log's rows in blocks; where the log marks rows as on condition, those alone. A run is a piece."""
+    """Average the log's rows in blocks; where the log marks rows as on condition, those alone. A
+    run is a piece.
+    """
     run = _runs(log, obs)
     mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
     airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
     north, east = obs.velocity_north, obs.velocity_east
-    channels = np.stack([north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)])
+    channels = np.stack(
+        [north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)]
+    )
     rows_a_block = SECOND / float(np.median(np.diff(obs.time)))
     rows = np.flatnonzero(run >= 0)
     table = _means(obs.time[rows], channels[:, rows], rows_a_block, run[rows])
@@ -82,8 +86,8 @@ def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
 def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
     """The number of each row's run; −1 where the row is not on condition.
 
-    A run is a segment without its rows off condition. In a log without segments it is an uninterrupted stretch on
-    condition.
+    A run is a segment without its rows off condition. In a log without segments it is an
+    uninterrupted stretch on condition.
     """
     changed = np.diff(obs.stretch) != 0
     on = np.ones(len(obs), dtype=np.bool_)
@@ -98,12 +102,15 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
 
 
 def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.intp]) -> Array:
-    """Time, means and number of the run, (c + 2, blocks), for rows (n,) in runs. Incomplete blocks are left out."""
+    """Time, means and number of the run, (c + 2, blocks), for rows (n,) in runs. Incomplete blocks
+    are left out.
+    """
     if not len(run):
         return np.zeros((len(channels) + 2, 0))
     begun = np.diff(run, prepend=-1) != 0
     start = time[begun][np.cumsum(begun) - 1]  # of the row's run
-    # Only blocks that have rows are formed: with one wrong time stamp, all up to the last would fill the memory.
+    # Only blocks that have rows are formed: with one wrong time stamp, all up to the last would
+    # fill the memory.
     block = np.floor((time - start) / SECOND + 1e-6)
     first = np.flatnonzero(begun | (np.diff(block, prepend=-1.0) != 0.0))
     count = np.diff(first, append=len(run))
@@ -114,26 +121,36 @@ def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.
     return np.vstack([middle[whole], means, run[first][whole]])
 
 
-# Where the log marks what was on condition, the marks are used. Else straight legs and turns are found from the
-# ground velocity, which gusts change less than the air data. In both cases a piece must be long enough, straight
-# or a full turn, level, and of constant airspeed.
+# Where the log marks what was on condition, the marks are used. Else straight legs and turns are
+# found from the ground velocity, which gusts change less than the air data. In both cases a piece
+# must be long enough, straight or a full turn, level, and of constant airspeed.
 
-_SHORTEST = 5.0  # s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
+_SHORTEST = (
+    5.0  # s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
+)
 _STRAIGHT = 5.0 * DEGREE  # largest change of mean track between the halves of a straight leg
 _FULL_TURN = (
     300.0 * DEGREE
 )  # least change of track of a turn: the ground velocities of a smaller one are only an arc
-_TURN_RATE = 1.0 * DEGREE  # rad/s: straight flight below, a third of a standard-rate turn above (no labels)
-_ACCELERATION = 0.5 * KNOT  # m/s² of ground speed: above it the airspeed is being changed (no labels)
+_TURN_RATE = (
+    1.0 * DEGREE
+)  # rad/s: straight flight below, a third of a standard-rate turn above (no labels)
+_ACCELERATION = (
+    0.5 * KNOT
+)  # m/s² of ground speed: above it the airspeed is being changed (no labels)
 _WINDOW = 2  # blocks to either side, for rates of change (no labels)
-_DRIFT = 3.0 * KNOT  # m/s of airspeed: limit between the halves of a piece and between neighbors of one group
+_DRIFT = (
+    3.0 * KNOT
+)  # m/s of airspeed: limit between the halves of a piece and between neighbors of one group
 _LEVEL = 0.01  # of static pressure, about 300 ft: limit between the halves of a piece and between neighbors
 _SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 
 
 @dataclass(frozen=True, slots=True)
 class SteadyGroup:
-    """Blocks at one airspeed and height, and the number of the leg of each, (n,). A turn is one leg."""
+    """Blocks at one airspeed and height, and the number of the leg of each, (n,). A turn is one
+    leg.
+    """
 
     blocks: SteadyBlocks
     leg: NDArray[np.intp]
@@ -154,8 +171,14 @@ def steady_groups(log: FlightLog, obs: Observations) -> tuple[SteadyGroup, ...]:
     blocks = block_means(log, obs)
     pieces = blocks.pieces() if labeled(log) else _found(blocks)
     long = [piece for piece in pieces if len(piece) * SECOND >= _SHORTEST and _holds(piece)]
-    turns = [SteadyGroup(p, np.zeros(len(p), np.intp), True) for p in long if np.ptp(p.track) >= _FULL_TURN]
-    straight = [piece for piece in long if abs(float(np.diff(_halves(piece.track))[0])) <= _STRAIGHT]
+    turns = [
+        SteadyGroup(p, np.zeros(len(p), np.intp), True)
+        for p in long
+        if np.ptp(p.track) >= _FULL_TURN
+    ]
+    straight = [
+        piece for piece in long if abs(float(np.diff(_halves(piece.track))[0])) <= _STRAIGHT
+    ]
     groups = [_as_legs(pieces) for pieces in _by_airspeed(straight)]
     useful = [*turns, *(group for group in groups if group.legs >= 3)]
     return tuple(sorted(useful, key=lambda g: float(g.blocks.indicated_true_airspeed.mean())))
@@ -183,7 +206,9 @@ def _rate(values: Array) -> Array:
 
 
 def _holds(piece: SteadyBlocks) -> bool:
-    """Whether airspeed and height are constant: in the means of the halves gusts average out, and drifts do not."""
+    """Whether airspeed and height are constant: in the means of the halves gusts average out, and
+    drifts do not.
+    """
     airspeed, pressure = _halves(piece.indicated_true_airspeed), _halves(piece.static_pressure)
     return bool(np.ptp(airspeed) <= _DRIFT and np.ptp(pressure) <= _LEVEL * pressure[0])
 
@@ -194,16 +219,24 @@ def _halves(values: Array) -> Array:
 
 
 def _by_airspeed(pieces: list[SteadyBlocks]) -> list[list[SteadyBlocks]]:
-    """Group pieces by height, then by airspeed. No chain of neighbors spans more than twice the limit."""
-    levels = _chains(pieces, [float(np.log(piece.static_pressure.mean())) for piece in pieces], _LEVEL)
+    """Group pieces by height, then by airspeed. No chain of neighbors spans more than twice the
+    limit.
+    """
+    levels = _chains(
+        pieces, [float(np.log(piece.static_pressure.mean())) for piece in pieces], _LEVEL
+    )
     return [
         chain
         for level in levels
-        for chain in _chains(level, [float(piece.indicated_true_airspeed.mean()) for piece in level], _DRIFT)
+        for chain in _chains(
+            level, [float(piece.indicated_true_airspeed.mean()) for piece in level], _DRIFT
+        )
     ]
 
 
-def _chains(pieces: list[SteadyBlocks], values: list[float], step: float) -> list[list[SteadyBlocks]]:
+def _chains(
+    pieces: list[SteadyBlocks], values: list[float], step: float
+) -> list[list[SteadyBlocks]]:
     chains: list[list[SteadyBlocks]] = []
     first = last = -np.inf
     for place in np.argsort(values):
@@ -223,16 +256,22 @@ def _as_legs(pieces: list[SteadyBlocks]) -> SteadyGroup:
     gap = np.diff(track[order]) > _SAME_TRACK
     leg = np.empty(len(pieces), dtype=np.intp)
     leg[order] = np.concatenate([[0], np.cumsum(gap)])
-    if track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK:  # a leg on both sides of south
+    if (
+        track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK
+    ):  # a leg on both sides of south
         leg[leg == leg.max()] = 0
     return SteadyGroup(
-        _joined(pieces), np.concatenate([np.full(len(p), n) for p, n in zip(pieces, leg, strict=True)]), False
+        _joined(pieces),
+        np.concatenate([np.full(len(p), n) for p, n in zip(pieces, leg, strict=True)]),
+        False,
     )
 
 
 def _joined(pieces: list[SteadyBlocks]) -> SteadyBlocks:
     names = SteadyBlocks.__slots__
-    return SteadyBlocks(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names))
+    return SteadyBlocks(
+        *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names)
+    )
 
 
 _PART = 1e-3  # of a stated accuracy, the step of the difference: the whole zero offset may exceed the pressure
@@ -242,9 +281,10 @@ _PART = 1e-3  # of a stated accuracy, the step of the difference: the whole zero
 class LegAir:
     """Means over the legs of a group.
 
-    `impact_pressure` and `static_pressure` [Pa] are indicated. `probe_heating` [-] is 0.2 r for a probe of total
-    temperature [K] and 0 for air temperature. `static_error` states whether the pressure error is the static
-    source's, and `standard_day` whether the temperature is that of a standard day.
+    `impact_pressure` and `static_pressure` [Pa] are indicated. `probe_heating` [-] is 0.2 r for a
+    probe of total temperature [K] and 0 for air temperature. `static_error` states whether the
+    pressure error is the static source's, and `standard_day` whether the temperature is that of a
+    standard day.
     """
 
     impact_pressure: float
@@ -262,7 +302,8 @@ class LegAir:
     def calibrated_airspeed(self, true_airspeed: float) -> float:
         """Calibrated airspeed [m/s] for a true airspeed [m/s].
 
-        Where the error is the static source's, the total pressure has none: p (1 + q/p) = p_i + q_i.
+        Where the error is the static source's, the total pressure has none: p (1 + q/p) = p_i +
+        q_i.
         """
         ratio = _ratio(true_airspeed, self.probe_temperature, self.probe_heating)
         pressure = self.static_pressure
@@ -275,14 +316,19 @@ class LegAir:
         return self.calibrated_airspeed(true_airspeed) - self.indicated_airspeed
 
     def stated_two_sigma(self, true_airspeed: float, stated: Accuracies) -> float:
-        """2σ of the correction [m/s] at a true airspeed [m/s] from the stated accuracies of the air data.
+        """2σ of the correction [m/s] at a true airspeed [m/s] from the stated accuracies of the air
+        data.
 
-        The errors are independent. Those of GPS velocity change the wind alone, and a latency changes nothing at
-        constant airspeed. A zero offset belongs to the correction, which is added to the raw reading: it only moves
-        the total pressure, from which the true static pressure is found.
+        The errors are independent. Those of GPS velocity change the wind alone, and a latency
+        changes nothing at constant airspeed. A zero offset belongs to the correction, which is
+        added to the raw reading: it only moves the total pressure, from which the true static
+        pressure is found.
         """
         here = self.calibrated_airspeed(true_airspeed)
-        parts = [(moved.calibrated_airspeed(true_airspeed) - here) / _PART for moved in self._each_moved(stated)]
+        parts = [
+            (moved.calibrated_airspeed(true_airspeed) - here) / _PART
+            for moved in self._each_moved(stated)
+        ]
         return float(np.linalg.norm(parts))
 
     def _each_moved(self, stated: Accuracies) -> Iterator["LegAir"]:
@@ -291,8 +337,12 @@ class LegAir:
         recovery = 0.2 * stated.recovery_factor if self.probe_heating > 0.0 else 0.0
         yield replace(self, probe_temperature=self.probe_temperature + _PART * temperature)
         yield replace(self, probe_heating=self.probe_heating + _PART * recovery)
-        yield replace(self, static_pressure=self.static_pressure + _PART * stated.static_pressure_pa)
-        yield replace(self, impact_pressure=self.impact_pressure + _PART * stated.impact_pressure_zero_pa)
+        yield replace(
+            self, static_pressure=self.static_pressure + _PART * stated.static_pressure_pa
+        )
+        yield replace(
+            self, impact_pressure=self.impact_pressure + _PART * stated.impact_pressure_zero_pa
+        )
 
 
 def leg_air(group: SteadyGroup, obs: Observations, static_error: bool) -> LegAir:
@@ -300,7 +350,11 @@ def leg_air(group: SteadyGroup, obs: Observations, static_error: bool) -> LegAir
     blocks = group.blocks
     indicated_true, pressure, probe = (
         float(group.leg_means(channel).mean())
-        for channel in (blocks.indicated_true_airspeed, blocks.static_pressure, blocks.probe_temperature)
+        for channel in (
+            blocks.indicated_true_airspeed,
+            blocks.static_pressure,
+            blocks.probe_temperature,
+        )
     )
     impact = pressure * _ratio(indicated_true, probe, obs.probe_heating)
     return LegAir(impact, pressure, probe, obs.probe_heating, static_error, obs.standard_day)
@@ -309,7 +363,9 @@ def leg_air(group: SteadyGroup, obs: Observations, static_error: bool) -> LegAir
 def _ratio(true_airspeed: float, probe_temperature: float, probe_heating: float) -> float:
     """q_c/p for a true airspeed [m/s] and a probe temperature [K], with T = T_t − 0.2 r V²/(γR)."""
     heating = probe_heating * true_airspeed**2 / (air.HEAT_RATIO * air.GAS_CONSTANT)
-    return float(air.impact_pressure_from_true_airspeed(true_airspeed, 1.0, probe_temperature - heating))
+    return float(
+        air.impact_pressure_from_true_airspeed(true_airspeed, 1.0, probe_temperature - heating)
+    )
 
 
 # The location of the pressure error for the fixed-speed methods, as a fit of the curve judges it.
@@ -322,20 +378,26 @@ _LAW = "inverse+"  # with which the height is judged where the options name all 
 class LikelyLocation:
     """`static` is the share of the static source in the answer.
 
-    `doubt` is the standard deviation that the location adds, as a share of the difference between the locations.
+    `doubt` is the standard deviation that the location adds, as a share of the difference between
+    the locations.
     """
 
     static: float
     doubt: float
 
 
-def location_of(options: CalibrationOptions, location: str, probability: float | None = None) -> LikelyLocation:
-    """The location that a calibration found: its options, its place of the error and the probability of a static
-    source, None without evidence."""
+def location_of(
+    options: CalibrationOptions, location: str, probability: float | None = None
+) -> LikelyLocation:
+    """The location that a calibration found: its options, its place of the error and the
+    probability of a static source, None without evidence."""
     if probability is not None:
         return LikelyLocation(probability, float((probability * (1.0 - probability)) ** 0.5))
-    # Without evidence the static source is an assumption, and the difference is one standard deviation.
-    assumed = options.error_location == AUTO and options.method == "covering" and location == _STATIC
+    # Without evidence the static source is an assumption, and the difference is one standard
+    # deviation.
+    assumed = (
+        options.error_location == AUTO and options.method == "covering" and location == _STATIC
+    )
     return LikelyLocation(float(location == _STATIC), float(assumed))
 
 
@@ -343,7 +405,9 @@ def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocati
     """Judge the location by the height where the log has it; else take the usual one, with doubt."""
     if options.error_location != AUTO:
         return location_of(options, options.error_location)
-    from pitotbench.calibration.location import assumed_location  # slow to load; a stated location needs no fit
+    from pitotbench.calibration.location import (
+        assumed_location,
+    )  # slow to load; a stated location needs no fit
     from pitotbench.calibration.reduction import reduce_log
 
     if log.altitude is not None and options.use_altitude:

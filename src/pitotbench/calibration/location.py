@@ -1,9 +1,9 @@
 """The location of the pressure error, and the fit for it.
 
-An error of the static source changes the static pressure (p = p_i − Δp), and GPS height shows it. An error of the
-total source, or of the impact pressure alone (as published), does not change the static pressure. These two predict
-the same data, so no log can separate them. The wind triangle hardly depends on the location; the altitude equation
-together with it gives clear evidence.
+An error of the static source changes the static pressure (p = p_i − Δp), and GPS height shows it.
+An error of the total source, or of the impact pressure alone (as published), does not change the
+static pressure. These two predict the same data, so no log can separate them. The wind triangle
+hardly depends on the location; the altitude equation together with it gives clear evidence.
 """
 
 from collections.abc import Mapping
@@ -51,9 +51,12 @@ from pitotbench.units import Array, Pascal, Seconds
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
-_LEAST_GAINED = 0.01  # share of a variance: of a direction that gains less, small errors of the model decide
+_LEAST_GAINED = (
+    0.01  # share of a variance: of a direction that gains less, small errors of the model decide
+)
 _FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
-# Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights look noisier.
+# Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights
+# look noisier.
 _NOISIER = ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 0.5, 2.0), (4.0, 1.0, 1.0), (4.0, 0.5, 4.0))
 _BENCH = "pitotbench flight log"  # the `format` in a synthetic log's header begins with it
 
@@ -62,10 +65,10 @@ _BENCH = "pitotbench flight log"  # the `format` in a synthetic log's header beg
 class ErrorPlace:
     """The location of the error and the fit for it.
 
-    `static_probability` is the probability of the static source, None where the location was stated or assumed.
-    `answer` is a mixture where two locations are likely. `chance` is the probability that the curves of wind
-    triangle and altitude equation differ by so much by chance; it is None without the altitude equation for this
-    location.
+    `static_probability` is the probability of the static source, None where the location was stated
+    or assumed. `answer` is a mixture where two locations are likely. `chance` is the probability
+    that the curves of wind triangle and altitude equation differ by so much by chance; it is None
+    without the altitude equation for this location.
     """
 
     location: str
@@ -78,9 +81,11 @@ class ErrorPlace:
 
 @dataclass(frozen=True, slots=True)
 class ByHeight:
-    """The curve by height alone: its model, the answer in the parameters of the curve, and what the fit leaves.
+    """The curve by height alone: its model, the answer in the parameters of the curve, and what the
+    fit leaves.
 
-    The latter are block means in flight, (n,): time [s], impact pressure and the rest of the pressure error [Pa].
+    The latter are block means in flight, (n,): time [s], impact pressure and the rest of the
+    pressure error [Pa].
     """
 
     model: PredictionModel
@@ -91,7 +96,8 @@ class ByHeight:
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
-    """The location assumed before any evidence: as published for a synthetic log, else the static source.
+    """The location assumed before any evidence: as published for a synthetic log, else the static
+    source.
 
     The static source has the larger error on nearly every airplane (Gracey 1980).
     """
@@ -106,10 +112,11 @@ def fit_located(
     start: Array,
     path: WindPath | None = None,
 ) -> ErrorPlace:
-    """Fit with the error at the location that the options state, or at the one that the log supports (`auto`).
+    """Fit with the error at the location that the options state, or at the one that the log
+    supports (`auto`).
 
-    Parameters: log; options; structure, without altitude rows; obs; start, θ (p,); path of a drifting wind. Raises
-    as `fit_covering` does.
+    Parameters: log; options; structure, without altitude rows; obs; start, θ (p,); path of a
+    drifting wind. Raises as `fit_covering` does.
     """
     stated = None if options.error_location == AUTO else options.error_location
     assumed = stated or assumed_location(log.header)
@@ -124,7 +131,8 @@ def fit_located(
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
         answer = widened_by(
-            answer, posterior_of(fit_covering(_at(structure, False), obs, start, path)).mean - answer.mean
+            answer,
+            posterior_of(fit_covering(_at(structure, False), obs, start, path)).mean - answer.mean,
         )
     return ErrorPlace(assumed, None, bare, fit, answer)
 
@@ -134,16 +142,25 @@ def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) ->
 
 
 def _with_height(
-    stated: str | None, assumed: str, rows: AltitudeRows, obs: Observations, bare: Structure, near: Approach
+    stated: str | None,
+    assumed: str,
+    rows: AltitudeRows,
+    obs: Observations,
+    bare: Structure,
+    near: Approach,
 ) -> ErrorPlace:
-    """Add the altitude rows to the answer of the triangle on coarse blocks, and fit the likely locations."""
+    """Add the altitude rows to the answer of the triangle on coarse blocks, and fit the likely
+    locations.
+    """
     probe = next((each.deviation for each in bare.nuisances if each.name == "temperature_k"), 0.0)
     wide = rows.with_probe(probe)
     joint, gain, chance = _with_rows(near, bare, wide)
     moved = _at(bare, True, rows)
 
     def held(fit: CoveringFit) -> Posterior:
-        """The answer of triangle and height together; where they disagree, the mixture with the triangle's own."""
+        """The answer of triangle and height together; where they disagree, the mixture with the
+        triangle's own.
+        """
         answers = [fit, settle(_at(bare, True), obs, near)] if chance < DISAGREE else [fit]
         return mixed([(1.0, posterior_of(each)) for each in answers])
 
@@ -157,10 +174,16 @@ def _with_height(
     shares = {STATIC: probability, elsewhere: 1.0 - probability}
     beside = replace(near, noise=np.concatenate([near.noise, noise]))
     tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), beside)}
-    fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE}
+    fits = {
+        name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE
+    }
     best = max(fits, key=lambda name: shares[name])
-    answer = mixed([(shares[n], held(fit) if n == STATIC else posterior_of(fit)) for n, fit in fits.items()])
-    return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
+    answer = mixed(
+        [(shares[n], held(fit) if n == STATIC else posterior_of(fit)) for n, fit in fits.items()]
+    )
+    return ErrorPlace(
+        best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None
+    )
 
 
 _OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear
@@ -170,9 +193,11 @@ _UNKNOWN_WIND = 15.0  # m/s, for the slope of the pressure levels where the wind
 def fit_by_height(
     log: FlightLog, options: CalibrationOptions, obs: Observations, model: PredictionModel
 ) -> ByHeight:
-    """Fit the error of the static source to height and static pressure alone, without wind and airspeed.
+    """Fit the error of the static source to height and static pressure alone, without wind and
+    airspeed.
 
-    Raises NoAnswerError for a log without a height, and as `restricted_likelihood.noise_posterior` does.
+    Raises NoAnswerError for a log without a height, and as `restricted_likelihood.noise_posterior`
+    does.
     """
     rows = altitude_rows(log, obs, options.gps_latency, np.array([_UNKNOWN_WIND, 0.0]))
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
@@ -184,7 +209,9 @@ def fit_by_height(
     for _ in range(_OF_HEIGHT):
         whole = altitude_regression(rows, model, theta, ())
         seen = whole.regressors[:, :free]
-        nodes = noise_posterior(Regression(whole.response, seen, seen, np.zeros(free)), noise_of, log_prior, guess)
+        nodes = noise_posterior(
+            Regression(whole.response, seen, seen, np.zeros(free)), noise_of, log_prior, guess
+        )
         found = Posterior(
             np.array([node.weight for node in nodes]),
             theta[:free] + np.stack([node.estimate for node in nodes]),
@@ -196,12 +223,14 @@ def fit_by_height(
     return ByHeight(model, found, rows.time[flying], rows.impact_pressure[flying], left[flying])
 
 
-def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float]:
+def _with_rows(
+    near: Approach, bare: Structure, rows: AltitudeRows
+) -> tuple[Approach, float, float]:
     """Update the triangle's answer with the altitude rows.
 
-    Returns the new answer, the log evidence of the rows given the triangle, and the probability of so large a
-    change by chance. The triangle's curve is the prior of the rows: k = k0 + L z,
-    with LLᵀ its covariance and z standard normal.
+    Returns the new answer, the log evidence of the rows given the triangle, and the probability of
+    so large a change by chance. The triangle's curve is the prior of the rows: k = k0 + L z, with
+    LLᵀ its covariance and z standard normal.
     """
     free = bare.model.error_count
     known = near.covariance[:free, :free]
@@ -220,7 +249,8 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
 
 
 def _chance(z: Array, left: Array) -> float:
-    """Probability of so large an estimate z of a standard normal vector whose posterior covariance is `left`.
+    """Probability of so large an estimate z of a standard normal vector whose posterior covariance
+    is `left`.
 
     Before the data are known, such an estimate has the covariance 1 − `left`.
     """
@@ -235,19 +265,25 @@ def _chance(z: Array, left: Array) -> float:
 def _without_curve(rows: AltitudeRows, noise: Array, gain: float) -> tuple[Array, float]:
     """The likely noise and the log evidence of the rows where the static pressure has no error.
 
-    Where no noise near the given one brings it close to `gain`, the best of those noises is enough: the exact
-    number would not change the decision.
+    Where no noise near the given one brings it close to `gain`, the best of those noises is enough:
+    the exact number would not change the decision.
     """
     problem = altitude_regression(rows, None, np.zeros(0), ())
     near = [noise + np.log(factors) for factors in _NOISIER]
     heights = [restricted_log_likelihood(problem, AltitudeNoise(rows)(phi)) + altitude_log_prior(rows, phi)
                for phi in near]  # fmt: skip
     best = int(np.argmax(heights))
-    return (near[best], heights[best]) if gain - heights[best] > _FAR_OFF else _tried(problem, rows, near[best])
+    return (
+        (near[best], heights[best])
+        if gain - heights[best] > _FAR_OFF
+        else _tried(problem, rows, near[best])
+    )
 
 
 def _tried(problem: Regression, rows: AltitudeRows, start: Array) -> tuple[Array, float]:
-    """The most likely noise of a problem of altitude rows alone, searched from `start`, and the log evidence."""
+    """The most likely noise of a problem of altitude rows alone, searched from `start`, and the log
+    evidence.
+    """
     return mode_and_evidence(problem, *_noise_and_prior(rows), start)
 
 
@@ -269,5 +305,7 @@ def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
 
 
 def widened_by(answer: Posterior, apart: Array) -> Posterior:
-    """Widen an answer by its difference (p,) from that for another location, taken as one standard deviation."""
+    """Widen an answer by its difference (p,) from that for another location, taken as one standard
+    deviation.
+    """
     return replace(answer, covariances=answer.covariances + np.outer(apart, apart))

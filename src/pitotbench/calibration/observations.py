@@ -1,4 +1,6 @@
-"""The rows and channels of a log that the estimators use, in blocks; logs that cannot be used are refused here."""
+"""The rows and channels of a log that the estimators use, in blocks; logs that cannot be used are
+refused here.
+"""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -13,12 +15,23 @@ from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
-from pitotbench.units import DEGREE, KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
+from pitotbench.units import (
+    DEGREE,
+    KNOT,
+    Array,
+    Booleans,
+    Kelvin,
+    Meters,
+    MetersPerSecond,
+    Pascal,
+    Seconds,
+)
 
-# Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a measurement.
-# Leaving out the rows at the end alone would keep the lulls and lose the gusts, and the curve would be wrong by a
-# part of the gusts. So the rows are chosen by what hardly depends on one gust: the mean of the reading over half
-# a minute has to be below the end of the range by three times the scatter about it.
+# Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a
+# measurement. Leaving out the rows at the end alone would keep the lulls and lose the gusts, and
+# the curve would be wrong by a part of the gusts. So the rows are chosen by what hardly depends on
+# one gust: the mean of the reading over half a minute has to be below the end of the range by three
+# times the scatter about it.
 
 _MEAN_OVER = 30.0  # s: a gust lasts 4 s at 250 kt and 10 s at 100 kt
 _AROUND = 5.0  # s: before and after a row at the end of the range, where the airplane comes from it or goes to it
@@ -29,8 +42,9 @@ _SCATTER = 3.0  # times the scatter about the mean: a thousandth of the readings
 class RangeEnd:
     """The end of the sensor's range in a log.
 
-    `airspeed` [m/s] is the indicated airspeed there and `usable` [m/s] the mean one up to which rows are used.
-    `rows` (n,) marks the rows at the end, `cut_off` (n,) those and all that are left out because of it.
+    `airspeed` [m/s] is the indicated airspeed there and `usable` [m/s] the mean one up to which
+    rows are used. `rows` (n,) marks the rows at the end, `cut_off` (n,) those and all that are left
+    out because of it.
     """
 
     airspeed: float
@@ -42,19 +56,27 @@ class RangeEnd:
     def words(self) -> str:
         """The warning: where the range ends, and which rows are not used."""
         return (
-            f"the impact pressure stands at the end of the sensor's range, {self.airspeed / KNOT:.0f} kt, on "
-            f"{int(self.rows.sum())} rows: those, {_AROUND:.0f} s around them and rows whose mean is above "
-            f"{self.usable / KNOT:.0f} kt are not used, {int(self.cut_off.sum())} in all; for these speeds use a "
+            "the impact pressure stands at the end of the sensor's range, "
+            f"{self.airspeed / KNOT:.0f} kt, on "
+            f"{int(self.rows.sum())} rows: those, {_AROUND:.0f} s around them and rows whose mean "
+            "is above "
+            f"{self.usable / KNOT:.0f} kt are not used, {int(self.cut_off.sum())} in all; for "
+            "these speeds use a "
             "sensor with more range"
         )
 
 
 def range_end(log: FlightLog) -> RangeEnd | None:
-    """Return the end of the impact-pressure sensor's range as the log shows it; None where it shows none."""
+    """Return the end of the impact-pressure sensor's range as the log shows it; None where it shows
+    none.
+    """
     rows = at_ceiling(log.impact_pressure)
     if not rows.any():
         return None
-    from scipy.ndimage import maximum_filter1d, uniform_filter1d  # slow to load, and most logs need none
+    from scipy.ndimage import (
+        maximum_filter1d,
+        uniform_filter1d,
+    )  # slow to load, and most logs need none
 
     speed: MetersPerSecond = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
     period = interval(log.time)
@@ -69,14 +91,16 @@ def range_end(log: FlightLog) -> RangeEnd | None:
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
 _MINIMUM_PRESSURE = float(air.impact_pressure(_MINIMUM_AIRSPEED))
 
-# Find the parts of a flight that serve a calibration: in the air, away from take-off and landing, not steep.
-# On the ground and in ground effect the air data have errors of their own. After take-off and before landing the
-# airplane flies with flaps or gear, through the shear of the lowest air. In steep flight the wind changes with
-# height faster than turns can show it.
+# Find the parts of a flight that serve a calibration: in the air, away from take-off and landing,
+# not steep. On the ground and in ground effect the air data have errors of their own. After
+# take-off and before landing the airplane flies with flaps or gear, through the shear of the lowest
+# air. In steep flight the wind changes with height faster than turns can show it.
 
 _FLYING = 0.45  # of the fast airspeed of the log: below it an airplane rolls, or stalls
 _FAST = 0.9  # quantile of the airspeeds above 20 kt
-_AT_REST = 5.0 * KNOT  # over the ground and through the air: a log with such rows holds a take-off or a landing
+_AT_REST = (
+    5.0 * KNOT
+)  # over the ground and through the air: a log with such rows holds a take-off or a landing
 _AFTER_TAKE_OFF, _BEFORE_LANDING = 60.0, 120.0  # s
 _MOST_CUT = 0.25  # of a time in the air, at either end
 _STEEP = 6.0 * DEGREE  # of the path, twice that of a usual approach
@@ -103,7 +127,9 @@ def usable_parts(log: FlightLog) -> UsableParts:
     """Return the parts of a log that serve a calibration."""
     speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
     flying = speed > _flying_airspeed(speed)
-    grounded = bool(np.any((speed < _AT_REST) & (np.hypot(log.velocity_north, log.velocity_east) < _AT_REST)))
+    grounded = bool(
+        np.any((speed < _AT_REST) & (np.hypot(log.velocity_north, log.velocity_east) < _AT_REST))
+    )
     ends = np.zeros(len(log), dtype=np.bool_)
     if grounded:
         for first, end in _runs(flying):
@@ -117,19 +143,29 @@ def usable_parts(log: FlightLog) -> UsableParts:
     for first, end in _runs(rows):
         if (first > 0 or end < len(log)) and log.time[end - 1] - log.time[first] < _BRIEF:
             rows[first:end] = False
-    return UsableParts(rows, tuple((why, out) for why, out in ((GROUND, ground), (ENDS, ends), (STEEP, steep))))
+    return UsableParts(
+        rows, tuple((why, out) for why, out in ((GROUND, ground), (ENDS, ends), (STEEP, steep)))
+    )
 
 
 def path_angle(log: FlightLog) -> Array:
-    """Return the angle of the path through the air above the horizon, over 20 s about each row, (n,) [rad]."""
+    """Return the angle of the path through the air above the horizon, over 20 s about each row,
+    (n,) [rad].
+    """
     pressure = np.maximum(log.static_pressure, 1.0)
     group = np.floor((log.time - log.time[0]) / max(1.0, _FEWEST_TOGETHER * interval(log.time)))
     edges = np.flatnonzero(np.diff(group, prepend=-1.0))
     ordered, size = pressure[np.lexsort((pressure, group))], np.diff(edges, append=len(group))
-    middles = 0.5 * (ordered[edges + (size - 1) // 2] + ordered[edges + size // 2])  # medians: no spike is a climb
+    middles = 0.5 * (
+        ordered[edges + (size - 1) // 2] + ordered[edges + size // 2]
+    )  # medians: no spike is a climb
     height = air.pressure_altitude(np.interp(log.time, log.time[edges], middles))
-    before, after = (np.clip(log.time + half, log.time[0], log.time[-1]) for half in (-0.5 * _OVER, 0.5 * _OVER))
-    climb = (np.interp(after, log.time, height) - np.interp(before, log.time, height)) / (after - before)
+    before, after = (
+        np.clip(log.time + half, log.time[0], log.time[-1]) for half in (-0.5 * _OVER, 0.5 * _OVER)
+    )
+    climb = (np.interp(after, log.time, height) - np.interp(before, log.time, height)) / (
+        after - before
+    )
     impact = np.maximum(log.impact_pressure, 0.0)
     airspeed = air.true_airspeed(impact, pressure, air.standard_temperature(height))
     return np.arctan2(climb, np.maximum(airspeed, _MINIMUM_AIRSPEED))
@@ -161,10 +197,10 @@ _DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled
 class Observations:
     """The rows used, arrays (n,). Pressures are indicated [Pa], velocities over the ground [m/s].
 
-    `probe_temperature` [K] is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0). `stretch`
-    numbers the stretches between pauses, and `fresh` marks new GPS samples. `held_*` are the velocities as logged
-    and `velocity_*` those at the time of the air data. `used` (rows of the log,) marks the used rows.
-    `standard_day` states that the log has no temperature.
+    `probe_temperature` [K] is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0).
+    `stretch` numbers the stretches between pauses, and `fresh` marks new GPS samples. `held_*` are
+    the velocities as logged and `velocity_*` those at the time of the air data. `used` (rows of the
+    log,) marks the used rows. `standard_day` states that the log has no temperature.
     """
 
     time: Seconds
@@ -192,7 +228,9 @@ class Observations:
 
     def height(self) -> Meters:
         """The height of each row [m]: by GPS where the log has it, else the pressure altitude."""
-        return air.pressure_altitude(self.static_pressure) if self.altitude is None else self.altitude
+        return (
+            air.pressure_altitude(self.static_pressure) if self.altitude is None else self.altitude
+        )
 
     def every(self, step: int) -> "Observations":
         """Every `step`-th row."""
@@ -200,7 +238,11 @@ class Observations:
 
     def at(self, rows: slice | NDArray[np.intp] | Booleans) -> "Observations":
         """The chosen rows; `used` remains that of all."""
-        names = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
+        names = (
+            f.name
+            for f in fields(self)
+            if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used"
+        )
         chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in names}
         return replace(self, **chosen)
 
@@ -211,7 +253,9 @@ class Observations:
         return replace(self.at(good), used=used)
 
     def as_held(self) -> "Observations":
-        """The same rows with the velocity as logged: each fix is held until the next, as in the paper."""
+        """The same rows with the velocity as logged: each fix is held until the next, as in the
+        paper.
+        """
         return replace(
             self,
             velocity_north=self.held_north,
@@ -221,17 +265,24 @@ class Observations:
 
 
 def observe(
-    log: FlightLog, options: CalibrationOptions, margin: float = 0.0, parts: UsableParts | None = None
+    log: FlightLog,
+    options: CalibrationOptions,
+    margin: float = 0.0,
+    parts: UsableParts | None = None,
 ) -> Observations:
     """Choose rows and interpolate the ground velocity to the times of the air data.
 
-    `margin` [s] is left out at both ends of each stretch, so that other latencies have the same rows.
-    `parts` are those of the log where they are known. Raises BadInputError where too few usable rows remain or a
-    needed channel is missing.
+    `margin` [s] is left out at both ends of each stretch, so that other latencies have the same
+    rows. `parts` are those of the log where they are known. Raises BadInputError where too few
+    usable rows remain or a needed channel is missing.
     """
     fresh = log.fresh_fixes()
     stretch = stretch_numbers(log.time, pauses(log.time))
-    down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
+    down = (
+        log.velocity_down
+        if log.velocity_down is not None and options.use_down
+        else np.zeros(len(log))
+    )
     held = np.stack([log.velocity_north, log.velocity_east, down])
     velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
     parts = parts or parts_of(log, options)
@@ -261,16 +312,23 @@ def observe(
     )
 
 
-_LONG_FLIGHT, _HIGH_CLIMB = 1800.0, 500.0  # s, m: beyond either, one wind does not hold for all rows
+_LONG_FLIGHT, _HIGH_CLIMB = (
+    1800.0,
+    500.0,
+)  # s, m: beyond either, one wind does not hold for all rows
 
 
 def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
-    """Whether the wind of the rows drifts: where asked for, or where it is checked and the flight is long."""
+    """Whether the wind of the rows drifts: where asked for, or where it is checked and the flight
+    is long.
+    """
     long = obs.time[-1] - obs.time[0] > _LONG_FLIGHT or float(np.ptp(obs.height())) > _HIGH_CLIMB
     return options.wind == "drifting" or (options.wind == "checked" and bool(long))
 
 
-def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
+def observe_again(
+    log: FlightLog, options: CalibrationOptions, before: Observations
+) -> Observations:
     """Read the rows of `before` again with other options, as far as these options allow them.
 
     Rows that were screened out remain out. Raises as `observe` does.
@@ -280,11 +338,19 @@ def observe_again(log: FlightLog, options: CalibrationOptions, before: Observati
 
 
 def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
-    """Return the usable parts of a log; all of it where the user has chosen the rows, those on condition."""
-    return UsableParts(np.ones(len(log), dtype=np.bool_), ()) if options.on_condition else usable_parts(log)
+    """Return the usable parts of a log; all of it where the user has chosen the rows, those on
+    condition.
+    """
+    return (
+        UsableParts(np.ones(len(log), dtype=np.bool_), ())
+        if options.on_condition
+        else usable_parts(log)
+    )
 
 
-def usable_rows(log: FlightLog, options: CalibrationOptions, parts: UsableParts | None = None) -> Booleans:
+def usable_rows(
+    log: FlightLog, options: CalibrationOptions, parts: UsableParts | None = None
+) -> Booleans:
     """Return whether its part of the log, the sensor's range and the options allow a row, (n,).
 
     `parts` are those of the log where they are known. Raises BadInputError without flags.
@@ -297,15 +363,22 @@ def usable_rows(log: FlightLog, options: CalibrationOptions, parts: UsableParts 
         used &= np.hypot(log.velocity_north, log.velocity_east) >= options.ground_speed_min
     if options.on_condition:
         if log.on_condition is None:
-            raise BadInputError("the log has no on_condition column; leave out --on-condition or add the column")
+            raise BadInputError(
+                "the log has no on_condition column; leave out --on-condition or add the column"
+            )
         used &= log.on_condition
     if options.mach_max is not None:
-        used &= air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure) <= options.mach_max
+        used &= (
+            air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
+            <= options.mach_max
+        )
     return used
 
 
 def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
-    """Return in words the limits of Mach and ground speed if they leave out most rows in flight; else nothing."""
+    """Return in words the limits of Mach and ground speed if they leave out most rows in flight;
+    else nothing.
+    """
     free = replace(options, mach_max=None, ground_speed_min=0.0)
     found = usable_rows(log, free)
     share = 1.0 - float(usable_rows(log, options).sum()) / max(int(found.sum()), 1)
@@ -319,7 +392,10 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
             else []
         ),
     ]
-    return f"; the limit of {' and '.join(limits)} leaves out {share:.0%} of the rows: choose another one"
+    return (
+        f"; the limit of {' and '.join(limits)} leaves out {share:.0%} of the rows: choose "
+        "another one"
+    )
 
 
 def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
@@ -338,16 +414,24 @@ def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -
 
 
 def _between_fixes(
-    time: Seconds, held: Array, fresh: Booleans, stretch: NDArray[np.intp], latency: float, margin: float
+    time: Seconds,
+    held: Array,
+    fresh: Booleans,
+    stretch: NDArray[np.intp],
+    latency: float,
+    margin: float,
 ) -> tuple[Array, Booleans]:
     """Interpolate held velocities (3, n), and mark the rows between fixes.
 
-    The curves are cubic splines through the fixes, each taken `latency` seconds earlier than stamped, one spline
-    per stretch. A held velocity would lag by half a fix interval. Beyond the last fix nothing can be interpolated.
+    The curves are cubic splines through the fixes, each taken `latency` seconds earlier than
+    stamped, one spline per stretch. A held velocity would lag by half a fix interval. Beyond the
+    last fix nothing can be interpolated.
     """
     if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
-    from scipy.interpolate import CubicSpline  # slow to load; a log with GPS at the rate of the air data needs none
+    from scipy.interpolate import (
+        CubicSpline,
+    )  # slow to load; a log with GPS at the rate of the air data needs none
 
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
     for number in np.unique(stretch):
@@ -371,7 +455,8 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
     return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
 
 
-# Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the sums.
+# Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the
+# sums.
 
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
 _SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
@@ -381,7 +466,8 @@ _LONGEST, _LONGEST_BLOCK = 3600.0, 4.0  # s: blocks of a flight of hours
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals in time.
+    """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals
+    in time.
 
     `length` is that of a block [s].
     """
@@ -403,7 +489,9 @@ class Blocks:
         return np.stack([self.mean(column) for column in data.T], axis=1)
 
     def at_edges(self, block_values: Array) -> Array:
-        """Assign block values (n,) to the intervals' edges, (s,); a shared edge has that of the later block."""
+        """Assign block values (n,) to the intervals' edges, (s,); a shared edge has that of the
+        later block.
+        """
         edges = np.empty(len(self.intervals.edges))
         edges[self.intervals.left + 1] = block_values
         edges[self.intervals.left] = block_values
@@ -422,7 +510,8 @@ def divide(obs: Observations, length: float) -> Blocks:
     """Divide the rows into blocks of a length [s]. No block spans a pause."""
     offset = obs.time - obs.time[0]
     cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
-    # A stretch that begins in the cell in which the one before it ended has its blocks one cell later.
+    # A stretch that begins in the cell in which the one before it ended has its blocks one cell
+    # later.
     begins = np.flatnonzero(np.diff(obs.stretch)) + 1
     later = np.zeros(len(cell), dtype=np.intp)
     later[begins] = cell[begins] == cell[begins - 1]
@@ -431,7 +520,9 @@ def divide(obs: Observations, length: float) -> Blocks:
 
 
 def _intervals(cell: NDArray[np.intp], length: float) -> Intervals:
-    """Edges of the blocks in cells (n,). Neighbors share one; after an empty cell there is a new one."""
+    """Edges of the blocks in cells (n,). Neighbors share one; after an empty cell there is a new
+    one.
+    """
     joined = np.concatenate([[False], (np.diff(cell) == 1)])
     left = np.cumsum(np.where(joined, 1, 2)) - 2
     edges = np.empty(left[-1] + 2)

@@ -1,4 +1,6 @@
-"""The options of a calibration, and the accuracies of constant errors that the residual does not show."""
+"""The options of a calibration, and the accuracies of constant errors that the residual does not
+show.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -10,21 +12,24 @@ from pitotbench.pressure_error import MODELS
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 
-# Accuracies of constant errors that the residual does not show. Each widens the bound.
-# Where an accuracy is not stated, the usual one is assumed. A bound for an exact temperature would be too small
-# on nearly every airplane.
+# Accuracies of constant errors that the residual does not show. Each widens the bound. Where an
+# accuracy is not stated, the usual one is assumed. A bound for an exact temperature would be too
+# small on nearly every airplane.
 
-WITHOUT_TEMPERATURE = 10.0  # K, 2σ: departure of a day from the standard one, for a log without temperature
+WITHOUT_TEMPERATURE = (
+    10.0  # K, 2σ: departure of a day from the standard one, for a log without temperature
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Accuracies:
-    """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an error out.
+    """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an
+    error out.
 
     temperature_k [K] of the probe; recovery_factor [-]; static_pressure_pa [Pa] of the transducer;
-    impact_pressure_zero_pa [Pa], the zero offset of the impact pressure (wide: it is estimated from the log);
-    velocity_mps [m/s] of each horizontal GPS component; latency_s [s] by which GPS velocity trails the air data.
-    Raises BadInputError for a negative or infinite accuracy.
+    impact_pressure_zero_pa [Pa], the zero offset of the impact pressure (wide: it is estimated from
+    the log); velocity_mps [m/s] of each horizontal GPS component; latency_s [s] by which GPS
+    velocity trails the air data. Raises BadInputError for a negative or infinite accuracy.
     """
 
     temperature_k: float = 0.0
@@ -38,7 +43,9 @@ class Accuracies:
         for f in fields(self):
             value = getattr(self, f.name)
             if not isfinite(value) or value < 0.0:
-                raise BadInputError(f"accuracy {f.name} = {value:g}: state a 2σ accuracy of zero or more")
+                raise BadInputError(
+                    f"accuracy {f.name} = {value:g}: state a 2σ accuracy of zero or more"
+                )
 
 
 USUAL = Accuracies(**USUAL_ACCURACIES)
@@ -50,9 +57,9 @@ Stated = Accuracies | Mapping[str, float] | None
 def assumptions_of(stated: Stated, header: Mapping[str, object]) -> tuple[Assumption, ...]:
     """Return the accuracies assumed for a log, each with its source.
 
-    Parameters: stated, a whole record or some of its names; header, that of the log. A name that is not stated
-    comes from the header's table `accuracy`, else it has the usual accuracy. Raises BadInputError for unknown names
-    or wrong numbers.
+    Parameters: stated, a whole record or some of its names; header, that of the log. A name that is
+    not stated comes from the header's table `accuracy`, else it has the usual accuracy. Raises
+    BadInputError for unknown names or wrong numbers.
     """
     if isinstance(stated, Accuracies):
         return tuple(Assumption(f.name, getattr(stated, f.name), "stated") for f in fields(stated))
@@ -60,7 +67,11 @@ def assumptions_of(stated: Stated, header: Mapping[str, object]) -> tuple[Assump
     by_user = _checked({} if stated is None else stated)
     found = []
     for f in fields(Accuracies):
-        layers = (("stated", by_user), ("header", by_header), ("usual", {f.name: getattr(USUAL, f.name)}))
+        layers = (
+            ("stated", by_user),
+            ("header", by_header),
+            ("usual", {f.name: getattr(USUAL, f.name)}),
+        )
         source, value = next((source, layer[f.name]) for source, layer in layers if f.name in layer)
         found.append(Assumption(f.name, value, source))
     return tuple(found)
@@ -76,8 +87,8 @@ def accuracies_of(stated: Stated, header: Mapping[str, object]) -> Accuracies:
 def parse_accuracies(text: str) -> dict[str, float]:
     """Read accuracies from text such as `temperature_k=1,static_pressure_pa=40`.
 
-    With `none` among them, all accuracies that are not named are zero. Raises BadInputError for an unknown name,
-    with the known ones, or for a value that is not a number.
+    With `none` among them, all accuracies that are not named are zero. Raises BadInputError for an
+    unknown name, with the known ones, or for a value that is not a number.
     """
     parts = [part.strip() for part in text.split(",") if part.strip()]
     stated = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
@@ -88,7 +99,9 @@ def parse_accuracies(text: str) -> dict[str, float]:
         try:
             stated[name.strip()] = float(number)
         except ValueError as error:
-            raise BadInputError(f"accuracy {part!r}: write name=2σ, such as temperature_k=1") from error
+            raise BadInputError(
+                f"accuracy {part!r}: write name=2σ, such as temperature_k=1"
+            ) from error
         if not equals:
             raise BadInputError(f"accuracy {part!r}: write name=2σ, such as temperature_k=1")
     return _checked(stated)
@@ -97,7 +110,9 @@ def parse_accuracies(text: str) -> dict[str, float]:
 def _checked(stated: object) -> dict[str, float]:
     """Return the accuracies as numbers. Raises BadInputError for unknown names and wrong values."""
     if not isinstance(stated, Mapping):  # the header of a log can contain any value
-        raise BadInputError(f"accuracy {stated!r}: state a table of 2σ by name, such as temperature_k = 1")
+        raise BadInputError(
+            f"accuracy {stated!r}: state a table of 2σ by name, such as temperature_k = 1"
+        )
     known = [f.name for f in fields(Accuracies)]
     for name, value in stated.items():
         if name not in known:
@@ -124,28 +139,28 @@ class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
     model: name in the table of pressure-error models, or `auto` (see `average`).
-    method: `covering` (generalized least squares with the covering bound) or `paper` (output error with
-    white residuals).
-    error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total` (the error of the
-    total source, which is the same to this estimator), `static` (the error of the static source, which changes the
-    static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height,
-    else static for logs that are not synthetic.
-    use_down: use the vertical GPS velocity. use_altitude: use the receiver's height (the altitude equation).
+    method: `covering` (generalized least squares with the covering bound) or `paper` (output error
+    with white residuals).
+    error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total`
+    (the error of the total source, which is the same to this estimator), `static` (the error of the
+    static source, which changes the static pressure too and is visible against GPS height), or
+    `auto`: by evidence where the log has its height, else static for logs that are not synthetic.
+    use_down: use the vertical GPS velocity. use_altitude: use the receiver's height (the altitude
+    equation).
     on_condition: use only the rows that the log marks as on condition.
-    mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins
-    on the ground, where the air data have an unknown zero.
+    mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a
+    log that begins on the ground, where the air data have an unknown zero.
     wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
     wind: `constant`; `checked`, constant or changing, averaged by evidence, with a warning where
-    the log shows a change; `linear` in time, and in
-    height where the log climbs; `drifting`, a slow Gauss-Markov process whose size is estimated (method
-    `covering`).
-    gps_latency [s]: time by which GPS velocity is stamped late; it is subtracted.
+    the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
+    Gauss-Markov process whose size is estimated (method `covering`). gps_latency [s]: time by which
+    GPS velocity is stamped late; it is subtracted.
     latency: `given`, `checked` (a warning where the log shows another) or `estimated`.
     robust: leave out faulty rows and list them.
-    accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name. A name that is
-    not given comes from the log's header, else it has the usual accuracy (`USUAL`).
-    Raises BadInputError or UnknownNameError for a choice that does not exist, and for a limit or latency that no
-    log can have.
+    accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name.
+    A name that is not given comes from the log's header, else it has the usual accuracy (`USUAL`).
+    Raises BadInputError or UnknownNameError for a choice that does not exist, and for a limit or
+    latency that no log can have.
     """
 
     model: str = "inverse+"
@@ -181,11 +196,14 @@ class CalibrationOptions:
             raise BadInputError("the lowest ground speed must be a number that is not negative")
         if not abs(self.gps_latency) <= LONGEST_LATENCY:
             raise BadInputError(
-                f"a latency of {self.gps_latency:g} s: give at most {LONGEST_LATENCY:g} s, in seconds, "
+                f"a latency of {self.gps_latency:g} s: give at most {LONGEST_LATENCY:g} s, in "
+                "seconds, "
                 "by which the GPS velocity trails the air data"
             )
         if self.model == AUTO and self.method != "covering":
-            raise BadInputError("models can only be weighed with the method 'covering'; name one with --model")
+            raise BadInputError(
+                "models can only be weighed with the method 'covering'; name one with --model"
+            )
 
 
 def require_model(name: str) -> None:
@@ -197,7 +215,8 @@ def require_model(name: str) -> None:
 def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
     """Make options from choices by name.
 
-    Raises BadInputError for an unknown name or a wrong value, and UnknownNameError for an unknown model.
+    Raises BadInputError for an unknown name or a wrong value, and UnknownNameError for an unknown
+    model.
     """
     known = [f.name for f in fields(CalibrationOptions)]
     for name in choices:

@@ -1,4 +1,6 @@
-"""Output error as in the paper: maximum likelihood with white residuals whose covariance is re-estimated."""
+"""Output error as in the paper: maximum likelihood with white residuals whose covariance is
+re-estimated.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,11 +13,14 @@ from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.records import NoAnswerError, UndeterminedError
 from pitotbench.units import Array
 
-# Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified Newton-Raphson
-# information matrix); Martos, Kiszely and Foster (2011) used the routine of the same name from their toolbox. Its
-# bound is the Cramér-Rao bound for white residuals. It is far too small in real air, where gusts are correlated.
+# Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified
+# Newton-Raphson information matrix); Martos, Kiszely and Foster (2011) used the routine of the same
+# name from their toolbox. Its bound is the Cramér-Rao bound for white residuals. It is far too
+# small in real air, where gusts are correlated.
 
-_DECREMENT = 0.02  # standard errors: remaining step at convergence, in the metric of the information matrix
+_DECREMENT = (
+    0.02  # standard errors: remaining step at convergence, in the metric of the information matrix
+)
 _ITERATIONS = 50
 _HALVINGS = 8
 _DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of the scaled normal equations
@@ -27,9 +32,11 @@ Outputs = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True, slots=True)
 class OutputErrorFit:
-    """θ (p,) with its white Cramér-Rao covariance (p, p), and residuals (m, n) [m/s] with their covariance (m, m).
+    """θ (p,) with its white Cramér-Rao covariance (p, p), and residuals (m, n) [m/s] with their
+    covariance (m, m).
 
-    The condition number is that of the scaled information matrix; `reason` says why the iteration ended.
+    The condition number is that of the scaled information matrix; `reason` says why the iteration
+    ended.
     """
 
     theta: Array
@@ -44,9 +51,9 @@ class OutputErrorFit:
 def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
     """Minimize the negative log-likelihood over θ and the residual covariance.
 
-    `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of the *prediction*;
-    `start` is θ (p,). Raises NoAnswerError where the start is outside the model's domain, the steps do not settle
-    or the information matrix is singular.
+    `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of
+    the *prediction*; `start` is θ (p,). Raises NoAnswerError where the start is outside the model's
+    domain, the steps do not settle or the information matrix is singular.
     """
     theta = start
     residuals, jacobian = _at_start(outputs, start)
@@ -66,17 +73,22 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
         noise = _residual_covariance(residuals)
         if np.sqrt(descent) < _DECREMENT:
             information, _ = _normal_equations(residuals, jacobian, noise)
-            covariance = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
+            covariance = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(
+                scale, scale
+            )
             reason = f"step below {_DECREMENT:g} standard errors after {iteration} iterations"
             return OutputErrorFit(theta, covariance, residuals, noise, iteration, condition, reason)
     raise NoAnswerError(
-        f"output error did not converge in {_ITERATIONS} iterations (condition number {condition:.2g}): "
+        f"output error did not converge in {_ITERATIONS} iterations (condition number "
+        f"{condition:.2g}): "
         "check the log for gross errors, or choose a model with fewer parameters"
     )
 
 
 def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
-    """The outputs at the start. Raises NoAnswerError where the model has no prediction for some row."""
+    """The outputs at the start. Raises NoAnswerError where the model has no prediction for some
+    row.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         residuals, jacobian = outputs(start)
     if not np.all(np.isfinite(residuals)) or not np.all(np.isfinite(jacobian)):
@@ -88,19 +100,27 @@ def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
 
 
 def _condition_number(information: Array, scale: Array) -> float:
-    """Condition number of the scaled information matrix; infinite where a parameter changes no output."""
+    """Condition number of the scaled information matrix; infinite where a parameter changes no
+    output.
+    """
     if not np.all(np.isfinite(information)) or not np.all(scale > 0.0):
         return float("inf")
     return float(np.linalg.cond(information / np.outer(scale, scale)))
 
 
 def _step(
-    outputs: Outputs, theta: Array, normal: Array, slope: Array, scale: Array, noise: Array, residuals: Array
+    outputs: Outputs,
+    theta: Array,
+    normal: Array,
+    slope: Array,
+    scale: Array,
+    noise: Array,
+    residuals: Array,
 ) -> tuple[Array, Array, Array]:
     """Take the Gauss-Newton step, or a damped one (Marquardt 1963).
 
-    Where no part of the step reduces the squares, as in a curved valley, the damping is increased. Raises
-    NoAnswerError where no step stays within the model's domain.
+    Where no part of the step reduces the squares, as in a curved valley, the damping is increased.
+    Raises NoAnswerError where no step stays within the model's domain.
     """
     taken = None
     for damping in _DAMPINGS:
@@ -122,17 +142,20 @@ def _step(
 def _line_search(
     outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
 ) -> tuple[tuple[Array, Array, Array] | None, bool]:
-    """Halve the step until the weighted squares fall enough (Armijo condition), and say whether they do.
+    """Halve the step until the weighted squares fall enough (Armijo condition), and say whether
+    they do.
 
-    Enough is a fixed share of the fall that the gradient predicts; `descent` is gradient · step. Without this
-    condition the steps cross a curved valley from side to side. The first result is None where even the shortest
-    step leaves the model's domain.
+    Enough is a fixed share of the fall that the gradient predicts; `descent` is gradient · step.
+    Without this condition the steps cross a curved valley from side to side. The first result is
+    None where even the shortest step leaves the model's domain.
     """
     weight = np.asarray(np.linalg.inv(noise))
     before = _weighted_squares(residuals, weight)
     for halving in range(_HALVINGS):
         share = 0.5**halving
-        with np.errstate(invalid="ignore"):  # a step too far may leave the model's domain: it is halved
+        with np.errstate(
+            invalid="ignore"
+        ):  # a step too far may leave the model's domain: it is halved
             new, jacobian = outputs(theta + share * step)
             after = _weighted_squares(new, weight)
         if np.isfinite(after) and after <= before * (1.0 + 1e-9) - 2.0 * _ARMIJO * share * descent:
@@ -164,10 +187,14 @@ def _normal_equations(residuals: Array, jacobian: Array, noise: Array) -> tuple[
 
 # The paper's method: one output, indicated airspeed.
 
-_COARSE_ROWS = 2000  # rows of the first fit of a long log, which starts the full fit near its minimum
+_COARSE_ROWS = (
+    2000  # rows of the first fit of a long log, which starts the full fit near its minimum
+)
 
 
-def fit_scalar(model: PredictionModel, obs: Observations, start: Array | None = None) -> OutputErrorFit:
+def fit_scalar(
+    model: PredictionModel, obs: Observations, start: Array | None = None
+) -> OutputErrorFit:
     """Fit one output: indicated airspeed [m/s], predicted from the held velocity and the wind.
 
     `start` is a first guess of θ (p,), None for no error and no wind.
@@ -182,7 +209,9 @@ def fit_scalar(model: PredictionModel, obs: Observations, start: Array | None = 
 
 
 def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
-    """Return the function of θ that gives the residual of indicated airspeed, (1, n) [m/s], and the Jacobian."""
+    """Return the function of θ that gives the residual of indicated airspeed, (1, n) [m/s], and the
+    Jacobian.
+    """
     measured = air.calibrated_airspeed(obs.impact_pressure)
 
     def outputs(theta: Array) -> tuple[Array, Array]:

@@ -1,4 +1,6 @@
-"""The predicted air data for a ground velocity, a wind, an error curve and nuisances, with the exact Jacobian."""
+"""The predicted air data for a ground velocity, a wind, an error curve and nuisances, with the
+exact Jacobian.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,8 +17,9 @@ from pitotbench.pressure_error.models import PressureErrorModel
 from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 # The predicted air data for a given ground velocity, wind and error curve, with the exact Jacobian.
-# The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity). The parameters
-# are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and down.
+# The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity).
+# The parameters are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and
+# down.
 
 _NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
 _BLOCK = 1 << 12  # rows: their arrays fill a part of a processor's cache
@@ -27,9 +30,10 @@ _LAST_STEP = 1e-5  # of the impact pressure; the remaining error is about 1e-10 
 class Prediction:
     """The prediction for n rows.
 
-    `indicated` (n,) [Pa] is the indicated impact pressure and `jacobian` (n, p) its derivative with respect to θ;
-    `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the predicted one. `slope` (n,)
-    [Pa s/m] is the derivative of the indicated impact pressure with respect to true airspeed.
+    `indicated` (n,) [Pa] is the indicated impact pressure and `jacobian` (n, p) its derivative with
+    respect to θ; `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the
+    predicted one. `slope` (n,) [Pa s/m] is the derivative of the indicated impact pressure with
+    respect to true airspeed.
     """
 
     indicated: Pascal
@@ -49,8 +53,9 @@ class Prediction:
 class PredictionModel:
     """The prediction to be fitted.
 
-    `reference_pressure` [Pa] is q_ref of the error model. With `static_error` the error is that of the static
-    source and changes the static pressure too. With `wind_down` the vertical wind is a parameter.
+    `reference_pressure` [Pa] is q_ref of the error model. With `static_error` the error is that of
+    the static source and changes the static pressure too. With `wind_down` the vertical wind is a
+    parameter.
     """
 
     error: PressureErrorModel
@@ -71,8 +76,9 @@ class PredictionModel:
     def predict(self, theta: Array, obs: Observations) -> Prediction:
         """Predict every row for θ (p,)."""
         work = _Work(self, theta, obs)
-        # Block by block, so that a block's arrays stay in the processor's cache: a long log takes half the time.
-        # All blocks take the same number of Newton steps, so the numbers do not depend on the size of a block.
+        # Block by block, so that a block's arrays stay in the processor's cache: a long log takes
+        # half the time. All blocks take the same number of Newton steps, so the numbers do not
+        # depend on the size of a block.
         blocks = [slice(first, first + _BLOCK) for first in range(0, len(obs), _BLOCK)]
         for rows in blocks:
             work.place(rows)
@@ -83,7 +89,12 @@ class PredictionModel:
         for rows in blocks:
             work.differentiate(rows)
         return Prediction(
-            work.indicated, work.jacobian, work.impact, work.speed, work.slope, error_count=self.error_count
+            work.indicated,
+            work.jacobian,
+            work.impact,
+            work.speed,
+            work.slope,
+            error_count=self.error_count,
         )
 
 
@@ -97,11 +108,17 @@ class _Work:
         self.indicated = obs.impact_pressure.copy()  # Newton's method starts from the measured one
         self.jacobian = np.empty((model.count, count)).T  # contiguous columns
         self.impact, self.speed, self.slope = np.empty(count), np.empty(count), np.empty(count)
-        self._ratio, self._ratio_slope, self._by_ratio = np.empty(count), np.empty(count), np.empty(count)
+        self._ratio, self._ratio_slope, self._by_ratio = (
+            np.empty(count),
+            np.empty(count),
+            np.empty(count),
+        )
         self._x, self._by_f = np.empty(count), np.empty(count)
 
     def place(self, rows: slice) -> None:
-        """Find the impact pressure of the ground velocity less the wind, as a share of the static pressure."""
+        """Find the impact pressure of the ground velocity less the wind, as a share of the static
+        pressure.
+        """
         obs = self._obs
         north, east, down = self._through_air(rows)
         self._ratio[rows], self._ratio_slope[rows], self.speed[rows] = _pressure_ratio(
@@ -116,8 +133,15 @@ class _Work:
         return obs.velocity_north[rows] - wind[0], obs.velocity_east[rows] - wind[1], down
 
     def improve(self, rows: slice) -> float:
-        """Take one Newton step to the solution of q_ci = F(f(q_ci/q_ref)), and return the largest step [Pa]."""
-        model, ratio, impact, q = self._model, self._ratio[rows], self.impact[rows], self.indicated[rows]
+        """Take one Newton step to the solution of q_ci = F(f(q_ci/q_ref)), and return the largest
+        step [Pa].
+        """
+        model, ratio, impact, q = (
+            self._model,
+            self._ratio[rows],
+            self.impact[rows],
+            self.indicated[rows],
+        )
         x = q / model.reference_pressure
         basis, f_slope = model.error.basis(x), model.error.basis_slope(x) @ self._k
         f = basis @ self._k
@@ -127,7 +151,9 @@ class _Work:
         damping = 1.0 - by_f * f_slope / model.reference_pressure
         step = (value - q) / damping
         q += step
-        by_ratio = self._obs.static_pressure[rows] * (1.0 - f) * (shape**2 if model.static_error else 1.0)
+        by_ratio = (
+            self._obs.static_pressure[rows] * (1.0 - f) * (shape**2 if model.static_error else 1.0)
+        )
         self._by_ratio[rows] = by_ratio / damping
         self._x[rows], self._by_f[rows] = x, by_f / damping
         return float(np.max(np.abs(step)))
@@ -135,9 +161,13 @@ class _Work:
     def differentiate(self, rows: slice) -> None:
         """Fill the derivatives by the curve, by the wind and by the true airspeed."""
         error = self._model.error
-        self.jacobian[rows, : self._model.error_count] = error.basis(self._x[rows]) * self._by_f[rows][:, None]
+        self.jacobian[rows, : self._model.error_count] = (
+            error.basis(self._x[rows]) * self._by_f[rows][:, None]
+        )
         by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
-        for column, axis in enumerate(self._through_air(rows)[: len(self._wind)], start=self._model.error_count):
+        for column, axis in enumerate(
+            self._through_air(rows)[: len(self._wind)], start=self._model.error_count
+        ):
             self.jacobian[rows, column] = by_speed_squared * (-2.0 * axis)
         self.slope[rows] = 2.0 * self.speed[rows] * by_speed_squared
 
@@ -165,10 +195,11 @@ _SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as co
 
 @dataclass(frozen=True, slots=True)
 class CurveMap:
-    """The curve and its gradients as functions of the error parameters k (K,), at fixed indicated airspeeds (c,).
+    """The curve and its gradients as functions of the error parameters k (K,), at fixed indicated
+    airspeeds (c,).
 
-    `indicated_airspeed` [m/s] is the raw reading. `zero` [Pa] is the zero offset of the impact pressure in it; q_ci
-    is the reading minus the offset.
+    `indicated_airspeed` [m/s] is the raw reading. `zero` [Pa] is the zero offset of the impact
+    pressure in it; q_ci is the reading minus the offset.
     """
 
     model: PredictionModel
@@ -176,7 +207,9 @@ class CurveMap:
     zero: float = 0.0
 
     def impact_pressure(self) -> Pascal:
-        """q_ci at the curve's airspeeds [Pa], (c,): the pressure at the ports, without the sensor's zero offset."""
+        """q_ci at the curve's airspeeds [Pa], (c,): the pressure at the ports, without the sensor's
+        zero offset.
+        """
         return air.impact_pressure(self.indicated_airspeed) - self.zero
 
     def basis(self) -> Array:
@@ -203,16 +236,20 @@ class CurveMap:
         rest, reference = 1.0 - self.normalized(k), self.model.reference_pressure
         bend = self.model.error.basis_slope(self.impact_pressure() / reference) @ k / reference
         by_indicated = (1.0 + self.impact_pressure() * bend / rest) / rest
-        return np.asarray(-air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated)
+        return np.asarray(
+            -air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated
+        )
 
     def altitude(self, k: Array, static_pressure: float) -> Meters:
         """True minus indicated pressure altitude [m], (c,), for an error of the static source.
 
-        `static_pressure` [Pa] is the indicated one. The true one is p = p_i − Δp; a lower pressure is a greater
-        altitude.
+        `static_pressure` [Pa] is the indicated one. The true one is p = p_i − Δp; a lower pressure
+        is a greater altitude.
         """
         error = self.impact_pressure() * (1.0 / (1.0 - self.normalized(k)) - 1.0)
-        return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
+        return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(
+            static_pressure
+        )
 
     def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
         """Derivative of the altitude correction with respect to k, (c, K) [m]."""
@@ -225,7 +262,8 @@ class CurveMap:
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,) between its 0.1 and 99.9 percentiles.
+    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,) between its 0.1 and
+    99.9 percentiles.
 
     They are multiples of the least step in knots that gives 32 points or fewer.
     """
@@ -240,16 +278,19 @@ def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
     return np.asarray(points * KNOT)
 
 
-# The wind reported for a drifting wind: the mean over the rows of the log, not the level W of the process.
-# The wind is W + w(t), with w a Gauss-Markov process. The data determine its mean over the flight far better than
-# W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger 1962;
-# Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
+# The wind reported for a drifting wind: the mean over the rows of the log, not the level W of the
+# process. The wind is W + w(t), with w a Gauss-Markov process. The data determine its mean over the
+# flight far better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to
+# the estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6,
+# 1991).
 
 
 def wind_by_circle(obs: Observations) -> Array:
-    """Return the constant wind toward north and east that fits best without an error of the airspeed, (2,) [m/s].
+    """Return the constant wind toward north and east that fits best without an error of the
+    airspeed, (2,) [m/s].
 
-    The ground velocities lie on a circle of the airspeed around the wind: |g|² − V² = 2 g·W − |W|², linear in W and
+    The ground velocities lie on a circle of the airspeed around the wind: |g|² − V² = 2 g·W − |W|²,
+    linear in W and
     |W|² (Kåsa, IEEE Transactions on Instrumentation and Measurement 25, 1976).
     """
     mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
@@ -259,13 +300,15 @@ def wind_by_circle(obs: Observations) -> Array:
     return np.asarray(np.linalg.lstsq(2.0 * ground, response)[0][:2])
 
 
-# A wind that drifts far is no small correction to its mean. So the problem is linearized around a path of the wind,
-# and the path is estimated again with each pass.
+# A wind that drifts far is no small correction to its mean. So the problem is linearized around a
+# path of the wind, and the path is estimated again with each pass.
 
 
 @dataclass(frozen=True, slots=True)
 class WindPath:
-    """The wind less its mean, around which a problem is linearized: times (k,) [s], and (k, 2) [m/s] there."""
+    """The wind less its mean, around which a problem is linearized: times (k,) [s], and (k, 2)
+    [m/s] there.
+    """
 
     time: Seconds
     wind: Array
@@ -299,9 +342,11 @@ def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
 
 
 def correlated(blocks: Blocks, correlation_time: float, values: Array) -> Array:
-    """Multiply values of the blocks, (blocks, m), by the matrix of the process's correlations, (blocks, blocks).
+    """Multiply values of the blocks, (blocks, m), by the matrix of the process's correlations,
+    (blocks, blocks).
 
-    A pass forward and one backward take the place of the matrix, which for a long flight would be large.
+    A pass forward and one backward take the place of the matrix, which for a long flight would be
+    large.
     """
     decay = np.exp(-np.diff(blocks.middle()) / correlation_time)
     forward, backward = values.copy(), values.copy()
@@ -316,8 +361,8 @@ def correlated(blocks: Blocks, correlation_time: float, values: Array) -> Array:
 class MeanWind:
     """The map from an answer for the wind's level to one for its mean, under one noise.
 
-    `winds` are the wind's columns among the coefficients. `weighed` (n, 2) is the transpose of G C⁻¹. `unknown`
-    (2, 2) [(m/s)²] is the covariance of the mean, given the data and the level.
+    `winds` are the wind's columns among the coefficients. `weighed` (n, 2) is the transpose of G
+    C⁻¹. `unknown` (2, 2) [(m/s)²] is the covariance of the mean, given the data and the level.
     """
 
     winds: slice
@@ -326,7 +371,9 @@ class MeanWind:
     unknown: Array
 
     def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the answer (estimate (p,), covariance (p, p)) with the mean wind in place of the wind's level."""
+        """Return the answer (estimate (p,), covariance (p, p)) with the mean wind in place of the
+        wind's level.
+        """
         response, regressors = self.problem.response, self.problem.regressors
         estimate, covariance = answer[0].copy(), answer[1]
         estimate[self.winds] += self.weighed.T @ (response - regressors @ answer[0])
@@ -337,11 +384,13 @@ class MeanWind:
         return estimate, 0.5 * (covariance + covariance.T)
 
 
-def mean_wind(noise: Noise, problem: Regression, kernel: Array, deviation: float, first: int) -> MeanWind:
+def mean_wind(
+    noise: Noise, problem: Regression, kernel: Array, deviation: float, first: int
+) -> MeanWind:
     """The mean wind of a problem whose wind columns begin at `first`.
 
-    Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`; deviation, the standard
-    deviation of the process [m/s]; first.
+    Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`;
+    deviation, the standard deviation of the process [m/s]; first.
     """
     winds = slice(first, first + 2)
     crossed = deviation**2 * kernel[:, None] * problem.regressors[:, winds]  # Gᵀ
@@ -356,16 +405,20 @@ def _at_least(matrix: Array, floor: float) -> Array:
     return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
 
 
-# The nuisances: quantities that are estimated together with the curve and the wind, each with its prior.
-# Every nuisance is one number with a mean of zero. Its effect on the predicted airspeed is proportional to it.
-# The first order is enough: an error of 3 K in the temperature changes the airspeed by 0.5 %, and the neglected
-# second order is below 0.003 % of the airspeed.
+# The nuisances: quantities that are estimated together with the curve and the wind, each with its
+# prior. Every nuisance is one number with a mean of zero. Its effect on the predicted airspeed is
+# proportional to it. The first order is enough: an error of 3 K in the temperature changes the
+# airspeed by 0.5 %, and the neglected second order is below 0.003 % of the airspeed.
 
-# Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
+# Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard
+# deviation.
 _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
 _LEAST_CLIMB = 60.0  # m: a smaller difference in height cannot determine a shear
-_LEAST_LAYER, _MOST_LAYERS = 150.0, 8  # m, of the thinnest layer of a drifting wind; and their greatest number
+_LEAST_LAYER, _MOST_LAYERS = (
+    150.0,
+    8,
+)  # m, of the thinnest layer of a drifting wind; and their greatest number
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
 _AXES = ("north", "east")
@@ -378,9 +431,9 @@ Change = Callable[[Observations], Array | float]
 class Nuisance:
     """One unknown with a Gaussian prior of mean zero.
 
-    `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives the change of
-    the predicted true airspeed per unit, (n,) [m/s]. `wind` is the axis (0 north, 1 east) of one that changes the
-    wind, and its change from row to row; None for another.
+    `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives
+    the change of the predicted true airspeed per unit, (n,) [m/s]. `wind` is the axis (0 north, 1
+    east) of one that changes the wind, and its change from row to row; None for another.
     """
 
     name: str
@@ -402,7 +455,10 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
         Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
         Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
-        *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, _wind(i)) for i, a in enumerate(_AXES)),
+        *(
+            Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, _wind(i))
+            for i, a in enumerate(_AXES)
+        ),
         Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
     )
     changing = _linear_wind(obs) if options.wind == "linear" else ()
@@ -422,7 +478,8 @@ def along_track(prediction: Prediction) -> Array:
 def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     """The wind's change with time and, where the log climbs, with height, toward north and east."""
     middle = 0.5 * (obs.time[0] + obs.time[-1])
-    # These are functions of the rows: the search for a latency reads the rows again, and there may be fewer.
+    # These are functions of the rows: the search for a latency reads the rows again, and there may
+    # be fewer.
     changes: dict[str, Change] = {"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}
     if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
         mean = float(np.mean(obs.altitude))
@@ -431,11 +488,17 @@ def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
 
 
 def _layers(obs: Observations) -> tuple[Nuisance, ...]:
-    """The wind's change with height, a slope a layer, for a log that climbs through more than one of 150 m."""
+    """The wind's change with height, a slope a layer, for a log that climbs through more than one
+    of 150 m.
+    """
     low, high = (float(edge) for edge in np.quantile(obs.height(), [0.01, 0.99]))
     count = min(int((high - low) / _LEAST_LAYER), _MOST_LAYERS)
     edges = np.linspace(low, high, count + 1)
-    changes = {f"per_300_m_above_{low:.0f}_m": _slope(low, high) for low, high in pairwise(edges)} if count else {}
+    changes = (
+        {f"per_300_m_above_{low:.0f}_m": _slope(low, high) for low, high in pairwise(edges)}
+        if count
+        else {}
+    )
     # Over many heights the changes of a wind add up as those of a random walk do.
     thickness = max((high - low) / max(count, 1), _WIND_HEIGHT)
     return _both_axes(changes, _WIND_CHANGE * float(np.sqrt(_WIND_HEIGHT / thickness)))
@@ -446,7 +509,9 @@ def _slope(low: float, high: float) -> Change:
     return lambda obs: (np.clip(obs.height(), low, high) - 0.5 * (low + high)) / _WIND_HEIGHT
 
 
-def _both_axes(changes: Mapping[str, Change], deviation: float = _WIND_CHANGE) -> tuple[Nuisance, ...]:
+def _both_axes(
+    changes: Mapping[str, Change], deviation: float = _WIND_CHANGE
+) -> tuple[Nuisance, ...]:
     return tuple(
         Nuisance(f"wind_{name}_mps_{unit}", deviation, _wind(axis, change), (axis, change))
         for unit, change in changes.items()
@@ -455,7 +520,9 @@ def _both_axes(changes: Mapping[str, Change], deviation: float = _WIND_CHANGE) -
 
 
 def path_of_nuisances(nuisances: Sequence[Nuisance], values: Array, obs: Observations) -> Array:
-    """Return the wind that nuisances of given values (m,) add to each row, toward north and east, (n, 2) [m/s]."""
+    """Return the wind that nuisances of given values (m,) add to each row, toward north and east,
+    (n, 2) [m/s].
+    """
     added = np.zeros((len(obs), 2))
     for nuisance, value in zip(nuisances, values, strict=True):
         if nuisance.wind is not None:
@@ -475,7 +542,8 @@ def _altitude(obs: Observations) -> Meters:
 
 
 def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    # V = M sqrt(γRT): the same ground velocity in warmer air is a smaller Mach number and impact pressure.
+    # V = M sqrt(γRT): the same ground velocity in warmer air is a smaller Mach number and impact
+    # pressure.
     return -0.5 * prediction.true_airspeed / obs.probe_temperature
 
 
@@ -491,7 +559,9 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 
 
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground acceleration along it."""
+    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground
+    acceleration along it.
+    """
     return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
 
 

@@ -1,4 +1,6 @@
-"""The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and answer."""
+"""The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and
+answer.
+"""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -40,7 +42,12 @@ from pitotbench.calibration.options import (
     accuracies_of,
     assumptions_of,
 )
-from pitotbench.calibration.output_error import OutputErrorFit, airspeed_outputs, fit_output_error, fit_scalar
+from pitotbench.calibration.output_error import (
+    OutputErrorFit,
+    airspeed_outputs,
+    fit_output_error,
+    fit_scalar,
+)
 from pitotbench.calibration.prediction import (
     Nuisance,
     PredictionModel,
@@ -71,13 +78,13 @@ if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
 
-# Faulty rows: spikes, dropouts, stuck samples and typing errors. They are found, left out and listed.
-# A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) gives a row at z standard
-# deviations the weight 5/(4 + z²). Rows with a weight below a tenth (|z| > 6.8) are left out. All others have
-# full weight, because block means are nearly Gaussian and the bound needs a Gaussian likelihood. There are two
-# kinds of z: of a row against its two neighbors (spikes), and of the median of a second against all others
-# (longer faults). A burst of gusts makes all seconds around scatter more, and a fault does not: a longer fault
-# has to stand out of that.
+# Faulty rows: spikes, dropouts, stuck samples and typing errors. They are found, left out and
+# listed. A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) gives a
+# row at z standard deviations the weight 5/(4 + z²). Rows with a weight below a tenth (|z| > 6.8)
+# are left out. All others have full weight, because block means are nearly Gaussian and the bound
+# needs a Gaussian likelihood. There are two kinds of z: of a row against its two neighbors
+# (spikes), and of the median of a second against all others (longer faults). A burst of gusts makes
+# all seconds around scatter more, and a fault does not: a longer fault has to stand out of that.
 
 _FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
@@ -118,7 +125,8 @@ def screen(model: PredictionModel, obs: Observations, theta: Array | None) -> Sc
         good = again
     if good.mean() < 1.0 - _MOST:
         raise BadInputError(
-            f"{100.0 * (1.0 - good.mean()):.0f} % of the rows disagree with the rest: a channel may be stuck, "
+            f"{100.0 * (1.0 - good.mean()):.0f} % of the rows disagree with the rest: a channel "
+            "may be stuck, "
             "mislabeled or in another unit; look at the columns, or leave the bad part out"
         )
     return Screened(obs.select(good), rows[~good])
@@ -131,14 +139,18 @@ def _suspicious(model: PredictionModel, obs: Observations, theta: Array) -> bool
 
 
 def _residual(model: PredictionModel, obs: Observations, theta: Array) -> Array:
-    """Measured minus predicted indicated airspeed [m/s]; 1000 m/s where the model has no prediction."""
+    """Measured minus predicted indicated airspeed [m/s]; 1000 m/s where the model has no
+    prediction.
+    """
     with np.errstate(invalid="ignore"):
         predicted = air.calibrated_airspeed(model.predict(theta, obs).indicated)
     return np.nan_to_num(air.calibrated_airspeed(obs.impact_pressure) - predicted, nan=_NOWHERE)
 
 
 def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Array:
-    """Fit output error to one row per good second, that with the median residual, so that spikes have no effect."""
+    """Fit output error to one row per good second, that with the median residual, so that spikes
+    have no effect.
+    """
     kept = obs.select(good)
     theta = np.zeros(model.count)
     for _ in range(2):
@@ -157,7 +169,9 @@ def _middle_rows(residual: Array, block: NDArray[np.intp]) -> NDArray[np.intp]:
     middle = np.empty(len(starts), dtype=np.intp)
     for count in np.unique(counts):  # blocks of equal length are sorted together
         same = np.flatnonzero(counts == count)
-        order = np.argsort(residual[starts[same][:, None] + np.arange(count)], axis=1, kind="stable")
+        order = np.argsort(
+            residual[starts[same][:, None] + np.arange(count)], axis=1, kind="stable"
+        )
         middle[same] = starts[same] + order[:, count // 2]
     return middle
 
@@ -168,11 +182,15 @@ def _spikes(residual: Array) -> Booleans:
     return spikes_among(second, max(_FARTHEST * deviation_of_sizes(second), _LEAST_SPIKE))
 
 
-def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool = False) -> Booleans:
-    """Rows far from the good ones, and all rows of a second whose median (or mean) residual is far from them.
+def _long_faults(
+    residual: Array, obs: Observations, good: Booleans, means: bool = False
+) -> Booleans:
+    """Rows far from the good ones, and all rows of a second whose median (or mean) residual is far
+    from them.
 
-    They must also be far from the usual residual around them. A model that cannot follow the curve gives residuals
-    that change slowly; a fault is sudden. Where the seconds around scatter more than usual, far is farther.
+    They must also be far from the usual residual around them. A model that cannot follow the curve
+    gives residuals that change slowly; a fault is sudden. Where the seconds around scatter more
+    than usual, far is farther.
     """
     blocks = divide(obs, _SECOND)
     level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]
@@ -195,7 +213,9 @@ def _roughness(level: Array, healthy: Booleans) -> Array:
     if usual == 0.0:
         return np.ones(len(level))
     around = np.clip(median_filter(changes, _BURST, mode="nearest") / usual, 1.0, _ROUGHEST)
-    return np.asarray(around[np.clip(np.searchsorted(kept, np.arange(len(level))), 0, len(around) - 1)])
+    return np.asarray(
+        around[np.clip(np.searchsorted(kept, np.arange(len(level))), 0, len(around) - 1)]
+    )
 
 
 def _far(values: Array, healthy: Array, rough: Array) -> Booleans:
@@ -204,12 +224,12 @@ def _far(values: Array, healthy: Array, rough: Array) -> Booleans:
     return np.asarray(np.abs(values - center) > np.maximum(_FARTHEST * scale * rough, _LEAST_SPIKE))
 
 
-# The latency of the GPS velocity against the air data, from planned changes of speed.
-# A latency has an effect where the airplane accelerates over the ground along the airspeed. But the ground speed
-# also responds to gusts, by an airspeed hold or by drag alone. These small accelerations imitate a latency
-# (simulated flights without latency gave −1.0 to −1.5 s on circles and level legs). Therefore only larger
-# accelerations count. They are smoothed, which also removes the noise of the velocity. A log without any, of
-# steady legs or turns, does not determine the latency.
+# The latency of the GPS velocity against the air data, from planned changes of speed. A latency has
+# an effect where the airplane accelerates over the ground along the airspeed. But the ground speed
+# also responds to gusts, by an airspeed hold or by drag alone. These small accelerations imitate a
+# latency (simulated flights without latency gave −1.0 to −1.5 s on circles and level legs).
+# Therefore only larger accelerations count. They are smoothed, which also removes the noise of the
+# velocity. A log without any, of steady legs or turns, does not determine the latency.
 
 _PLANNED = 0.4  # m/s²: an idle deceleration has 1, the response to moderate turbulence 0.1
 _READINGS = 4  # of the log, at most, each with the latest estimate
@@ -217,12 +237,16 @@ _LARGEST = 2.0  # s, of a latency of either sign
 
 
 def estimate_latency(
-    log: FlightLog, options: CalibrationOptions, obs: Observations, structure: Structure, fit: CoveringFit
+    log: FlightLog,
+    options: CalibrationOptions,
+    obs: Observations,
+    structure: Structure,
+    fit: CoveringFit,
 ) -> Estimate:
     """Estimate the latency of the GPS velocity [s], with 2σ.
 
-    It is negative where the air data trail. The 2σ is infinite where the log does not determine it. The rows of the
-    fit, `obs`, are read again with each estimate until the estimate settles.
+    It is negative where the air data trail. The 2σ is infinite where the log does not determine it.
+    The rows of the fit, `obs`, are read again with each estimate until the estimate settles.
     """
     column = Nuisance("latency_s", _PLANNED, by_latency)
     total = options.gps_latency
@@ -242,7 +266,8 @@ def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationO
     """
     if not np.isfinite(latency.two_sigma):
         raise NoAnswerError(
-            "the latency is not observable: the log holds no planned change of speed; fly an idle deceleration, "
+            "the latency is not observable: the log holds no planned change of speed; fly an idle "
+            "deceleration, "
             "or state the latency in seconds"
         )
     stated = accuracies_of(options.accuracies, {})
@@ -252,9 +277,12 @@ def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationO
 
 def _latency_warning(latency: LatencyFound) -> Caution:
     """The warning of a latency that differs from the one taken out by more than its 2σ."""
-    late, early = ("GPS velocity", "air data") if latency.value > 0.0 else ("air data", "GPS velocity")
+    late, early = (
+        ("GPS velocity", "air data") if latency.value > 0.0 else ("air data", "GPS velocity")
+    )
     return Caution(
-        f"the {late} trail the {early} by {abs(latency.value):.2f} ± {latency.two_sigma:.2f} s (2σ); "
+        f"the {late} trail the {early} by {abs(latency.value):.2f} ± {latency.two_sigma:.2f} s "
+        "(2σ); "
         "use --latency estimated, or state it",
         "latency",
         size=latency.value,
@@ -264,19 +292,22 @@ def _latency_warning(latency: LatencyFound) -> Caution:
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
-# Probability of so much evidence for a change under a constant wind, above which it is not named. A third of the
-# changes that are found by chance would move the curve by enough to be named.
+# Probability of so much evidence for a change under a constant wind, above which it is not named. A
+# third of the changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
 _MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
-_MOST_NAMED, _MOST_LISTED = 5, 1000  # greatest number of left-out rows in a warning and in the diagnostics
+_MOST_NAMED, _MOST_LISTED = (
+    5,
+    1000,
+)  # greatest number of left-out rows in a warning and in the diagnostics
 
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
     """The reduction of a log: model, rows, white fit, answer, diagnostics and warnings.
 
-    `options` include the accuracies and the latency that were used. `assumptions` are the accuracies
-    assumed for the bound, each with its source.
+    `options` include the accuracies and the latency that were used. `assumptions` are the
+    accuracies assumed for the bound, each with its source.
     """
 
     options: CalibrationOptions
@@ -297,23 +328,31 @@ class Reduction:
     left_out: tuple[str, ...] = ()
 
 
-def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
+def reduce_log(
+    log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None
+) -> Reduction:
     """Reduce a log.
 
-    `reference_pressure` [Pa] is q_ref; None takes the usual one, or one near the data of a fast airplane.
-    Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
+    `reference_pressure` [Pa] is q_ref; None takes the usual one, or one near the data of a fast
+    airplane. Raises BadInputError for a log that cannot be used, NoAnswerError for one that does
+    not determine the answer.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     read = observe(log, used)
     reference = reference_pressure or reference_of([read])
-    model = PredictionModel(MODELS[used.model], reference, used.error_location == "static", used.wind_down)
+    model = PredictionModel(
+        MODELS[used.model], reference, used.error_location == "static", used.wind_down
+    )
     _require_observable(model, read, log)
     near = _along_path(model, used, read)
     obs, white, left_out = _screened(model, read, used.robust, near)
     found = Diagnostics(white.iterations, tuple(int(row) for row in left_out[:_MOST_LISTED]))
-    # Without evidence from the log the place of the error is that of the published method unless stated.
+    # Without evidence from the log the place of the error is that of the published method unless
+    # stated.
     location = IMPACT if used.error_location == AUTO else used.error_location
-    reduction = Reduction(used, model, obs, white, posterior_of(white), found, error_location=location)
+    reduction = Reduction(
+        used, model, obs, white, posterior_of(white), found, error_location=location
+    )
     reduction = reduction if near is None else replace(reduction, path=near.path)
     if used.method == "covering":
         reduction = _cover(log, reduction)
@@ -329,7 +368,9 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
 
 
 def _require_observable(model: PredictionModel, obs: Observations, log: FlightLog) -> None:
-    """Raise NoAnswerError where the rows do not determine the answer; name the sensor's range if that is why."""
+    """Raise NoAnswerError where the rows do not determine the answer; name the sensor's range if
+    that is why.
+    """
     try:
         require_observable(model, obs)
     except NoAnswerError as error:
@@ -342,7 +383,9 @@ def _require_observable(model: PredictionModel, obs: Observations, log: FlightLo
 def _that_matter(
     assumed: tuple[Assumption, ...], options: CalibrationOptions, obs: Observations
 ) -> tuple[Assumption, ...]:
-    """The accuracies that the bound of this log depends on: the usual names, and others that are not zero."""
+    """The accuracies that the bound of this log depends on: the usual names, and others that are
+    not zero.
+    """
     if options.method != "covering":
         assumed = tuple(replace(each, two_sigma=0.0, source="method") for each in assumed)
     elif obs.standard_day:
@@ -352,7 +395,9 @@ def _that_matter(
             else each
             for each in assumed
         )
-    return tuple(each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0)
+    return tuple(
+        each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0
+    )
 
 
 def model_of(
@@ -360,17 +405,23 @@ def model_of(
 ) -> PredictionModel:
     """Return the model to be fitted. A model with knots has them over the range of the data."""
     error = MODELS[name].spread_over(*flown_range(obs, reference_pressure))
-    return PredictionModel(error, reference_pressure, options.error_location == "static", options.wind_down)
+    return PredictionModel(
+        error, reference_pressure, options.error_location == "static", options.wind_down
+    )
 
 
 def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, float]:
     """Return the range of x = q_ci/q_ref in the data, without the outermost thousandths."""
-    low, high = (float(q) for q in np.quantile(obs.impact_pressure, [0.001, 0.999]) / reference_pressure)
+    low, high = (
+        float(q) for q in np.quantile(obs.impact_pressure, [0.001, 0.999]) / reference_pressure
+    )
     return low, max(high, _LEAST_RANGE * low)
 
 
 def reference_of(observed: Sequence[Observations]) -> float:
-    """Return the usual reference pressure [Pa], or for fast airplanes the median of the data, rounded."""
+    """Return the usual reference pressure [Pa], or for fast airplanes the median of the data,
+    rounded.
+    """
     middle = float(np.median(np.concatenate([obs.impact_pressure for obs in observed])))
     if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
         return REFERENCE_PRESSURE
@@ -382,7 +433,8 @@ def _screened(
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
     """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
 
-    Of a drifting wind the path found `near` the answer is taken from the rows that are fitted and screened.
+    Of a drifting wind the path found `near` the answer is taken from the rows that are fitted and
+    screened.
     """
     flown, start = obs, None
     if near is not None and near.path is not None:
@@ -396,22 +448,30 @@ def _screened(
             good = screened.observations
             obs = good if flown is obs else obs.select(good.used[obs.used])
             flown, none, fit = good, screened.left_out, None
-    # The fit is repeated without the faulty rows. Where there are none, it raises the error of the first fit again.
+    # The fit is repeated without the faulty rows. Where there are none, it raises the error of the
+    # first fit again.
     return obs, fit or fit_scalar(model, flown, start), none
 
 
-def _along_path(model: PredictionModel, options: CalibrationOptions, obs: Observations) -> Approach | None:
-    """The first pass with a drifting wind, from the constant one that fits best; None for another wind."""
+def _along_path(
+    model: PredictionModel, options: CalibrationOptions, obs: Observations
+) -> Approach | None:
+    """The first pass with a drifting wind, from the constant one that fits best; None for another
+    wind.
+    """
     if options.method != "covering" or not wind_drifts(options, obs):
         return None
-    # A curve of several terms and a wind that drifts far are easily confounded: the path comes from a level alone.
+    # A curve of several terms and a wind that drifts far are easily confounded: the path comes from
+    # a level alone.
     level = replace(model, error=MODELS["bias"])
     start = np.zeros(level.count)
     start[1:3] = wind_by_circle(obs)
     return approach(Structure(level, nuisances_of(options, obs), drifting=True), obs, start)
 
 
-def _white_fit(model: PredictionModel, obs: Observations, start: Array | None) -> OutputErrorFit | None:
+def _white_fit(
+    model: PredictionModel, obs: Observations, start: Array | None
+) -> OutputErrorFit | None:
     """The published fit; None where faulty rows may keep it from converging."""
     try:
         return fit_scalar(model, obs, start)
@@ -420,7 +480,9 @@ def _white_fit(model: PredictionModel, obs: Observations, start: Array | None) -
 
 
 def _cover(log: FlightLog, white: Reduction) -> Reduction:
-    """Give the white reduction the covering fit; with an estimated latency the log is read and fitted again."""
+    """Give the white reduction the covering fit; with an estimated latency the log is read and
+    fitted again.
+    """
     options, obs = white.options, white.observations
     located = _located(log, white)
     if options.latency == "given":
@@ -428,11 +490,15 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
     latency = estimate_latency(log, options, obs, located.structure, located.fit)
     if options.latency == "checked":
         return _covered(
-            white, located, LatencyFound(latency.value, latency.two_sigma, latency.value - options.gps_latency)
+            white,
+            located,
+            LatencyFound(latency.value, latency.two_sigma, latency.value - options.gps_latency),
         )
     applied = with_latency(options, latency)
     again = replace(white, options=applied, observations=observe_again(log, applied, obs))
-    return _covered(again, _located(log, again), LatencyFound(latency.value, latency.two_sigma, 0.0))
+    return _covered(
+        again, _located(log, again), LatencyFound(latency.value, latency.two_sigma, 0.0)
+    )
 
 
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
@@ -481,18 +547,23 @@ def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | 
     return HeightFound(level, memory, white, walk, len(rows))
 
 
-def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) -> Iterator[Caution]:
+def _warnings(
+    log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]
+) -> Iterator[Caution]:
     """The warnings of the log and those of its reduction, in the order in which they are shown."""
     found, condition = reduction.diagnostics, reduction.white.condition_number
     late = (
-        found.latency if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma else None
+        found.latency
+        if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma
+        else None
     )
     for caution in log.cautions:
         if not _turned_by_delay(log, caution, found.latency):
             yield caution
     if reduction.observations.standard_day:
         yield Caution(
-            f"no temperature in the log: a standard day is assumed, {WITHOUT_TEMPERATURE:.0f} K off at most (2σ); "
+            f"no temperature in the log: a standard day is assumed, {WITHOUT_TEMPERATURE:.0f} K "
+            "off at most (2σ); "
             "its part of the bound is listed",
             "standard day",
         )
@@ -518,7 +589,8 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
 
 
 def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | None) -> bool:
-    """Whether a warning of turned axes tells of a latency only: as the airplane turns, a late track is turned back.
+    """Whether a warning of turned axes tells of a latency only: as the airplane turns, a late track
+    is turned back.
 
     A latency that is known to be none, or not known at all, explains nothing.
     """
@@ -531,22 +603,31 @@ def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | N
 
 
 def _is_named(change: WindChange) -> bool:
-    """Whether the log asks for a change of the wind that matters, and a constant wind would seldom look so."""
+    """Whether the log asks for a change of the wind that matters, and a constant wind would seldom
+    look so.
+    """
     return change.bayes_factor > ASKS and change.chance < _CHANGED and change.share > _MATTERS
 
 
 def _wind_warning(change: WindChange) -> Caution:
     knots = change.size / KNOT
-    when = "over the log" if np.isnan(change.time) else f"about {change.time:.0f} s after the first row"
+    when = (
+        "over the log"
+        if np.isnan(change.time)
+        else f"about {change.time:.0f} s after the first row"
+    )
     return Caution(
-        f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by up to "
-        f"{change.moves / KNOT:.1f} kt; the bound holds both winds; each speed on opposite headings narrows it",
+        f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by "
+        "up to "
+        f"{change.moves / KNOT:.1f} kt; the bound holds both winds; each speed on opposite "
+        "headings narrows it",
         "wind",
         size=knots,
     )
 
 
-# Linear algebra on one thread: faster for arrays of this size, and the same digits on any number of cores.
+# Linear algebra on one thread: faster for arrays of this size, and the same digits on any number of
+# cores.
 
 
 @contextmanager

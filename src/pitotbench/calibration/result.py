@@ -1,4 +1,6 @@
-"""The Calibration assembled from a reduction by either method, with the steps of a display in its bound."""
+"""The Calibration assembled from a reduction by either method, with the steps of a display in its
+bound.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,7 +14,13 @@ from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of, assumptions_of
 from pitotbench.calibration.output_error import OutputErrorFit
-from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, PredictionModel, curve_airspeeds
+from pitotbench.calibration.prediction import (
+    ZERO,
+    CurveMap,
+    Nuisance,
+    PredictionModel,
+    curve_airspeeds,
+)
 from pitotbench.calibration.reduction import Reduction, model_of, reference_of
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
@@ -34,10 +42,15 @@ _FEWEST_POINTS = 2  # of a curve
 def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
     """Assemble the Calibration of a reduction.
 
-    `airspeeds` (c,) [m/s] are the indicated airspeeds of the curve; None takes the range of the log. Raises
-    NoAnswerError where the impact pressure is hardly more than its zero offset.
+    `airspeeds` (c,) [m/s] are the indicated airspeeds of the curve; None takes the range of the
+    log. Raises NoAnswerError where the impact pressure is hardly more than its zero offset.
     """
-    model, obs, white, answer = reduction.model, reduction.observations, reduction.white, reduction.answer
+    model, obs, white, answer = (
+        reduction.model,
+        reduction.observations,
+        reduction.white,
+        reduction.answer,
+    )
     zero = found_zero(model, answer, reduction.nuisances)
     if airspeeds is None:
         airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
@@ -79,7 +92,10 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
 
 def _place_assumed(reduction: Reduction) -> bool:
     """Whether the place of the error was neither stated nor seen in the height."""
-    return reduction.options.error_location == AUTO and reduction.diagnostics.static_probability is None
+    return (
+        reduction.options.error_location == AUTO
+        and reduction.diagnostics.static_probability is None
+    )
 
 
 def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, ...]:
@@ -90,18 +106,26 @@ def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, .
 
 
 def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibration:
-    """Return the Calibration by height alone, of a log whose headings are all alike: the wind stays unknown.
+    """Return the Calibration by height alone, of a log whose headings are all alike: the wind stays
+    unknown.
 
     Raises as `location.fit_by_height` does.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, used)
-    # Height tells the level well and the slope hardly: of the models weighed these two are left, alike likely.
+    # Height tells the level well and the slope hardly: of the models weighed these two are left,
+    # alike likely.
     names = ("linear", "bias") if used.model == AUTO else (used.model,)
-    fits = [fit_by_height(log, used, obs, model_of(name, used, obs, reference_of([obs]))) for name in names]
+    fits = [
+        fit_by_height(log, used, obs, model_of(name, used, obs, reference_of([obs])))
+        for name in names
+    ]
     found, model = fits[0], fits[0].model
     if len(fits) > 1:
-        found = replace(found, answer=mixed([(1.0, found.answer), (1.0, fits[1].answer.padded(model.error_count))]))
+        found = replace(
+            found,
+            answer=mixed([(1.0, found.answer), (1.0, fits[1].answer.padded(model.error_count))]),
+        )
     k, indicated = found.answer.mean, air.calibrated_airspeed(found.impact_pressure)
     curve = CurveMap(found.model, curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)))
     gradient = curve.correction_gradient(k)
@@ -119,8 +143,10 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     airspeed = found.left * air.calibrated_airspeed_slope(found.impact_pressure, indicated)
     residuals = Residuals(found.time, indicated, airspeed, obs.used)
     words = (
-        f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The curve is that of "
-        "the static source, by height and pressure alone; a second leg at least 60° away would check it"
+        f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The "
+        "curve is that of "
+        "the static source, by height and pressure alone; a second leg at least 60° away would "
+        "check it"
     )
     return Calibration(
         model=f"{AUTO} ({' and '.join(names)})" if used.model == AUTO else used.model,
@@ -146,7 +172,9 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     )
 
 
-def found_zero(model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]) -> Estimate | None:
+def found_zero(
+    model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]
+) -> Estimate | None:
     """Return the zero offset of the impact pressure [Pa], or None where it was not estimated."""
     place = _zero_place(model, nuisances)
     if place is None:
@@ -170,7 +198,8 @@ def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerS
     above = air.impact_pressure(airspeeds) > zero.value + zero.two_sigma
     if np.count_nonzero(above) < _FEWEST_POINTS:
         raise NoAnswerError(
-            f"the impact pressure is hardly more than its zero offset ({zero.value:+.0f} ± {zero.two_sigma:.0f} "
+            f"the impact pressure is hardly more than its zero offset ({zero.value:+.0f} ± "
+            f"{zero.two_sigma:.0f} "
             "Pa, 2σ): fly faster, or set the sensor's zero before the flight"
         )
     return airspeeds[above]
@@ -179,7 +208,10 @@ def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerS
 def _parameters(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:
     bounds = answer.two_sigma(np.eye(len(answer.mean)))
     names = model.error.parameter_names
-    return tuple(Estimate(name, float(v), float(b)) for name, v, b in zip(names, answer.mean, bounds, strict=False))
+    return tuple(
+        Estimate(name, float(v), float(b))
+        for name, v, b in zip(names, answer.mean, bounds, strict=False)
+    )
 
 
 def _wind(model: PredictionModel, answer: Posterior) -> WindEstimate:
@@ -192,7 +224,9 @@ def _wind(model: PredictionModel, answer: Posterior) -> WindEstimate:
     return WindEstimate(*parts)
 
 
-def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances: Sequence[Nuisance]) -> ErrorCurve:
+def _curve(
+    curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances: Sequence[Nuisance]
+) -> ErrorCurve:
     k = answer.mean[: curve.model.error_count]
     gradient, basis = correction_gradient(curve, answer, nuisances), widened(curve.basis(), answer)
     bounds = answer.two_sigma(gradient)
@@ -213,10 +247,11 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances:
 def with_altitude(
     curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations, assumed: bool = False
 ) -> ErrorCurve:
-    """Add the altitude correction [m] and its 2σ to the curve where the error is the static source's.
+    """Add the altitude correction [m] and its 2σ to the curve where the error is the static
+    source's.
 
-    They are computed at the median of the log's static pressures. Where the place of the error is `assumed`, there
-    may be no error of the altitude at all, and the 2σ holds 0.
+    They are computed at the median of the log's static pressures. Where the place of the error is
+    `assumed`, there may be no error of the altitude at all, and the 2σ holds 0.
     """
     if not of.model.static_error:
         return curve
@@ -230,9 +265,14 @@ def with_altitude(
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
-    """Derivative of the correction [m/s] with respect to all of θ, (c, p), including the zero offset."""
+    """Derivative of the correction [m/s] with respect to all of θ, (c, p), including the zero
+    offset.
+    """
     k = answer.mean[: curve.model.error_count]
-    gradient, place = widened(curve.correction_gradient(k), answer), _zero_place(curve.model, nuisances)
+    gradient, place = (
+        widened(curve.correction_gradient(k), answer),
+        _zero_place(curve.model, nuisances),
+    )
     if place is not None:
         gradient[:, place] = curve.correction_by_zero(k)
     return gradient
@@ -271,14 +311,15 @@ def _residuals(model: PredictionModel, obs: Observations, theta: Array) -> Resid
 
 
 # The share of the bound that the steps of a display make: what the residual of a log cannot show.
-# On a steady leg a display shows one number, which is wrong by up to half a step and never scatters. Near each
-# airspeed the mean of the readings errs as the mean of so many independent rounding errors as there are different
-# readings; a reading that stands for long counts once.
-# Where gusts move the reading to and fro, its rounding errors change from row to row. They are then part of the
-# residual, which the bound already holds, and their mean is nearly zero. With a scatter of σ steps the share of
-# the mean's variance that stays is the sum over k of 6/(π k)² |φ(2π k)|², where φ is the characteristic function
-# of what moves the reading (B. Widrow and I. Kollár, Quantization Noise, 2008). No shape is assumed for it: the
-# share is that of a sinusoid, whose envelope |φ(2π k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
+# On a steady leg a display shows one number, which is wrong by up to half a step and never
+# scatters. Near each airspeed the mean of the readings errs as the mean of so many independent
+# rounding errors as there are different readings; a reading that stands for long counts once. Where
+# gusts move the reading to and fro, its rounding errors change from row to row. They are then part
+# of the residual, which the bound already holds, and their mean is nearly zero. With a scatter of σ
+# steps the share of the mean's variance that stays is the sum over k of 6/(π k)² |φ(2π k)|², where
+# φ is the characteristic function of what moves the reading (B. Widrow and I. Kollár, Quantization
+# Noise, 2008). No shape is assumed for it: the share is that of a sinusoid, whose envelope |φ(2π
+# k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
 
 _NEAR = 10.0 * KNOT  # m/s: readings that decide about the curve at an airspeed
 _ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over a step
@@ -288,7 +329,8 @@ _ORDERS = np.arange(1.0, 51.0)
 
 
 def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
-    """Return a calibration whose curve has the steps of the log's display in its bounds; as it is without any.
+    """Return a calibration whose curve has the steps of the log's display in its bounds; as it is
+    without any.
 
     The header's table `display` holds the steps: `airspeed_mps` and `ground_speed_mps`.
     """
@@ -305,7 +347,9 @@ def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
         two_sigma=curve.two_sigma * wider,
         simultaneous_two_sigma=curve.simultaneous_two_sigma * wider,
         normalized_two_sigma=curve.normalized_two_sigma * wider,
-        altitude_two_sigma=None if curve.altitude_two_sigma is None else curve.altitude_two_sigma * wider,
+        altitude_two_sigma=None
+        if curve.altitude_two_sigma is None
+        else curve.altitude_two_sigma * wider,
     )
     knots = float(added.max()) / KNOT
     words = f"the steps of the display add up to {knots:.2f} kt to the bound, as squares"
@@ -316,29 +360,41 @@ def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
 def display_two_sigma(
     log: FlightLog, indicated_airspeed: MetersPerSecond, steps: Mapping[str, float]
 ) -> MetersPerSecond:
-    """Return 2σ [m/s] that the steps of a display leave in the correction at indicated airspeeds, (c,) [m/s]."""
+    """Return 2σ [m/s] that the steps of a display leave in the correction at indicated airspeeds,
+    (c,) [m/s].
+    """
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
     variance = np.zeros(len(indicated_airspeed))
     velocity = (log.velocity_north, log.velocity_east)
-    readings = {"airspeed_mps": (speed, (speed,)), "ground_speed_mps": (np.hypot(*velocity), velocity)}
+    readings = {
+        "airspeed_mps": (speed, (speed,)),
+        "ground_speed_mps": (np.hypot(*velocity), velocity),
+    }
     for name, (shown, channels) in readings.items():
         step = steps.get(name, 0.0)
         if not isinstance(step, int | float) or not step > 0.0:
             continue
         stays = share_that_stays(log.time, shown / step)
         near = [np.abs(speed - at) < _NEAR for at in indicated_airspeed]
-        left = [min(np.mean(stays[rows]), 1.0 / _different(channels, rows)) if rows.any() else 1.0 for rows in near]
+        left = [
+            min(np.mean(stays[rows]), 1.0 / _different(channels, rows)) if rows.any() else 1.0
+            for rows in near
+        ]
         variance += (_ROUNDING * step) ** 2 * np.array(left)
     return np.asarray(2.0 * np.sqrt(variance))
 
 
 def share_that_stays(time: Seconds, reading: Array) -> Array:
-    """Return the share of the rounding variance that the mean of a reading keeps, (n,), from 0 to 1.
+    """Return the share of the rounding variance that the mean of a reading keeps, (n,), from 0 to
+    1.
 
-    `reading` (n,) is in steps. A reading that stands still keeps 1. The scatter is taken within windows of ten
-    seconds, less the variance of the rounding itself (Sheppard's correction); a window of few rows keeps 1.
+    `reading` (n,) is in steps. A reading that stands still keeps 1. The scatter is taken within
+    windows of ten seconds, less the variance of the rounding itself (Sheppard's correction); a
+    window of few rows keeps 1.
     """
-    _, window, count = np.unique((time - time[0]) // _WINDOW, return_inverse=True, return_counts=True)
+    _, window, count = np.unique(
+        (time - time[0]) // _WINDOW, return_inverse=True, return_counts=True
+    )
     mean = np.bincount(window, reading) / count
     squares = np.bincount(window, (reading - mean[window]) ** 2) / np.maximum(count - 1, 1)
     scatter = np.sqrt(np.maximum(squares - _ROUNDING**2, 0.0))
@@ -350,6 +406,8 @@ def share_that_stays(time: Seconds, reading: Array) -> Array:
 
 
 def _different(channels: tuple[Array, ...], near: Array) -> float:
-    """Return how many different readings the chosen rows hold, a reading of many rows counting once; at least 1."""
+    """Return how many different readings the chosen rows hold, a reading of many rows counting
+    once; at least 1.
+    """
     _, counts = np.unique(np.stack([c[near] for c in channels]), axis=1, return_counts=True)
     return float(counts.sum() ** 2 / np.sum(counts.astype(np.float64) ** 2))

@@ -1,4 +1,6 @@
-"""Whether the wind of a log changed: the evidence for a change, and the answer averaged over what it may be."""
+"""Whether the wind of a log changed: the evidence for a change, and the answer averaged over what
+it may be.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,7 +11,14 @@ from scipy.special import logsumexp
 
 from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeNoise, altitude_regression
-from pitotbench.calibration.covering import CoveringFit, Linearized, Posterior, Structure, linearize, log_prior_of
+from pitotbench.calibration.covering import (
+    CoveringFit,
+    Linearized,
+    Posterior,
+    Structure,
+    linearize,
+    log_prior_of,
+)
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.prediction import CurveMap, PredictionModel, curve_airspeeds
 from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
@@ -21,18 +30,24 @@ from pitotbench.records.log import Caution
 from pitotbench.timeline import minutes_text
 from pitotbench.units import Array, MetersPerSecond, Seconds
 
-# The wind across the heading in straight flight, which needs no airspeed.
-# Without sideslip the velocity through the air points along the heading, so the ground velocity across the
-# heading is the wind across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most of
-# this error is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a gyro), so the
-# rows show whether the wind changed. Gusts hardly count: they turn the airplane's path over the ground slowly.
+# The wind across the heading in straight flight, which needs no airspeed. Without sideslip the
+# velocity through the air points along the heading, so the ground velocity across the heading is
+# the wind across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most
+# of this error is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a
+# gyro), so the rows show whether the wind changed. Gusts hardly count: they turn the airplane's
+# path over the ground slowly.
 
 # Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
 DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
 _TEN_MINUTES = 600.0  # s
-_STRAIGHT = np.radians(1.0)  # rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
+_STRAIGHT = np.radians(
+    1.0
+)  # rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
 _FEWEST = 10  # straight blocks
-_WANDER, _WANDER_TIME = 0.2, 20.0  # m/s, least level of the wander of heading and path; its correlation time [s]
+_WANDER, _WANDER_TIME = (
+    0.2,
+    20.0,
+)  # m/s, least level of the wander of heading and path; its correlation time [s]
 _LAG = 10.0  # s between rows whose differences show the level
 _WHITE = 0.05  # m/s, least white noise of a block
 
@@ -41,8 +56,9 @@ _WHITE = 0.05  # m/s, least white noise of a block
 class HeadingRows:
     """Means over the straight blocks, (n,), of the ground velocity to the right of the heading.
 
-    `straight` (n,) are the numbers of these blocks and `right` (n, 2) their unit vectors to the right, toward north
-    and east. `directions` (n, 3) [m/s per degree] are the effects of the errors of the heading.
+    `straight` (n,) are the numbers of these blocks and `right` (n, 2) their unit vectors to the
+    right, toward north and east. `directions` (n, 3) [m/s per degree] are the effects of the errors
+    of the heading.
     """
 
     straight: NDArray[np.intp]
@@ -52,8 +68,12 @@ class HeadingRows:
     noise: PointNoise
 
 
-def heading_rows(obs: Observations, blocks: Blocks, airspeed: MetersPerSecond) -> HeadingRows | None:
-    """Compute the rows; None for a log without heading or straight flight. `airspeed` (blocks,) is the true one."""
+def heading_rows(
+    obs: Observations, blocks: Blocks, airspeed: MetersPerSecond
+) -> HeadingRows | None:
+    """Compute the rows; None for a log without heading or straight flight. `airspeed` (blocks,) is
+    the true one.
+    """
     if obs.heading is None:
         return None
     right = np.stack([-np.sin(obs.heading), np.cos(obs.heading)], axis=1)
@@ -66,16 +86,28 @@ def heading_rows(obs: Observations, blocks: Blocks, airspeed: MetersPerSecond) -
         return None
     time = blocks.intervals.edges[blocks.intervals.left[straight]]
     pressure, middle = blocks.mean(obs.impact_pressure)[straight], 0.5 * (time[0] + time[-1])
-    response, right = blocks.mean(np.sum(ground * right, axis=1))[straight], blocks.mean(right)[straight]
-    shapes = [np.ones(len(time)), float(np.median(pressure)) / pressure - 1.0, (time - middle) / _TEN_MINUTES]
+    response, right = (
+        blocks.mean(np.sum(ground * right, axis=1))[straight],
+        blocks.mean(right)[straight],
+    )
+    shapes = [
+        np.ones(len(time)),
+        float(np.median(pressure)) / pressure - 1.0,
+        (time - middle) / _TEN_MINUTES,
+    ]
     per_degree = np.radians(1.0) * airspeed[straight, None]
     return HeadingRows(
-        straight, response, right, per_degree * np.stack(shapes, axis=1), _heading_noise(time, response)
+        straight,
+        response,
+        right,
+        per_degree * np.stack(shapes, axis=1),
+        _heading_noise(time, response),
     )
 
 
 def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
-    """White noise and a slow wander, by the usual difference of neighbors and of rows some time apart.
+    """White noise and a slow wander, by the usual difference of neighbors and of rows some time
+    apart.
 
     Medians of differences do not see a single change of the wind.
     """
@@ -83,29 +115,43 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     white = max(deviation_of_sizes(np.abs(np.diff(response, 2)) / np.sqrt(6.0)), _WHITE)
     lag = max(round(_LAG / step), 1)
     together = time[lag:] - time[:-lag] < 1.5 * lag * step
-    apart = deviation_of_sizes(np.abs(response[lag:] - response[:-lag])[together]) if together.any() else 0.0
+    apart = (
+        deviation_of_sizes(np.abs(response[lag:] - response[:-lag])[together])
+        if together.any()
+        else 0.0
+    )
     wander = max(apart / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER)
     slow = ornstein_uhlenbeck(time, wander, _WANDER_TIME, (1.0,))
     return PointNoise(
-        np.full((1, len(time)), white**2), [slow], UnknownColumns(np.zeros((len(time), 0)), np.zeros(0))
+        np.full((1, len(time)), white**2),
+        [slow],
+        UnknownColumns(np.zeros((len(time), 0)), np.zeros(0)),
     )
 
 
-# The answer is averaged over a constant wind and over changes of it, each with its probability given the log
-# (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change is a sum of known shapes with
-# unknown sizes: a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown
-# once, the airspeed alone often cannot tell a change of the wind from a curve. The heading helps (`heading_rows`).
-# Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
+# The answer is averaged over a constant wind and over changes of it, each with its probability
+# given the log (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change
+# is a sum of known shapes with unknown sizes: a straight line, a wave, slow cosines for a drift,
+# one step for a front. Where each speed is flown once, the airspeed alone often cannot tell a
+# change of the wind from a curve. The heading helps (`heading_rows`). Background: Kass and Raftery,
+# "Bayes factors", Journal of the American Statistical Association 90 (1995).
 
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
-# Bayes factor of a change from which on it may be named. Below a third the log supports a constant wind; from there
-# to three it says nothing worth more than a mention (Kass and Raftery 1995).
+# Bayes factor of a change from which on it may be named. Below a third the log supports a constant
+# wind; from there to three it says nothing worth more than a mention (Kass and Raftery 1995).
 ASKS = 1.0 / 3.0
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
-_SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
+_SIZES = (
+    0.4,
+    1.2,
+    3.6,
+)  # m/s, standard deviation of a component of the wind around its mean over the log
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
 _ENOUGH = 0.1  # s between rows: a wind that changes is slow
-_PERIODS, _WAVE_SIZES = (160.0, 230.0, 330.0, 470.0), (0.5, 1.5)  # s, and m/s (1σ) of each coefficient
+_PERIODS, _WAVE_SIZES = (
+    (160.0, 230.0, 330.0, 470.0),
+    (0.5, 1.5),
+)  # s, and m/s (1σ) of each coefficient
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
 _MOST_COSINES = 24  # in a long log the slower ones
 _MOMENTS = 200  # at which winds are compared for the size of a change
@@ -122,7 +168,9 @@ _LEAST_WEIGHT = 1e-3  # of a change in the answer
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """One kind of change: the columns' places (k,), their prior deviations [m/s] (k,), and the log of its share."""
+    """One kind of change: the columns' places (k,), their prior deviations [m/s] (k,), and the log
+    of its share.
+    """
 
     kind: str
     places: NDArray[np.intp]
@@ -133,7 +181,9 @@ class _Change:
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Changes of one component of the wind, (blocks, s) [-], their means over the log, and what they may be."""
+    """Changes of one component of the wind, (blocks, s) [-], their means over the log, and what
+    they may be.
+    """
 
     of_time: Array
     means: Array
@@ -143,10 +193,11 @@ class _Shapes:
 def check_wind(
     structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior
 ) -> tuple[WindChange | None, Posterior]:
-    """Weigh changes of the wind beside the constant wind of a fit, and average its answer over them.
+    """Weigh changes of the wind beside the constant wind of a fit, and average its answer over
+    them.
 
-    Returns what was found, and the mixture over a constant wind and its changes. A log too short for a change has
-    None and the answer as it is.
+    Returns what was found, and the mixture over a constant wind and its changes. A log too short
+    for a change has None and the answer as it is.
     """
     obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
     blocks = divide(obs, 2.0 * block_length(obs))
@@ -154,11 +205,15 @@ def check_wind(
     if shapes is None:
         return None, answer
     best = max(fit.nodes, key=lambda node: node.weight).noise
-    evidence_at = _evidence(structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time)
+    evidence_at = _evidence(
+        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time
+    )
     log_prior = log_prior_of(structure, obs)
     noises = [_shorter(best, ratio) for ratio in _SHORTER]
     found = [evidence_at(phi) for phi in noises]
-    heights = np.array([each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)])
+    heights = np.array(
+        [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
+    )
     gains = np.array([_gains(each, each.pull[None], shapes)[:, 0] for each in found])
     odds = heights[:, None] + gains
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
@@ -170,28 +225,39 @@ def check_wind(
     winds = some @ sizes.T
     apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
     log_factor = float(logsumexp(odds) - logsumexp(heights))
-    by_chance = logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
+    by_chance = (
+        logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
+    )
     factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
-    time, moves = change.time if change.kind == JUMP else np.nan, _moves(structure.model, every, answer, moved)
+    time, moves = (
+        change.time if change.kind == JUMP else np.nan,
+        _moves(structure.model, every, answer, moved),
+    )
     shares = _CHANGES * np.exp(odds - logsumexp(heights) - max(log_factor, 0.0))
     steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
     averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
     return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves), averaged
 
 
-# A factor of the impact pressure that steps in flight (ice, a leak, another source) is only warned of: where each
-# speed is flown once it is hard to tell from a curve, and an average over it would widen the bound of every log.
+# A factor of the impact pressure that steps in flight (ice, a leak, another source) is only warned
+# of: where each speed is flown once it is hard to tell from a curve, and an average over it would
+# widen the bound of every log.
 
 _GAIN, _LEAST_GAIN = 0.05, 0.01  # 1σ of a step of the factor, and the least that is named
 _CLEARER = 3.0  # logarithm by which a step of the factor must be likelier than a changed or a constant wind
-_CLEAR_STEP, _OWN_SCATTER = 4.0, 30.0  # standard errors by the rows' own scatter, over blocks of so many seconds
+_CLEAR_STEP, _OWN_SCATTER = (
+    4.0,
+    30.0,
+)  # standard errors by the rows' own scatter, over blocks of so many seconds
 _GAIN_CHANCE = 0.01  # of a constant factor in the same gusts, above which no step is named
 
 
 def check_gain(
     structure: Structure, every: Observations, fit: CoveringFit, change: WindChange | None
 ) -> tuple[Caution, ...]:
-    """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance explains."""
+    """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance
+    explains.
+    """
     obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
     blocks, theta = divide(obs, 2.0 * block_length(obs)), fit.theta[: structure.model.count]
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
@@ -212,11 +278,15 @@ def check_gain(
 
     found = [evidence(phi) for phi in noises]
     log_prior = log_prior_of(structure, obs)
-    heights = np.array([each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)])
+    heights = np.array(
+        [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
+    )
     share, one = float(-np.log(len(times))), np.array([_GAIN])
 
     def gains(each: ColumnEvidence, pulls: Array) -> Array:
-        return np.array([each.log_bayes_factors(pulls, np.array([i]), one) + share for i in range(len(times))])
+        return np.array(
+            [each.log_bayes_factors(pulls, np.array([i]), one) + share for i in range(len(times))]
+        )
 
     odds = heights[:, None] + np.array([gains(each, each.pull[None])[:, 0] for each in found])
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
@@ -232,29 +302,39 @@ def check_gain(
         return ()
     when = minutes_text(float(times[place] - every.time[0]))
     text = (
-        f"the impact pressure seems to change by {size:+.0%} from {when} of the rows used on, more than gusts or a "
+        f"the impact pressure seems to change by {size:+.0%} from {when} of the rows used on, more "
+        "than gusts or a "
         "change of the wind explain: look for ice, a leak or another source"
     )
     return (Caution(text, "gain", "impact_pressure", size),)
 
 
 def _by_own_scatter(problem: Regression, column: Array, time: Seconds) -> float:
-    """How many of its standard errors a column's size is from zero, by the scatter of the rows around it.
+    """How many of its standard errors a column's size is from zero, by the scatter of the rows
+    around it.
 
-    Gusts that come in bursts make a step where they are strong; the error of blocks of 30 s sees that (Liang and
-    Zeger 1986).
+    Gusts that come in bursts make a step where they are strong; the error of blocks of 30 s sees
+    that (Liang and Zeger 1986).
     """
     both = np.column_stack([column, problem.response])
     own, response = (both - problem.instruments @ np.linalg.lstsq(problem.instruments, both)[0]).T
     size = float(own @ response) / float(own @ own)
-    scores = np.bincount(((time - time[0]) // _OWN_SCATTER).astype(np.intp), own * (response - size * own))
+    scores = np.bincount(
+        ((time - time[0]) // _OWN_SCATTER).astype(np.intp), own * (response - size * own)
+    )
     return abs(size) * float(own @ own) / float(np.sqrt(scores @ scores))
 
 
 def _averaged(
-    answer: Posterior, steady: float, shares: Array, found: list[ColumnEvidence], shapes: _Shapes, first: int
+    answer: Posterior,
+    steady: float,
+    shares: Array,
+    found: list[ColumnEvidence],
+    shapes: _Shapes,
+    first: int,
 ) -> Posterior:
-    """Return the mixture over a constant wind, of weight `steady`, and the changes, of weights (noises, changes).
+    """Return the mixture over a constant wind, of weight `steady`, and the changes, of weights
+    (noises, changes).
 
     The wind, from the place `first` on, is its mean over the log.
     """
@@ -262,7 +342,11 @@ def _averaged(
     mean_wind[first, : len(shapes.means)] = mean_wind[first + 1, len(shapes.means) :] = shapes.means
     total, count = steady + float(shares.sum()), len(answer.mean)
     mean, covariance = answer.mean, answer.covariance
-    weights, means, covariances = [answer.weights * (steady / total)], [answer.means], [answer.covariances]
+    weights, means, covariances = (
+        [answer.weights * (steady / total)],
+        [answer.means],
+        [answer.covariances],
+    )
     for noise, place in np.argwhere(shares > _LEAST_WEIGHT * total):
         change, evidence = shapes.changes[int(place)], found[int(noise)]
         moved = evidence.moved[:count, change.places] + mean_wind[:, change.places]
@@ -274,8 +358,12 @@ def _averaged(
     return Posterior(kept / kept.sum(), np.concatenate(means), np.concatenate(covariances))
 
 
-def _moves(model: PredictionModel, obs: Observations, answer: Posterior, moved: Array) -> tuple[float, float]:
-    """The most by which a change of θ, `moved` (p,), moves the curve [m/s], and the most over its 2σ."""
+def _moves(
+    model: PredictionModel, obs: Observations, answer: Posterior, moved: Array
+) -> tuple[float, float]:
+    """The most by which a change of θ, `moved` (p,), moves the curve [m/s], and the most over its
+    2σ.
+    """
     flown, free = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)), model.error_count
     gradient = CurveMap(model, flown, 0.0).correction_gradient(answer.mean[:free])
     size = np.abs(gradient @ moved[:free])
@@ -323,7 +411,8 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
     }
     share = {kind: float(np.log(part / len(shares))) for kind, part in shares.items()}
     changes = [
-        _Change(STEADY, _both(np.array([count]), shapes), np.full(2, size), share[STEADY]) for size in _STEADY_SIZES
+        _Change(STEADY, _both(np.array([count]), shapes), np.full(2, size), share[STEADY])
+        for size in _STEADY_SIZES
     ]
     for place in range(first_wave, first_wave + len(_PERIODS)):
         both = _both(np.array([place, place + len(_PERIODS)]), shapes)
@@ -331,17 +420,26 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
     for memory in _MEMORIES:
         spread = _spread(number, duration, memory)
         changes += [
-            _Change(DRIFT, _both(number - 1, shapes), np.tile(size * spread, 2), share[DRIFT]) for size in _SIZES
+            _Change(DRIFT, _both(number - 1, shapes), np.tile(size * spread, 2), share[DRIFT])
+            for size in _SIZES
         ]
     changes += [
-        _Change(JUMP, _both(np.array([count + 1 + i]), shapes), np.full(2, _JUMP_SIZE), share[JUMP], float(middle))
+        _Change(
+            JUMP,
+            _both(np.array([count + 1 + i]), shapes),
+            np.full(2, _JUMP_SIZE),
+            share[JUMP],
+            float(middle),
+        )
         for i, middle in enumerate(times)
     ]
     return _Shapes(of_time, blocks.count @ of_time / blocks.count.sum(), tuple(changes))
 
 
 def _spread(number: NDArray[np.intp], duration: float, memory: float) -> Array:
-    """Standard deviations of the cosines' coefficients, by the spectrum of a Gauss-Markov process of unit size."""
+    """Standard deviations of the cosines' coefficients, by the spectrum of a Gauss-Markov process
+    of unit size.
+    """
     power = 1.0 / (1.0 + (np.pi * number * memory / duration) ** 2)
     return np.asarray(np.sqrt(2.0 * power / np.sum(power)))
 
@@ -382,7 +480,9 @@ def _evidence(
 
 
 def _changing(effects: Array, of_time: Array) -> Array:
-    """Columns (blocks, 2 s) of changes toward north, then toward east, from the effects of both (blocks, 2)."""
+    """Columns (blocks, 2 s) of changes toward north, then toward east, from the effects of both
+    (blocks, 2).
+    """
     return np.concatenate([effects[:, :1] * of_time, effects[:, 1:] * of_time], axis=1)
 
 
@@ -395,7 +495,9 @@ def _triangle_noise(
     return MarkovNoise(blocks.intervals, triangle.sensor + white**2 + _FLOOR, [gusts])
 
 
-def _altitude_part(structure: Structure, theta: Array, added: int, changes: int, phi: Array) -> EvidencePart:
+def _altitude_part(
+    structure: Structure, theta: Array, added: int, changes: int, phi: Array
+) -> EvidencePart:
     assert structure.altitude is not None
     rows = altitude_regression(structure.altitude, structure.model, theta, structure.nuisances)
     wide = np.pad(rows.regressors, ((0, 0), (0, added)))

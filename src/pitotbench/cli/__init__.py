@@ -1,3 +1,5 @@
-"""The command line: files with `add(parser)` and `run(options)` for each command; `app` has the table."""
+"""The command line: files with `add(parser)` and `run(options)` for each command; `app` has the
+table.
+"""
 
 from pitotbench.cli.app import main as main

@@ -21,9 +21,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         "performance: stall, climb, cruise, glide and ceiling in steady flight",
     )
     parser.add_argument(
-        "aircraft", metavar="NAME|PATH", help="name in the hangar or in JSBSim's library; JSBSim file or its folder"
+        "aircraft",
+        metavar="NAME|PATH",
+        help="name in the hangar or in JSBSim's library; JSBSim file or its folder",
     )
-    parser.add_argument("--maneuver", help="check: maneuvers to fly, with commas (default: the paper's five)")
+    parser.add_argument(
+        "--maneuver", help="check: maneuvers to fly, with commas (default: the paper's five)"
+    )
     parser.add_argument("--seed", type=int, help="check: truth seed of the turbulence (default: 1)")
     parser.add_argument("--report", type=Path, help="check: also write a page with pictures (HTML)")
     parser.add_argument(
@@ -36,7 +40,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check an aircraft or find its performance; return exit code 0, or 3 where nothing can be flown or found."""
+    """Check an aircraft or find its performance; return exit code 0, or 3 where nothing can be
+    flown or found.
+    """
     other = _OF_PERFORMANCE if options.action == "check" else _OF_CHECK
     given = [name for name in other if getattr(options, name) not in (None, False)]
     if given:
@@ -51,7 +57,9 @@ def _check(options: argparse.Namespace) -> int:
 
     maneuvers = maneuvers_named(options.maneuver or "all")
     require_page(options.report)
-    check = check_aircraft(options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say)
+    check = check_aircraft(
+        options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say
+    )
 
     def page() -> str:
         from pitotbench.show.pages import aircraft_page  # it loads the drawing library
@@ -68,5 +76,7 @@ def _performance(options: argparse.Namespace) -> int:
     from pitotbench.simulation.performance import find_performance
 
     found = find_performance(options.aircraft, options.handbook)
-    tell(options, lambda: performance_json(found), lambda console: print_performance(found, console))
+    tell(
+        options, lambda: performance_json(found), lambda console: print_performance(found, console)
+    )
     return DONE if found.figures else NO_ANSWER

@@ -18,13 +18,16 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.show.columns import printable
 
-# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line here.
-# A module is named by a string, so that only the module of the chosen command is loaded.
+# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and
+# one line here. A module is named by a string, so that only the module of the chosen command is
+# loaded.
 
 
 # Not a dataclass: that import takes longer than all else that `--help` needs.
 class Command(NamedTuple):
-    """A command: its name, its module, its description in one line, and the functions for flags and run."""
+    """A command: its name, its module, its description in one line, and the functions for flags and
+    run.
+    """
 
     name: str
     module: str
@@ -35,14 +38,32 @@ class Command(NamedTuple):
 
 COMMANDS = (
     Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
-    Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
-    Command("compare", "pitotbench.cli.compare", "two calibrations, two logs or two airplanes: what differs"),
-    Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
+    Command(
+        "calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"
+    ),
+    Command(
+        "compare",
+        "pitotbench.cli.compare",
+        "two calibrations, two logs or two airplanes: what differs",
+    ),
+    Command(
+        "inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"
+    ),
     Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
-    Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),
-    Command("aircraft", "pitotbench.cli.aircraft", "what can be flown with an aircraft: yours, or one of JSBSim's"),
+    Command(
+        "fixed-speed",
+        "pitotbench.cli.fixed_speed",
+        "leg and turn GPS methods: of a log, a card, typed legs",
+    ),
+    Command(
+        "aircraft",
+        "pitotbench.cli.aircraft",
+        "what can be flown with an aircraft: yours, or one of JSBSim's",
+    ),
     Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
-    Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
+    Command(
+        "results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"
+    ),
     Command(
         "reproduce",
         "pitotbench.cli.results",
@@ -51,7 +72,9 @@ COMMANDS = (
         "run_reproduce",
     ),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
-    Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
+    Command(
+        "plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"
+    ),
     Command(
         "completion",
         "pitotbench.cli.app",
@@ -71,33 +94,43 @@ NO_ANSWER = 3  # not converged, not observable, or flights lost
 INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
 
 
-# The parsers of the command line: errors in one line, versions looked up on demand, flags added when needed.
+# The parsers of the command line: errors in one line, versions looked up on demand, flags added
+# when needed.
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line. It has `--debug` and `--version`, and so have its commands."""
+    """A parser whose errors are one line. It has `--debug` and `--version`, and so have its
+    commands.
+    """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         # No default: that of a command would overwrite a flag given before the command.
         shown = "show the traceback of an error"
         self.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=shown)
-        self.add_argument("--version", action=_ShowVersions, help="show the versions of pitotbench and JSBSim")
+        self.add_argument(
+            "--version", action=_ShowVersions, help="show the versions of pitotbench and JSBSim"
+        )
 
     def error(self, message: str) -> NoReturn:
-        if message.endswith("expected one argument"):  # argparse takes a value such as -178,185 for a flag
+        if message.endswith(
+            "expected one argument"
+        ):  # argparse takes a value such as -178,185 for a flag
             message += " (a value that begins with a minus sign is written FLAG=VALUE)"
         self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
 
 
 class CommandParser(OneLineParser):
-    """The parser of one command. It loads the command's module only when it parses, not for other commands."""
+    """The parser of one command. It loads the command's module only when it parses, not for other
+    commands.
+    """
 
     def __init__(self, *args: Any, command: Command, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self._command = command
 
-    # argparse gives a subparser the arguments after the command's name through this method and no other.
+    # argparse gives a subparser the arguments after the command's name through this method and no
+    # other.
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the command's flags if they are missing, then parse."""
         self.add_flags()
@@ -115,7 +148,9 @@ class _ShowVersions(argparse.Action):
     """The action of `--version`, which looks the versions up only when the flag is given."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(**{**settings, "nargs": 0, "dest": argparse.SUPPRESS, "default": argparse.SUPPRESS})
+        super().__init__(
+            **{**settings, "nargs": 0, "dest": argparse.SUPPRESS, "default": argparse.SUPPRESS}
+        )
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         from importlib.metadata import version
@@ -146,22 +181,36 @@ def run_alone(name: str, description: str | None) -> int:
     """Run one command of the table without its name on the command line; return its exit code."""
     _prepare_process(outside=True)
     command = next(command for command in COMMANDS if command.name == name)
-    parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, command=command)
+    parser = CommandParser(
+        description=description, formatter_class=RawDescriptionHelpFormatter, command=command
+    )
     return guarded(parser.parse_args())
 
 
 # How a terminal that does not know a letter shows it; any other letter becomes a question mark.
-_PLAIN = {"±": "+/-", "−": "-", "–": "-", "σ": " sigma", "Δ": "d", "°": " deg", "→": "->", "×": "x", "²": "2"}
+_PLAIN = {
+    "±": "+/-",
+    "−": "-",
+    "–": "-",
+    "σ": " sigma",
+    "Δ": "d",
+    "°": " deg",
+    "→": "->",
+    "×": "x",
+    "²": "2",
+}
 _COLLECT_AFTER = 100_000  # new objects; Python's 700 suit a program that loads little
 
 
 def _prepare_process(outside: bool) -> None:
-    """Let no terminal stop a command: neither an old one, nor one that is closed. Spend no time on what helps none.
+    """Let no terminal stop a command: neither an old one, nor one that is closed. Spend no time on
+    what helps none.
 
-    Of a command from `outside` this program, the warnings of Python and its libraries go to logging, where only
-    `--debug` and the host's own settings show them. Their causes are for tests.
+    Of a command from `outside` this program, the warnings of Python and its libraries go to
+    logging, where only `--debug` and the host's own settings show them. Their causes are for tests.
     """
-    # Nearly all that a start makes stays to the end: searching it for garbage took a fifth of the start.
+    # Nearly all that a start makes stays to the end: searching it for garbage took a fifth of the
+    # start.
     gc.set_threshold(_COLLECT_AFTER)
     codecs.register_error("plain", _in_plain_letters)
     for name in ("stdout", "stderr"):
@@ -171,7 +220,8 @@ def _prepare_process(outside: bool) -> None:
         elif isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="plain")
     if outside:
-        # A second thread doubles the processor time of arrays of this size: the threads wait for each other.
+        # A second thread doubles the processor time of arrays of this size: the threads wait for
+        # each other.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if outside and "--debug" not in sys.argv and not sys.warnoptions:
         logging.captureWarnings(True)
@@ -180,7 +230,9 @@ def _prepare_process(outside: bool) -> None:
 def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    return "".join(_PLAIN.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
+    return "".join(
+        _PLAIN.get(letter, "?") for letter in error.object[error.start : error.end]
+    ), error.end
 
 
 def command_line() -> OneLineParser:
@@ -220,7 +272,9 @@ def guarded(options: Namespace) -> int:
 
 def _explain(error: BaseException) -> tuple[int, str]:
     """Return the exit code of an error, and the line that explains it."""
-    from numpy.linalg import LinAlgError  # imported only here: NumPy takes longer to load than all the rest
+    from numpy.linalg import (
+        LinAlgError,
+    )  # imported only here: NumPy takes longer to load than all the rest
 
     text = " ".join(str(error).split()) or type(error).__name__
     match error:
@@ -231,14 +285,23 @@ def _explain(error: BaseException) -> tuple[int, str]:
         case OSError():
             return BAD_INPUT, f"{error.filename or 'file'}: {error.strerror or error}"
         case LinAlgError() | ArithmeticError():
-            return NO_ANSWER, f"the log does not determine an answer ({text}); check its clock and its units"
+            return (
+                NO_ANSWER,
+                f"the log does not determine an answer ({text}); check its clock and its units",
+            )
         case MemoryError():
-            return BAD_INPUT, f"the memory does not suffice ({text}); check the clock of the log, or cut the log"
+            return (
+                BAD_INPUT,
+                f"the memory does not suffice ({text}); check the clock of the log, or cut the log",
+            )
         case RecursionError():
             return BAD_INPUT, f"the input is nested too deeply ({text})"
         case KeyboardInterrupt():
             return INTERRUPTED, text if text.startswith("stopped") else "interrupted"
-    return UNFORESEEN, f"unexpected: {type(error).__name__}: {text}; run again with --debug for the traceback"
+    return (
+        UNFORESEEN,
+        f"unexpected: {type(error).__name__}: {text}; run again with --debug for the traceback",
+    )
 
 
 # `pitotbench completion`: the script with which a shell completes commands and flags.

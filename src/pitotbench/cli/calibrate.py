@@ -41,48 +41,71 @@ _NAMED_LATENCIES = ("checked", "estimated")
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench calibrate`."""
     parser.add_argument(
-        "logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)"
+        "logs",
+        nargs="+",
+        type=Path,
+        metavar="LOG",
+        help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)",
     )
-    parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
+    parser.add_argument(
+        "--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)"
+    )
     add_mapping(parser)
     add_part(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
-    parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
-    parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
-    parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
+    parser.add_argument(
+        "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
+    )
+    parser.add_argument(
+        "--on-condition", action="store_true", help="use only rows flagged on condition"
+    )
+    parser.add_argument(
+        "--no-down", action="store_true", help="do not use the vertical GPS velocity"
+    )
     parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
     parser.add_argument("--method", help="covering or paper (default: covering)")
     parser.add_argument(
         "--error-location",
-        help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
+        help="auto (by GPS height where the log has it), static, total or impact (as published) "
+        "(default: the "
         "mapping's, else auto)",
     )
     parser.add_argument(
         "--wind",
-        help="constant, checked (constant or changing, averaged by evidence; drifting in a long flight), linear "
+        help="constant, checked (constant or changing, averaged by evidence; drifting in a long "
+        "flight), linear "
         "(in time and height) or drifting (default: checked)",
     )
     parser.add_argument(
         "--latency",
-        help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",
+        help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` "
+        "(default)",
     )
     add_accuracy(parser)
     parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
     parser.add_argument(
-        "--separately", action="store_true", help="a curve for each of several logs, not one for all"
+        "--separately",
+        action="store_true",
+        help="a curve for each of several logs, not one for all",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
-    parser.add_argument("-v", "--verbose", action="store_true", help="print every point of the curve and the fit")
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON document (a list for several logs)"
+    )
+    parser.add_argument(
+        "-v", "--verbose", action="store_true", help="print every point of the curve and the fit"
+    )
     parser.add_argument(
         "--limit",
         default="auto",
-        help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude for each 100 kt) "
+        help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude "
+        "for each 100 kt) "
         "(default: far23 below Mach 0.6, else far25, where the curve reaches 60 kt)",
     )
     parser.add_argument(
         "--params",
         metavar="AUTOPILOT",
-        help="also the parameters to set: ardupilot or px4, with the old values where the log has none "
+        help="also the parameters to set: ardupilot or px4, with the old values where the log has "
+        "none "
         "(px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0)",
     )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
@@ -93,7 +116,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A flight of a log, its calibration, and its fixed-speed points; none where nothing shows them."""
+    """A flight of a log, its calibration, and its fixed-speed points; none where nothing shows
+    them.
+    """
 
     path: Path
     flight: "CalibratedFlight"
@@ -103,7 +128,9 @@ class _Reduced:
     def name(self) -> str:
         """The name of the file, with the number of the flight where the file holds several."""
         flight = self.flight
-        return self.path.name + (f", flight {flight.number} of {flight.count}" if flight.count > 1 else "")
+        return self.path.name + (
+            f", flight {flight.number} of {flight.count}" if flight.count > 1 else ""
+        )
 
     @property
     def own_curve(self) -> bool:
@@ -123,21 +150,31 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.show.limits import limit_named
 
     require_page(options.report, _inputs(options))
-    for flag, path, suffixes in (("--card", options.card, (".csv",)), ("--record", options.record, PAGES)):
+    for flag, path, suffixes in (
+        ("--card", options.card, (".csv",)),
+        ("--record", options.record, PAGES),
+    ):
         if path is not None:
             if options.separately and len(options.logs) > 1:
-                raise BadInputError(f"{flag} holds one curve: leave out --separately, or give one log")
+                raise BadInputError(
+                    f"{flag} holds one curve: leave out --separately, or give one log"
+                )
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit = limit_named(options.limit)
     autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
-    settings = [autopilot_settings(each.flight.calibration, autopilot) if autopilot else None for each in reduced]
+    settings = [
+        autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
+        for each in reduced
+    ]
     write_page(options.report, lambda: _report(reduced, limit, settings))
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
     write_page(options.record, lambda: _record(reduced, limit))
-    write_table(options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve})
+    write_table(
+        options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve}
+    )
     tell(
         options,
         lambda: _document(reduced, limit, settings),
@@ -150,41 +187,64 @@ def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
     from pitotbench.show.takehome import calibration_record
 
     # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
-    flights = [each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve]
+    flights = [
+        each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve
+    ]
     return calibration_record(flights, limit, len(reduced[0].points))
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
-    """Return each flight with its calibration: one curve for each log where asked for, else one for all."""
+    """Return each flight with its calibration: one curve for each log where asked for, else one for
+    all.
+    """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
     from pitotbench.calibration.leg_points import cross_check
     from pitotbench.logbook.columns import PARAMETERS
 
-    choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
+    choice = _choice(
+        options, mapping_advice(options)
+    )  # a wrong flag is refused before a long log is read
     logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping)]
     _, stated = _stated_autopilot(options)
     if stated:
         logs = [replace(log, header={**log.header, PARAMETERS: stated}) for log in logs]
-    if options.params and not options.separately and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1:
+    if (
+        options.params
+        and not options.separately
+        and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1
+    ):
         raise BadInputError(
-            "--params: the logs were flown with different parameters, so their airspeeds have no curve in common; "
+            "--params: the logs were flown with different parameters, so their airspeeds have no "
+            "curve in common; "
             "use --separately"
         )
     choice = _choice(options, mapping_advice(options, logs))
-    groups = zip(options.logs, ([log] for log in logs), strict=True) if options.separately else [(None, logs)]
-    shown = options.json or options.verbose or options.report is not None or options.record is not None
+    groups = (
+        zip(options.logs, ([log] for log in logs), strict=True)
+        if options.separately
+        else [(None, logs)]
+    )
+    shown = (
+        options.json or options.verbose or options.report is not None or options.record is not None
+    )
     reduced, made = [], _provenance(options, logs, choice)
     for path, group in groups:
         for flight in calibrate_flights(group, choice):
             points = cross_check(flight.log, choice, flight.calibration) if shown else ()
             told = replace(with_points(flight.calibration, points), provenance=made)
-            reduced.append(_Reduced(path or options.logs[flight.place], replace(flight, calibration=told), points))
+            reduced.append(
+                _Reduced(
+                    path or options.logs[flight.place], replace(flight, calibration=told), points
+                )
+            )
     return reduced
 
 
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
-    """Return the autopilot of `--params`, empty where none is named, and the old values that it states."""
+    """Return the autopilot of `--params`, empty where none is named, and the old values that it
+    states.
+    """
     from pitotbench.logbook.autopilot import stated_parameters
 
     return ("", {}) if options.params is None else stated_parameters(options.params)
@@ -233,7 +293,9 @@ def _print_tables(
         if found is not None:
             print_settings(found, console)
     if not options.verbose:
-        console.print(f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}.")
+        console.print(
+            f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}."
+        )
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -242,10 +304,14 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 
 def _stated(options: argparse.Namespace, advised: dict[str, Any]) -> dict[str, Any]:
-    """Return the choices of the flags by name. `advised` are those of the mapping, which a flag overrides."""
+    """Return the choices of the flags by name. `advised` are those of the mapping, which a flag
+    overrides.
+    """
     from pitotbench.units import KNOT
 
-    stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
+    stated = {
+        name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None
+    }
     if options.ground_speed_min_kt is not None:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     if options.no_down:
@@ -263,14 +329,22 @@ def _stated(options: argparse.Namespace, advised: dict[str, Any]) -> dict[str, A
 
 
 def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
-    """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
+    """Return the options. A flag overrides the advice of the mapping, and the advice overrides the
+    default.
+    """
     from pitotbench.calibration.options import options_from
 
-    return options_from({"latency": "checked", "wind": "checked", **advised, **_stated(options, advised)})
+    return options_from(
+        {"latency": "checked", "wind": "checked", **advised, **_stated(options, advised)}
+    )
 
 
-def _provenance(options: argparse.Namespace, logs: "list[FlightLog]", choice: "CalibrationOptions") -> "Provenance":
-    """Return the files and the choices behind the answer for the record; nothing where none is asked for."""
+def _provenance(
+    options: argparse.Namespace, logs: "list[FlightLog]", choice: "CalibrationOptions"
+) -> "Provenance":
+    """Return the files and the choices behind the answer for the record; nothing where none is
+    asked for.
+    """
     from pitotbench.bench.questions import flag_choice, provenance_of, settings_of, sources_of
     from pitotbench.records.log import Provenance
 
@@ -283,7 +357,9 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]", choice: "C
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
         flag_choice("params", options.params, "none"),
     ]
-    return provenance_of(sources, [*settings_of(choice, _stated(options, advised), advised), *flags])
+    return provenance_of(
+        sources, [*settings_of(choice, _stated(options, advised), advised), *flags]
+    )
 
 
 def _latency(text: str) -> dict[str, object]:
@@ -292,7 +368,9 @@ def _latency(text: str) -> dict[str, object]:
     try:
         return {"gps_latency": float(text), "latency": "checked"}
     except ValueError as error:
-        raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
+        raise BadInputError(
+            f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}"
+        ) from error
 
 
 def _report(
@@ -313,7 +391,9 @@ def _report(
         )
         for each, found in zip(reduced, settings, strict=True)
     ]
-    title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
+    title = "Pitot-static calibration: " + ", ".join(
+        dict.fromkeys(each.path.name for each in reduced)
+    )
     return log_page(title, sections)
 
 

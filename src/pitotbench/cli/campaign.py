@@ -21,7 +21,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
     parser.add_argument(
-        "plan", nargs="?", type=Path, metavar="PLAN.toml", help="plan of the campaign (docs/scale.md)"
+        "plan",
+        nargs="?",
+        type=Path,
+        metavar="PLAN.toml",
+        help="plan of the campaign (docs/scale.md)",
     )
     parser.add_argument(
         "--maneuver",
@@ -31,10 +35,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         default="inverse+",
-        help="model, comma list, auto, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
+        help="model, comma list, auto, or all: inverse+, quadratic, linear, bias (default: "
+        "%(default)s)",
     )
-    parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
-    parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
+    parser.add_argument(
+        "--method", default="covering", help="covering or paper (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--turbulence", default="light", help="none, light or moderate (default: %(default)s)"
+    )
     add_wind(parser)
     parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
     parser.add_argument(
@@ -45,10 +54,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seeds",
         default="1",
-        help="flights of each maneuver: truth and sensor seeds 1 to N, or a range such as 501-1000 (default: 1)",
+        help="flights of each maneuver: truth and sensor seeds 1 to N, or a range such as "
+        "501-1000 (default: 1)",
     )
-    parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
-    parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das> or <plan>)")
+    parser.add_argument(
+        "--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--out", type=Path, help="folder for the results (default: out/<maneuver>-<das> or <plan>)"
+    )
     add_running(parser)
 
 
@@ -57,9 +71,16 @@ def add_running(parser: argparse.ArgumentParser) -> None:
     flag = parser.add_argument
     flag("--jobs", type=int, help="processes (default: one a core)")
     flag(
-        "--scheduler", help="address of a dask scheduler, tcp://host:port or tls://host:port, instead of processes"
+        "--scheduler",
+        help="address of a dask scheduler, tcp://host:port or tls://host:port, instead of "
+        "processes",
     )
-    flag("--security", type=Path, metavar="FILE", help="TOML file with ca, cert and key for a tls:// scheduler")
+    flag(
+        "--security",
+        type=Path,
+        metavar="FILE",
+        help="TOML file with ca, cert and key for a tls:// scheduler",
+    )
     flag("--shard", metavar="K/N", help="fly the K-th of N parts of the plan")
     flag(
         "--time-limit",
@@ -69,19 +90,39 @@ def add_running(parser: argparse.ArgumentParser) -> None:
         help="seconds a flight may take (default: %(default)g)",
     )
     flag(
-        "--memory-limit", type=float, default=2.0, metavar="GB", help="memory of a flight (default: %(default)g GB)"
+        "--memory-limit",
+        type=float,
+        default=2.0,
+        metavar="GB",
+        help="memory of a flight (default: %(default)g GB)",
     )
     flag(
-        "--keep-logs", default="all", help="none, failed (logs that could not be calibrated) or all (default: all)"
+        "--keep-logs",
+        default="all",
+        help="none, failed (logs that could not be calibrated) or all (default: all)",
     )
     flag("--no-report", action="store_true", help="write tables and logs, but no page")
-    flag("--retry-failed", action="store_true", help="fly the flights again that are stored as failed")
-    flag("--progress", default="auto", help="bar, lines (one a minute), json, none or auto (default: auto)")
-    flag("--dry-run", action="store_true", help="print what would be flown, the minutes and the bytes; fly nothing")
+    flag(
+        "--retry-failed",
+        action="store_true",
+        help="fly the flights again that are stored as failed",
+    )
+    flag(
+        "--progress",
+        default="auto",
+        help="bar, lines (one a minute), json, none or auto (default: auto)",
+    )
+    flag(
+        "--dry-run",
+        action="store_true",
+        help="print what would be flown, the minutes and the bytes; fly nothing",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight or fit failed."""
+    """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight
+    or fit failed.
+    """
     from rich.console import Console
 
     from pitotbench.bench.campaign import PAGE, run_campaign
@@ -107,7 +148,9 @@ def run(options: argparse.Namespace) -> int:
     for text in result.failures:
         console.print(outside(f"failed: {text}", "red"))
     if result.found:
-        console.print(outside(f"flights: {result.found:,} found in the store, {result.flown:,} flown"))
+        console.print(
+            outside(f"flights: {result.found:,} found in the store, {result.flown:,} flown")
+        )
     console.print(outside(f"results: {result.folder / RESULTS}"))
     if not options.no_report:
         console.print(outside(f"open this page: {result.folder / PAGE}"))
@@ -123,7 +166,13 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
 
     _check(options)
     wind = stated_wind(options)
-    base = replace(Case(), aircraft=options.aircraft, turbulence=options.turbulence, pilot=options.pilot, wind=wind)
+    base = replace(
+        Case(),
+        aircraft=options.aircraft,
+        turbulence=options.turbulence,
+        pilot=options.pilot,
+        wind=wind,
+    )
     base = scaled_case(base)
     return CampaignRequest(
         maneuvers=options.maneuver or "",
@@ -159,7 +208,9 @@ def _check(options: argparse.Namespace) -> None:
     if options.plan is None and not (options.maneuver and options.das):
         raise BadInputError("give a plan file, or --maneuver and --das")
     if options.plan is not None and (options.maneuver or options.das):
-        raise BadInputError("a plan file names the maneuvers and the data systems; leave out --maneuver and --das")
+        raise BadInputError(
+            "a plan file names the maneuvers and the data systems; leave out --maneuver and --das"
+        )
     require_known("turbulence", options.turbulence, TURBULENCE_SEVERITY)
     require_known("pilot", options.pilot, PILOTS)
     require_known("log format", f".{options.log_format}", FORMATS)
@@ -188,10 +239,16 @@ def _folder(options: argparse.Namespace) -> Path:
     """Return the folder of the results. Raises BadInputError where it cannot be made."""
     from pitotbench.logbook.formats import require_folder
 
-    name = options.plan.stem if options.plan is not None else _folder_name(options.maneuver, options.das)
+    name = (
+        options.plan.stem
+        if options.plan is not None
+        else _folder_name(options.maneuver, options.das)
+    )
     out: Path = options.out or Path("out", name)
     if not out.name:
-        raise BadInputError("--out: a campaign replaces its folder as a whole; name a folder for its results alone")
+        raise BadInputError(
+            "--out: a campaign replaces its folder as a whole; name a folder for its results alone"
+        )
     require_folder(out)
     return out
 

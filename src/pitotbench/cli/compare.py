@@ -1,4 +1,6 @@
-"""`pitotbench compare`: two calibrations, two logs, or two versions of an airplane's file, side by side."""
+"""`pitotbench compare`: two calibrations, two logs, or two versions of an airplane's file, side by
+side.
+"""
 
 import argparse
 from collections.abc import Callable
@@ -36,22 +38,32 @@ class Kind(NamedTuple):
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench compare`."""
     parser.add_argument(
-        "first", type=Path, metavar="A", help="a calibration (--json of calibrate), a log, or a JSBSim file (.xml)"
+        "first",
+        type=Path,
+        metavar="A",
+        help="a calibration (--json of calibrate), a log, or a JSBSim file (.xml)",
     )
-    parser.add_argument("second", type=Path, metavar="B", help="another of the same kind, held against the first")
+    parser.add_argument(
+        "second", type=Path, metavar="B", help="another of the same kind, held against the first"
+    )
     add_mapping(parser)
     add_accuracy(parser)
-    parser.add_argument("--model", help="of two logs: the pressure-error model, or auto (as for calibrate)")
+    parser.add_argument(
+        "--model", help="of two logs: the pressure-error model, or auto (as for calibrate)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with a picture (HTML)")
     parser.add_argument(
-        "--card", metavar="MANEUVER", help="of two airplanes: the card that A flies (default: diagnostic)"
+        "--card",
+        metavar="MANEUVER",
+        help="of two airplanes: the card that A flies (default: diagnostic)",
     )
     parser.add_argument(
         "--tolerance",
         type=float,
         metavar="PERCENT",
-        help="of two airplanes: exit code 1 where a force, a moment, power or mass changes by more than this share "
+        help="of two airplanes: exit code 1 where a force, a moment, power or mass changes by "
+        "more than this share "
         "of its largest value in the flight",
     )
 
@@ -62,10 +74,14 @@ def run(options: argparse.Namespace) -> int:
     Raises BadInputError where they are of two kinds.
     """
     require_page(options.report, (options.first, options.second))
-    kinds = [next(kind for kind in KINDS if kind.known_by(path)) for path in (options.first, options.second)]
+    kinds = [
+        next(kind for kind in KINDS if kind.known_by(path))
+        for path in (options.first, options.second)
+    ]
     if kinds[0] is not kinds[1]:
         raise BadInputError(
-            f"{options.first.name} is a {kinds[0].name}, {options.second.name} a {kinds[1].name}: give two alike"
+            f"{options.first.name} is a {kinds[0].name}, {options.second.name} a {kinds[1].name}: "
+            "give two alike"
         )
     return kinds[0].compare(options) or 0
 
@@ -86,7 +102,12 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from pitotbench.show.takehome import curve_difference, difference_json, difference_page, print_difference
+    from pitotbench.show.takehome import (
+        curve_difference,
+        difference_json,
+        difference_page,
+        print_difference,
+    )
 
     (first, one), (second, other) = curves
     if first == second:
@@ -97,7 +118,9 @@ def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -
 
 
 def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
-    """Return the name and the curve of a calibration as `calibrate --json` prints it. Raises BadInputError."""
+    """Return the name and the curve of a calibration as `calibrate --json` prints it. Raises
+    BadInputError.
+    """
     import json
 
     import numpy as np
@@ -114,7 +137,9 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
         found = json.loads(path.read_text(encoding="utf-8"))
         if isinstance(found, list):
             if len({json.dumps(each["curve"]) for each in found}) != 1:
-                raise BadInputError(f"{path}: holds several curves; calibrate one log, or the logs together")
+                raise BadInputError(
+                    f"{path}: holds several curves; calibrate one log, or the logs together"
+                )
             found = found[0]
         rows = found["curve"]
         curve = ErrorCurve(
@@ -130,7 +155,8 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
         raise BadInputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, IndexError) as error:
         raise BadInputError(
-            f"{path}: not a calibration; write one with: pitotbench calibrate LOG --json > {path.name}"
+            f"{path}: not a calibration; write one with: pitotbench calibrate LOG --json > "
+            f"{path.name}"
         ) from error
     return path.stem, curve
 
@@ -157,7 +183,9 @@ KINDS = (
     Kind(
         "calibration",
         lambda path: path.suffix.lower() == ".json",
-        lambda options: _tell([_read_curve(path) for path in (options.first, options.second)], options),
+        lambda options: _tell(
+            [_read_curve(path) for path in (options.first, options.second)], options
+        ),
     ),
     Kind("log", lambda path: True, _logs),
 )

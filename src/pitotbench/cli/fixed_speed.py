@@ -1,4 +1,6 @@
-"""`pitotbench fixed-speed`: the leg and turn methods, for logs, for cards written by hand, for legs typed."""
+"""`pitotbench fixed-speed`: the leg and turn methods, for logs, for cards written by hand, for legs
+typed.
+"""
 
 import argparse
 import sys
@@ -34,21 +36,28 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         type=Path,
         metavar="LOG",
-        help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower fly-by",
+        help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
+        "fly-by",
     )
     add_mapping(parser)
     add_accuracy(parser)
-    parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
+    parser.add_argument(
+        "--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"
+    )
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
     parser.add_argument(
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
     )
     add_table(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON document (a list for several logs)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are given."""
+    """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are
+    given.
+    """
     from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
 
     require_table(options, options.logs)
@@ -59,8 +68,12 @@ def run(options: argparse.Namespace) -> int:
         cards = [is_points_table(path) for path in options.logs]
         if any(cards) and not all(cards):
             raise BadInputError("give either logs or points tables")
-        if options.table is not None and not (any(cards) and not any(map(is_fly_by_card, options.logs))):
-            raise BadInputError("--table: points are no curve; use calibrate LOG --table, or give a card of legs")
+        if options.table is not None and not (
+            any(cards) and not any(map(is_fly_by_card, options.logs))
+        ):
+            raise BadInputError(
+                "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
+            )
         fly_bys = [is_fly_by_card(path) for path in options.logs]
         if any(fly_bys) and not all(fly_bys):
             raise BadInputError("give either points tables or fly-by cards")
@@ -69,7 +82,8 @@ def run(options: argparse.Namespace) -> int:
         _of_legs(options)
     else:
         raise BadInputError(
-            "give either logs, or a points table, or both --ground-speed-kt and --track-deg, or --sheet"
+            "give either logs, or a points table, or both --ground-speed-kt and --track-deg, or "
+            "--sheet"
         )
     return 0
 
@@ -131,7 +145,12 @@ def _of_logs(options: argparse.Namespace) -> None:
             points = fixed_speed_points(log, choice)
         except NoAnswerError as error:
             raise error if end is None else NoAnswerError(f"{error}; {end.words}") from error
-        found.append((path, (points, [*log.header.get("warnings", ()), *([] if end is None else [end.words])])))
+        found.append(
+            (
+                path,
+                (points, [*log.header.get("warnings", ()), *([] if end is None else [end.words])]),
+            )
+        )
 
     def show(answer: "tuple[tuple[FixedSpeedPoint, ...], list[str]]", console: "Console") -> None:
         print_warnings(answer[1], console)

@@ -7,12 +7,18 @@ from pathlib import Path
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench fly`."""
     parser.add_argument("case", type=Path, help="case file (TOML)")
-    parser.add_argument("-o", "--out", type=Path, required=True, help="log to write: .csv, .parquet or .mat")
-    parser.add_argument("--truth", action="store_true", help="also write <name>.truth.parquet beside the log")
+    parser.add_argument(
+        "-o", "--out", type=Path, required=True, help="log to write: .csv, .parquet or .mat"
+    )
+    parser.add_argument(
+        "--truth", action="store_true", help="also write <name>.truth.parquet beside the log"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the case and write the log; return exit code 0. Raises BadInputError before the flight for bad paths."""
+    """Fly the case and write the log; return exit code 0. Raises BadInputError before the flight
+    for bad paths.
+    """
     from pitotbench.bench.flights import fly_to_log
     from pitotbench.logbook.formats import FORMATS, require_file
     from pitotbench.records.case import PressureErrorSpec
@@ -22,7 +28,9 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.simulation.sortie import scaled_case
 
     case = read_case(options.case)
-    if case.pressure_error == PressureErrorSpec():  # none stated: the usual curve at the speeds of the aircraft
+    if (
+        case.pressure_error == PressureErrorSpec()
+    ):  # none stated: the usual curve at the speeds of the aircraft
         case = scaled_case(case)
     require_file(options.out, FORMATS, [options.case])
     if options.truth:

@@ -3,12 +3,21 @@
 import argparse
 from pathlib import Path
 
-from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs, require_page, tell_each, write_page
+from pitotbench.cli.shared_flags import (
+    add_mapping,
+    mapping_advice,
+    read_logs,
+    require_page,
+    tell_each,
+    write_page,
+)
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench inspect`."""
-    parser.add_argument("log", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)")
+    parser.add_argument(
+        "log", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)"
+    )
     add_mapping(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with pictures (HTML)")

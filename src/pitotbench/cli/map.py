@@ -8,7 +8,9 @@ from pathlib import Path
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench map`."""
     parser.add_argument("log", type=Path, metavar="LOG", help="log file with unknown column names")
-    parser.add_argument("-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed")
+    parser.add_argument(
+        "-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -36,10 +38,23 @@ def run(options: argparse.Namespace) -> int:
         print(printable(f"missing: no column was found for {name}"))
     for line in drafted.lines:
         if line.question:
-            print(printable(f"check {line.guess.theirs!r} = {line.guess.target(line.unit)!r}: {line.question}"))
+            print(
+                printable(
+                    f"check {line.guess.theirs!r} = {line.guess.target(line.unit)!r}: "
+                    f"{line.question}"
+                )
+            )
     if drafted.refusal:
         print(printable(f"with these lines the log is refused: {drafted.refusal}"))
-    first = "" if drafted.sure else "complete it first, " if drafted.unusable else "answer the questions, "
-    print(printable(f"{first}then: pitotbench calibrate {options.log} --mapping {options.out}" if first
-                    else f"use it: pitotbench calibrate {options.log} --mapping {options.out}"))  # fmt: skip
+    first = (
+        ""
+        if drafted.sure
+        else "complete it first, "
+        if drafted.unusable
+        else "answer the questions, "
+    )
+    print(printable(f"{first}then: pitotbench calibrate {options.log} --mapping "
+                    f"{options.out}" if first
+                    else f"use it: pitotbench calibrate {options.log} --mapping "
+                         f"{options.out}"))  # fmt: skip
     return 0

@@ -5,7 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.shared_flags import add_wind, require_known, require_page, say, stated_wind, tell, write_page
+from pitotbench.cli.shared_flags import (
+    add_wind,
+    require_known,
+    require_page,
+    say,
+    stated_wind,
+    tell,
+    write_page,
+)
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -19,24 +27,41 @@ _PAGE, _CASE = "plan.html", "plan.toml"
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench plan`."""
     flag = parser.add_argument
-    flag("--das", default="20/1", help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)")
-    flag("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
+    flag(
+        "--das",
+        default="20/1",
+        help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)",
+    )
+    flag(
+        "--turbulence",
+        default="light",
+        help="expected: none, light or moderate (default: %(default)s)",
+    )
     add_wind(parser)
     flag(
         "--speeds-kt",
-        help="LOW,HIGH: where the curve is wanted [KIAS] (default: the aircraft's, 100,160 for navajo)",
+        help="LOW,HIGH: where the curve is wanted [KIAS] (default: the aircraft's, 100,160 for "
+        "navajo)",
     )
     flag(
         "--error-location",
         default="impact",
-        help="where the error is expected: static (GPS height shows it), total or impact (default: %(default)s)",
+        help="where the error is expected: static (GPS height shows it), total or impact "
+        "(default: %(default)s)",
     )
-    flag("--receiver-height-m", help="WHITE,SLOW: 1σ of the height error by GPS, such as 0.3,2 (default: 1.5,0)")
     flag(
-        "--vertical-velocity", default="usual", help="recorded, missing or usual: from 10 Hz (default: %(default)s)"
+        "--receiver-height-m",
+        help="WHITE,SLOW: 1σ of the height error by GPS, such as 0.3,2 (default: 1.5,0)",
+    )
+    flag(
+        "--vertical-velocity",
+        default="usual",
+        help="recorded, missing or usual: from 10 Hz (default: %(default)s)",
     )
     flag("--minutes", type=float, help="minutes to spend on condition")
-    flag("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
+    flag(
+        "--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?"
+    )
     flag("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
     flag(
         "--maneuver",
@@ -48,16 +73,30 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="navajo",
         help="aircraft: a name, or the path of a JSBSim file or folder (default: %(default)s)",
     )
-    flag("--draws", type=int, default=16, help="draws of gusts and sensor noise a maneuver (default: %(default)s)")
     flag(
-        "--search", type=int, default=40, help="flights to improve the best card, 0 for none (default: %(default)s)"
+        "--draws",
+        type=int,
+        default=16,
+        help="draws of gusts and sensor noise a maneuver (default: %(default)s)",
+    )
+    flag(
+        "--search",
+        type=int,
+        default=40,
+        help="flights to improve the best card, 0 for none (default: %(default)s)",
     )
     flag(
         "--by-hand",
         action="store_true",
-        help="plan a card written by hand (for `fixed-speed POINTS.csv`) by --want-kt, --minutes, --speeds-kt",
+        help="plan a card written by hand (for `fixed-speed POINTS.csv`) by --want-kt, --minutes, "
+        "--speeds-kt",
     )
-    flag("--sheet", type=Path, metavar="FILE", help="of --by-hand: write its legs as a sheet to fill in (HTML)")
+    flag(
+        "--sheet",
+        type=Path,
+        metavar="FILE",
+        help="of --by-hand: write its legs as a sheet to fill in (HTML)",
+    )
     flag("--json", action="store_true", help="print one JSON document")
     flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
@@ -129,7 +168,9 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
     return PlanRequest(
         base=scaled_case(base),
         system=system,
-        speeds=speed_range(options.aircraft) if options.speeds_kt is None else _speeds(options.speeds_kt),
+        speeds=speed_range(options.aircraft)
+        if options.speeds_kt is None
+        else _speeds(options.speeds_kt),
         minutes=options.minutes,
         want=None if options.want_kt is None else options.want_kt * KNOT,
         box=None if options.box_nm is None else options.box_nm * NAUTICAL_MILE,
@@ -151,7 +192,8 @@ def _system(options: argparse.Namespace) -> "DataSystem":
         white, slow = (float(part) for part in options.receiver_height_m.split(","))
     except ValueError as error:
         raise BadInputError(
-            f"--receiver-height-m takes two numbers, WHITE,SLOW, such as 0.3,2; got {options.receiver_height_m!r}"
+            "--receiver-height-m takes two numbers, WHITE,SLOW, such as 0.3,2; got "
+            f"{options.receiver_height_m!r}"
         ) from error
     if not (0.0 <= white < 1e3 and 0.0 <= slow < 1e3):
         raise BadInputError("--receiver-height-m: standard deviations from 0 to 1000 m")
@@ -164,12 +206,16 @@ def _speeds(text: str) -> tuple[float, float]:
     try:
         low, high = (float(part) * KNOT for part in text.split(","))
     except ValueError as error:
-        raise BadInputError(f"--speeds-kt takes two numbers, LOW,HIGH, such as 100,160; got {text!r}") from error
+        raise BadInputError(
+            f"--speeds-kt takes two numbers, LOW,HIGH, such as 100,160; got {text!r}"
+        ) from error
     return low, high
 
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
-    """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; return the paths."""
+    """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`;
+    return the paths.
+    """
     from pitotbench.logbook.columns import write_text
     from pitotbench.records.case_file import write_case
     from pitotbench.show.pages import plan_page
@@ -180,6 +226,8 @@ def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]
     chosen = plan.improved or plan.best
     if chosen is None:
         return [page]
-    flown = replace(request.case(chosen.maneuver, dict(chosen.card)), turbulence=request.base.turbulence)
+    flown = replace(
+        request.case(chosen.maneuver, dict(chosen.card)), turbulence=request.base.turbulence
+    )
     write_text(case, write_case(flown))
     return [page, case]

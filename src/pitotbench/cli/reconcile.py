@@ -1,4 +1,6 @@
-"""`pitotbench reconcile`: judge a measured log, print the verdict, and write the report and the patch."""
+"""`pitotbench reconcile`: judge a measured log, print the verdict, and write the report and the
+patch.
+"""
 
 import argparse
 from dataclasses import replace
@@ -34,10 +36,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="MEASURED",
-        help="measured log (.csv, .parquet, .mat), or several of one airplane: causes and sizes are shared",
+        help="measured log (.csv, .parquet, .mat), or several of one airplane: causes and sizes "
+        "are shared",
     )
     parser.add_argument(
-        "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
+        "--aircraft",
+        default="navajo",
+        help="aircraft model, or none: sensors alone (default: %(default)s)",
     )
     parser.add_argument(
         "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
@@ -48,25 +53,35 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="CASE",
         action="append",
-        help="case file that says what was flown (default: the log's header); give it once, or once for each log",
+        help="case file that says what was flown (default: the log's header); give it once, or "
+        "once for each log",
     )
     parser.add_argument(
-        "--no-next-flight", action="store_true", help="without effect; accepted for scripts of earlier versions"
+        "--no-next-flight",
+        action="store_true",
+        help="without effect; accepted for scripts of earlier versions",
     )
     parser.add_argument(
         "--terms",
         action="store_true",
-        help="correct the aerodynamic terms of the model's file in the maneuvers of the log (default: for logs of "
+        help="correct the aerodynamic terms of the model's file in the maneuvers of the log "
+        "(default: for logs of "
         "system identification, such as SIDPAC's fdata)",
     )
     add_part(parser)
-    parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
     parser.add_argument(
-        "--no-cache", action="store_true", help="fly the null flights of the card anew, and do not keep them"
+        "--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"
+    )
+    parser.add_argument(
+        "--no-cache",
+        action="store_true",
+        help="fly the null flights of the card anew, and do not keep them",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     add_record(parser)
-    parser.add_argument("--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml")
+    parser.add_argument(
+        "--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -90,13 +105,16 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _are_identification(paths: list[Path]) -> bool:
-    """Whether the logs are arrays of system identification. Raises BadInputError where only some of them are."""
+    """Whether the logs are arrays of system identification. Raises BadInputError where only some of
+    them are.
+    """
     from pitotbench.logbook.identification import is_identification
 
     found = [is_identification(path) for path in paths]
     if any(found) and not all(found):
         raise BadInputError(
-            f"{paths[found.index(False)]}: a flight log beside arrays of system identification; judge them apart"
+            f"{paths[found.index(False)]}: a flight log beside arrays of system identification; "
+            "judge them apart"
         )
     return all(found)
 
@@ -110,16 +128,22 @@ def _run_terms(options: argparse.Namespace) -> int:
     if options.aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
     if options.apply:
-        raise BadInputError("--apply is not for terms: overlay.xml of --out holds what is added to the file")
+        raise BadInputError(
+            "--apply is not for terms: overlay.xml of --out holds what is added to the file"
+        )
     if options.record:
         raise BadInputError("--record is not for terms: report.html of --out holds their account")
 
     def maneuvers(path: Path) -> "list[Maneuver]":
-        return maneuvers_in(path, lambda: stated_part(read_logs([path], options.mapping)[0], options))
+        return maneuvers_in(
+            path, lambda: stated_part(read_logs([path], options.mapping)[0], options)
+        )
 
     fitted = [each for path in options.log for each in maneuvers(path)]
     held = maneuvers(options.holdout) if options.holdout else []
-    if not held and len(fitted) > len(options.log):  # several maneuvers of one log: every second one is held out
+    if not held and len(fitted) > len(
+        options.log
+    ):  # several maneuvers of one log: every second one is held out
         fitted, held = parted(fitted)
     corrected = correct_terms(options.aircraft, fitted, held)
     names = ", ".join(path.name for path in options.log)
@@ -136,7 +160,9 @@ def _check_variant(options: argparse.Namespace) -> None:
     from pitotbench.simulation.modified import require_free
 
     if options.apply is not None and options.aircraft == "none":
-        raise BadInputError("--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft")
+        raise BadInputError(
+            "--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft"
+        )
     if options.apply is not None:
         require_free(options.aircraft, options.apply)
 
@@ -162,7 +188,8 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     cards = [read_case(path) for path in options.card or ()]
     if len(cards) not in (0, 1, len(options.log)):
         raise BadInputError(
-            f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each log"
+            f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each "
+            "log"
         )
     own = cards if len(cards) > 1 else [None] * len(options.log)
     held = [options.holdout] if options.holdout else []
@@ -206,13 +233,17 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         flag_choice("aircraft", options.aircraft, ""),
         *read_choices(options),
         Choice("place of the error curve", place, "mapping" if setting.static_error else "default"),
-        Choice("mach max", f"{setting.mach_max:g}", "mapping" if "mach_max" in advised else "default"),
+        Choice(
+            "mach max", f"{setting.mach_max:g}", "mapping" if "mach_max" in advised else "default"
+        ),
     ]
     return provenance_of(sources, choices)
 
 
 def _setting(advised: dict[str, Any]) -> "AnalysisSetting":
-    """Return the setting that the mapping of a foreign log advises, the one given or the one that recognized it."""
+    """Return the setting that the mapping of a foreign log advises, the one given or the one that
+    recognized it.
+    """
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
     static = advised.get("error_location") == "static"

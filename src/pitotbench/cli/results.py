@@ -20,19 +20,35 @@ _SHOWN = "name,das,model,minutes,residual_two_sigma_kt,two_sigma_kt,curve_rms_er
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench results`."""
-    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="folder of a campaign, or several")
     parser.add_argument(
-        "--where", metavar="EXPRESSION", help="rows, such as \"turbulence == 'light' and seed < 10\""
+        "folders", nargs="+", type=Path, metavar="DIR", help="folder of a campaign, or several"
+    )
+    parser.add_argument(
+        "--where",
+        metavar="EXPRESSION",
+        help="rows, such as \"turbulence == 'light' and seed < 10\"",
     )
     parser.add_argument("--state", help="done, failed or quarantined")
-    parser.add_argument("--columns", default=_SHOWN, help="comma list, or all (default: %(default)s)")
-    parser.add_argument("--by", help="comma list of columns: the means over all others, and the number of rows")
-    parser.add_argument("--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)")
-    parser.add_argument("--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg")
     parser.add_argument(
-        "--page", metavar="FLIGHT", help="fly a flight of DIR again and draw its page, FLIGHT.html in DIR or --out"
+        "--columns", default=_SHOWN, help="comma list, or all (default: %(default)s)"
     )
-    parser.add_argument("--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg")
+    parser.add_argument(
+        "--by", help="comma list of columns: the means over all others, and the number of rows"
+    )
+    parser.add_argument(
+        "--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)"
+    )
+    parser.add_argument(
+        "--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg"
+    )
+    parser.add_argument(
+        "--page",
+        metavar="FLIGHT",
+        help="fly a flight of DIR again and draw its page, FLIGHT.html in DIR or --out",
+    )
+    parser.add_argument(
+        "--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -40,7 +56,13 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together.
     """
-    from pitotbench.bench.result_table import chosen_rows, means, require_columns, result_table, write_table
+    from pitotbench.bench.result_table import (
+        chosen_rows,
+        means,
+        require_columns,
+        result_table,
+        write_table,
+    )
 
     if options.page:
         return _page(options)
@@ -84,7 +106,9 @@ def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
 
     columns = options.draw.split(",")
     if len(columns) != 2:
-        raise BadInputError(f"--draw {options.draw}: give two columns, such as two_sigma_kt,minutes")
+        raise BadInputError(
+            f"--draw {options.draw}: give two columns, such as two_sigma_kt,minutes"
+        )
     require_columns(table, columns)
     write_text(options.out, scatter_svg(table, *columns))
     print(f"drawn: {options.out}")
@@ -108,10 +132,20 @@ def run_reproduce(options: argparse.Namespace) -> int:
     from pitotbench.show.columns import outside
 
     found = reproduce(options.result)
-    pairs = ((what, found.stored[what], found.here[what]) for what in ("code", "aircraft", "versions", "host"))
-    lines = [f"{what}: {was}" if was == now else f"{what}: {was} stored, {now} now" for what, was, now in pairs]
+    pairs = (
+        (what, found.stored[what], found.here[what])
+        for what in ("code", "aircraft", "versions", "host")
+    )
+    lines = [
+        f"{what}: {was}" if was == now else f"{what}: {was} stored, {now} now"
+        for what, was, now in pairs
+    ]
     lines += [f"differs: {line}" for line in found.differences]
     if not found.differences:
         lines.append(f"{found.name}: {found.rows} rows, the same bit for bit")
-    tell(options, lambda: asdict(found), lambda console: console.print(*map(outside, lines), sep="\n"))
+    tell(
+        options,
+        lambda: asdict(found),
+        lambda console: console.print(*map(outside, lines), sep="\n"),
+    )
     return NO_ANSWER if found.differences else DONE

@@ -25,12 +25,15 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
     """Add the flag of the mapping: `--mapping`."""
     parser.add_argument(
         "--mapping",
-        help="how to read a foreign log: a shipped name or a TOML file (default: known formats are recognized)",
+        help="how to read a foreign log: a shipped name or a TOML file (default: known formats "
+        "are recognized)",
     )
 
 
 def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
-    """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for unknown names."""
+    """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for
+    unknown names.
+    """
     from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
 
@@ -39,7 +42,11 @@ def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
         try:
             logs.append(read_log(path, mapping))
         except MissingColumnsError as error:
-            offer = "" if mapping else f". `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
+            offer = (
+                ""
+                if mapping
+                else f". `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
+            )
             raise BadInputError(f"{error}{offer}") from error
     return logs
 
@@ -61,13 +68,20 @@ def _drafted(path: Path) -> str:
 def add_part(parser: argparse.ArgumentParser) -> None:
     """Add the flags of a part of a log: `--from` and `--to`."""
     parser.add_argument(
-        "--from", dest="begin", metavar="MIN:S", help="use the log from this minute on, such as 12:30"
+        "--from",
+        dest="begin",
+        metavar="MIN:S",
+        help="use the log from this minute on, such as 12:30",
     )
-    parser.add_argument("--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00")
+    parser.add_argument(
+        "--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00"
+    )
 
 
 def stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
-    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no such part."""
+    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no
+    such part.
+    """
     from pitotbench.timeline import minutes_text
 
     if options.begin is None and options.end is None:
@@ -96,7 +110,9 @@ def _moment(flag: str, text: str) -> float:
 
 
 def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
-    """Return the calibration choices of the mapping: of the one given, else of the one that recognized a log."""
+    """Return the calibration choices of the mapping: of the one given, else of the one that
+    recognized a log.
+    """
     from pitotbench.bench.questions import advice_of
 
     return dict(advice_of(logs, options.mapping))
@@ -104,26 +120,39 @@ def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()
 
 def add_wind(parser: argparse.ArgumentParser) -> None:
     """Add the flags of the mean wind: `--wind-kt` and `--wind-from-deg`."""
-    parser.add_argument("--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)")
     parser.add_argument(
-        "--wind-from-deg", type=float, default=300.0, help="direction the wind is from [°] (default: %(default)g)"
+        "--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)"
+    )
+    parser.add_argument(
+        "--wind-from-deg",
+        type=float,
+        default=300.0,
+        help="direction the wind is from [°] (default: %(default)g)",
     )
 
 
 def stated_wind(options: argparse.Namespace) -> "Wind":
-    """Return the mean wind of the parsed flags. Raises BadInputError for an impossible speed or direction."""
+    """Return the mean wind of the parsed flags. Raises BadInputError for an impossible speed or
+    direction.
+    """
     from pitotbench.records.case import Wind
     from pitotbench.units import DEGREE, KNOT
 
     if not 0.0 <= options.wind_kt <= 100.0:
-        raise BadInputError(f"--wind-kt {options.wind_kt:g}: the bench flies in 0 to 100 kt of wind")
+        raise BadInputError(
+            f"--wind-kt {options.wind_kt:g}: the bench flies in 0 to 100 kt of wind"
+        )
     if not isfinite(options.wind_from_deg):
-        raise BadInputError(f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360")
+        raise BadInputError(
+            f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360"
+        )
     return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
 
 
 def require_known(what: str, name: str, known: Iterable[str]) -> None:
-    """Raise BadInputError, with the known names and the nearest one, for a name that is not among them."""
+    """Raise BadInputError, with the known names and the nearest one, for a name that is not among
+    them.
+    """
     if name not in (names := list(known)):
         raise BadInputError(explain(what, name, names))
 
@@ -135,8 +164,12 @@ def say(line: str) -> None:
     print(printable(line), file=sys.stderr, flush=True)
 
 
-def tell(options: argparse.Namespace, document: Callable[[], object], show: "Callable[[Console], None]") -> None:
-    """Write an answer on standard output: as one JSON document with `--json`, else as `show` prints it."""
+def tell(
+    options: argparse.Namespace, document: Callable[[], object], show: "Callable[[Console], None]"
+) -> None:
+    """Write an answer on standard output: as one JSON document with `--json`, else as `show` prints
+    it.
+    """
     if options.json:
         from pitotbench.show.columns import json_text
 
@@ -153,7 +186,9 @@ def tell_each(
     document: "Callable[[T], dict[str, Any]]",
     show: "Callable[[T, Console], None]",
 ) -> None:
-    """Write the answers for several files: one JSON document or a list of them, or each below the file's name."""
+    """Write the answers for several files: one JSON document or a list of them, or each below the
+    file's name.
+    """
     from pitotbench.show.columns import outside
 
     def show_all(console: "Console") -> None:
@@ -188,13 +223,15 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--accuracy",
         metavar="NAME=2σ,...",
-        help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: sensors without "
+        help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: "
+        "sensors without "
         f"constant errors (default: what the mapping or the log states, else {usual})",
     )
 
 
 def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the accuracies of the parsed flag as options of the calibration; nothing where the flag was not given.
+    """Return the accuracies of the parsed flag as options of the calibration; nothing where the
+    flag was not given.
 
     An accuracy that the flag does not name keeps the value that the mapping advises.
     """
@@ -211,7 +248,8 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         "--record",
         type=Path,
         metavar="FILE.html",
-        help="also write the record for the file, two pages to print (HTML): inputs with SHA-256, settings, "
+        help="also write the record for the file, two pages to print (HTML): inputs with SHA-256, "
+        "settings, "
         "versions, answer and checks",
     )
 
@@ -222,7 +260,8 @@ def add_table(parser: argparse.ArgumentParser) -> None:
         "--table",
         type=Path,
         metavar="FILE",
-        help="also write KCAS by KIAS and the altitude correction by height: .csv, .html (to print) or "
+        help="also write KCAS by KIAS and the altitude correction by height: .csv, .html (to "
+        "print) or "
         ".xml (a JSBSim system that reads as the airplane's airspeed indicator)",
     )
 

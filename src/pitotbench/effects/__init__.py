@@ -1,4 +1,6 @@
-"""The table of physical effects that a case may name. A new effect is one entry on the page of its family."""
+"""The table of physical effects that a case may name. A new effect is one entry on the page of its
+family.
+"""
 
 from collections.abc import Iterable
 
@@ -27,7 +29,9 @@ _PAGES = {
 }
 # The effects of each family, in the order in which they stand on its pages: that of every table.
 FAMILIES: dict[str, tuple[Effect, ...]] = {
-    family: tuple(entry for page in pages for entry in vars(page).values() if isinstance(entry, Effect))
+    family: tuple(
+        entry for page in pages for entry in vars(page).values() if isinstance(entry, Effect)
+    )
     for family, pages in _PAGES.items()
 }
 _ALL = tuple(effect for family in FAMILIES.values() for effect in family)
@@ -38,7 +42,11 @@ OWN_TERMS = frozenset(
         "control_effectiveness",
         "control_moments",
         "induced_drag",
-        *(effect.name for effect in FAMILIES["airframe"] if effect.part == "lift, stability and damping"),
+        *(
+            effect.name
+            for effect in FAMILIES["airframe"]
+            if effect.part == "lift, stability and damping"
+        ),
     }
 )
 # The table, and every effect of it from a time on and for a time.
@@ -48,7 +56,9 @@ FORMS: Catalog[Effect] = Catalog(
 
 
 def effect_of(name: str) -> Effect:
-    """Return an effect of the table in any form, or a formula, by its name. Raises UnknownNameError."""
+    """Return an effect of the table in any form, or a formula, by its name. Raises
+    UnknownNameError.
+    """
     return FORMULAS[name] if name in FORMULAS else FORMS[name]
 
 

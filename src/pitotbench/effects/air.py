@@ -37,7 +37,8 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals
 from pitotbench.units import FOOT, Array, Kelvin, Pascal
 
-# Humid air: it is as light as drier air that is warmer, and the thermometer reads less than that warmth.
+# Humid air: it is as light as drier air that is warmer, and the thermometer reads less than that
+# warmth.
 
 FREEZING = 273.15  # K
 LIGHTER = 0.378  # 1 − molar mass of water over that of dry air, 1 − 18.015/28.964
@@ -45,7 +46,8 @@ ROUNDS = 4  # of solving for the temperature that has this virtual temperature; 
 
 
 def saturation_pressure(temperature: Kelvin) -> Pascal:
-    """Return the saturation pressure of water vapor [Pa] at a temperature [K], to 0.3 % from -35 to 35 °C.
+    """Return the saturation pressure of water vapor [Pa] at a temperature [K], to 0.3 % from -35 to
+    35 °C.
 
     Source: Bolton 1980, Monthly Weather Review 108, eq. 10.
     """
@@ -73,9 +75,13 @@ def _humid(signals: Signals, sizes: Sizes) -> Signals:
 HUMID_AIR = SensorEffect(
     name="humid_air",
     part="air",
-    parameters=(Parameter("relative_humidity", 0.7, 0.02, 1.0, "vapor pressure over that of saturation"),),
-    source="Bolton 1980, Monthly Weather Review 108, eq. 10: saturation pressure; T_v = T/(1 − 0.378 e/p)",
-    what="The air is humid: the temperature of the case is the virtual one, and the probe reads less.",
+    parameters=(
+        Parameter("relative_humidity", 0.7, 0.02, 1.0, "vapor pressure over that of saturation"),
+    ),
+    source="Bolton 1980, Monthly Weather Review 108, eq. 10: saturation pressure; T_v = T/(1 − "
+    "0.378 e/p)",
+    what="The air is humid: the temperature of the case is the virtual one, and the probe reads "
+    "less.",
     shows_in=TEMPERATURE,
     changes=("total_temperature",),
     needs=("impact_pressure", "static_pressure"),
@@ -96,13 +102,16 @@ NONSTANDARD_TEMPERATURE = AirEffect(
 )
 
 
-# Winds that change are a vector, their first two sizes, times a course: in JSBSim's units (ft/s) and over a log.
+# Winds that change are a vector, their first two sizes, times a course: in JSBSim's units (ft/s)
+# and over a log.
 
 Vector = tuple[Array, Array, Array]
 
 
 def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
-    """The build of a level wind: `factors` of a component are a function of the path of the other sizes."""
+    """The build of a level wind: `factors` of a component are a function of the path of the other
+    sizes.
+    """
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         north, east, *others = effect.paths()
@@ -136,14 +145,19 @@ SEA_BREEZE_FRONT = AirEffect(
     parameters=(
         Parameter("north_mps", 2.5, -20.0, 20.0, "step of the wind toward north"),
         Parameter("east_mps", -2.0, -20.0, 20.0, "step of the wind toward east"),
-        Parameter("at_s", 120.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True),
+        Parameter(
+            "at_s", 120.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True
+        ),
         Parameter("width_s", 10.0, 0.5, 600.0, "duration of the change", shape=True),
     ),
-    source="Simpson 1994, Sea Breeze and Local Winds: changes of 2 to 8 m/s across some hundred meters",
+    source="Simpson 1994, Sea Breeze and Local Winds: changes of 2 to 8 m/s across some hundred "
+    "meters",
     what="A front passes, and the wind changes within seconds.",
     shows_in=TURNING,
     build=_blows(lambda at, width: (1.0 / FOOT, clipped(quotient(difference(ELAPSED, at), width)))),
-    wind=_level(lambda log, sizes: np.clip((elapsed(log) - sizes["at_s"]) / sizes["width_s"], 0.0, 1.0)),
+    wind=_level(
+        lambda log, sizes: np.clip((elapsed(log) - sizes["at_s"]) / sizes["width_s"], 0.0, 1.0)
+    ),
 )
 
 
@@ -162,21 +176,26 @@ def _stronger(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
 TURBULENCE_LEVEL = AirEffect(
     name="turbulence_level",
     part="air",
-    parameters=(Parameter("change", 0.5, -1.0, 3.0, "gusts stronger by this share; -1 removes them"),),
+    parameters=(
+        Parameter("change", 0.5, -1.0, 3.0, "gusts stronger by this share; -1 removes them"),
+    ),
     source="MIL-F-8785C 1980, §3.7: root-mean-square intensities, light to severe",
-    what="The gusts are stronger or weaker than the case says; rotational gusts (p, q, r) stay the same.",
+    what="The gusts are stronger or weaker than the case says; rotational gusts (p, q, r) stay "
+    "the same.",
     shows_in=STEADY_LEGS,  # nothing but gusts moves the airplane there
     build=_stronger,
 )
 
 
-# Gusts of another length: the spectrum keeps its strength and moves in frequency.
-# Dryden's gust along the path is white noise through 1/(1 + L s/V). A lead-lag filter (1 + L s/V)/(1 + L' s/V)
-# with a gain of sqrt(L'/L) therefore gives exactly the gust of length L'. For the gusts across the path it is
-# close.
+# Gusts of another length: the spectrum keeps its strength and moves in frequency. Dryden's gust
+# along the path is white noise through 1/(1 + L s/V). A lead-lag filter (1 + L s/V)/(1 + L' s/V)
+# with a gain of sqrt(L'/L) therefore gives exactly the gust of length L'. For the gusts across the
+# path it is close.
 
 LENGTH = 1750.0  # ft, of MIL-F-8785C above 2,000 ft
-_CHANGE, _OLD, _NEW = (size("turbulence_scale", name) for name in ("change", "time_s", "new_time_s"))
+_CHANGE, _OLD, _NEW = (
+    size("turbulence_scale", name) for name in ("change", "time_s", "new_time_s")
+)
 
 
 def _component(name: str, value: Expression) -> str:
@@ -203,7 +222,11 @@ def _longer(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
 
     return Overlay(
         sizes=effect.held(sizes),
-        filters=(_component(_OLD, time), _component(_NEW, product(_OLD, grown)), *map(_filter, directions)),
+        filters=(
+            _component(_OLD, time),
+            _component(_NEW, product(_OLD, grown)),
+            *map(_filter, directions),
+        ),
         winds=tuple(WindTerm(toward, added(toward)) for toward in directions),
     )
 
@@ -243,10 +266,13 @@ UPDRAFT = AirEffect(
     part="air",
     parameters=(
         Parameter("up_mps", 1.0, -10.0, 10.0, "speed of the rising air"),
-        Parameter("from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True),
+        Parameter(
+            "from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True
+        ),
         Parameter("for_s", 60.0, 5.0, 1e5, "duration", shape=True),
     ),
-    source="mountain waves and thermals: 1 to 5 m/s over kilometers (FAA Glider Flying Handbook, ch. 9)",
+    source="mountain waves and thermals: 1 to 5 m/s over kilometers (FAA Glider Flying Handbook, "
+    "ch. 9)",
     what="The airplane flies through rising or sinking air.",
     shows_in=STEADY_LEGS,  # power and height are held, so that only the air rises
     build=_rises,
@@ -262,10 +288,15 @@ WIND_DRIFT = AirEffect(
     name="wind_drift",
     part="air",
     parameters=(
-        Parameter("north_mps_per_min", 0.15, -2.0, 2.0, "change of the wind toward north, per minute"),
-        Parameter("east_mps_per_min", -0.10, -2.0, 2.0, "change of the wind toward east, per minute"),
+        Parameter(
+            "north_mps_per_min", 0.15, -2.0, 2.0, "change of the wind toward north, per minute"
+        ),
+        Parameter(
+            "east_mps_per_min", -0.10, -2.0, 2.0, "change of the wind toward east, per minute"
+        ),
     ),
-    source="Martos, Kiszely and Foster 2011: the methods take the wind as constant; hourly changes of 2 to 5 m/s "
+    source="Martos, Kiszely and Foster 2011: the methods take the wind as constant; hourly "
+    "changes of 2 to 5 m/s "
     "are usual in soundings (estimate)",
     what="The wind changes during the flight.",
     shows_in=TURNING,
@@ -283,13 +314,23 @@ WIND_OSCILLATION = AirEffect(
     parameters=(
         Parameter("north_mps", 0.8, -10.0, 10.0, "amplitude of the wind toward north"),
         Parameter("east_mps", -0.6, -10.0, 10.0, "amplitude of the wind toward east"),
-        Parameter("period_s", 400.0, 20.0, 7200.0, "period of the oscillation, which begins at zero", shape=True),
+        Parameter(
+            "period_s",
+            400.0,
+            20.0,
+            7200.0,
+            "period of the oscillation, which begins at zero",
+            shape=True,
+        ),
     ),
-    source="Holton 2004, Dynamic Meteorology: trapped lee waves of 5 to 25 km, met in minutes of flight",
+    source="Holton 2004, Dynamic Meteorology: trapped lee waves of 5 to 25 km, met in minutes of "
+    "flight",
     what="The wind oscillates during the flight.",
     shows_in=TURNING,  # each circle measures the wind anew
     variant_of="wind_drift",
-    build=_blows(lambda period: (1.0 / FOOT, operation("sin", quotient(product(2.0 * pi, ELAPSED), period)))),
+    build=_blows(
+        lambda period: (1.0 / FOOT, operation("sin", quotient(product(2.0 * pi, ELAPSED), period)))
+    ),
     wind=_level(lambda log, sizes: np.sin(2.0 * pi * elapsed(log) / sizes["period_s"])),
 )
 
@@ -308,15 +349,23 @@ WIND_SHEAR = AirEffect(
     name="wind_shear",
     part="air",
     parameters=(
-        Parameter("north_mps_per_km", 4.0, -50.0, 50.0, "growth of the wind toward north with height"),
-        Parameter("east_mps_per_km", 6.0, -50.0, 50.0, "growth of the wind toward east with height"),
+        Parameter(
+            "north_mps_per_km", 4.0, -50.0, 50.0, "growth of the wind toward north with height"
+        ),
+        Parameter(
+            "east_mps_per_km", 6.0, -50.0, 50.0, "growth of the wind toward east with height"
+        ),
         Parameter("reference_m", 1828.8, 0.0, 15000.0, "height of the steady wind", shape=True),
     ),
-    source="thermal wind, a few m/s a kilometer (Holton 2004, Dynamic Meteorology); more below inversions",
+    source="thermal wind, a few m/s a kilometer (Holton 2004, Dynamic Meteorology); more below "
+    "inversions",
     what="The wind changes with height.",
     shows_in=CHANGING_HEIGHT,
     build=_blows(
-        lambda reference: (difference(product("position/h-sl-ft", FOOT), reference), 1.0 / (KILOMETER * FOOT))
+        lambda reference: (
+            difference(product("position/h-sl-ft", FOOT), reference),
+            1.0 / (KILOMETER * FOOT),
+        )
     ),
     wind=_level(_above),
 )

@@ -3,7 +3,15 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from pitotbench.effects.effect import RANGE_OF_AIRSPEED, SIDESLIP, TURNING, AircraftEffect, Build, Parameter, Sizes
+from pitotbench.effects.effect import (
+    RANGE_OF_AIRSPEED,
+    SIDESLIP,
+    TURNING,
+    AircraftEffect,
+    Build,
+    Parameter,
+    Sizes,
+)
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,
@@ -38,8 +46,11 @@ def _drag(factors: Callable[..., Iterable[Term]]) -> Build:
 BELLY_POD = AircraftEffect(
     name="belly_pod",
     part="drag",
-    parameters=(Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),),
-    source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 for blunt bodies; "
+    parameters=(
+        Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),
+    ),
+    source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 "
+    "for blunt bodies; "
     "Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
     what="A pod or antenna that the model lacks adds drag: less speed for the power.",
     shows_in=RANGE_OF_AIRSPEED,
@@ -47,7 +58,8 @@ BELLY_POD = AircraftEffect(
 )
 
 
-# Controls that are more or less effective than in the model: every force and moment of a surface is scaled.
+# Controls that are more or less effective than in the model: every force and moment of a surface is
+# scaled.
 
 SURFACES = {"elevator_change": "elevator", "aileron_change": "aileron", "rudder_change": "rudder"}
 AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
@@ -58,17 +70,22 @@ def _controls(axes_of: Mapping[str, Sequence[str]]) -> Build:
     """The build of an effect that scales the functions of each surface in some axes."""
 
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-        # A share of each function of the surface is added to its axis; the aircraft's functions stay unchanged.
+        # A share of each function of the surface is added to its axis; the aircraft's functions
+        # stay unchanged.
         added: list[AxisFunction] = []
         for key, surface in SURFACES.items():
             axes = axes_of[surface] if sizes[key] else ()
             moving = [function for axis in axes for function in baseline.terms(axis, surface)]
             if sizes[key] and not moving:
                 raise BadInputError(
-                    f"effect {effect.name!r}: no aerodynamic function of {baseline.aircraft!r} reads its "
+                    f"effect {effect.name!r}: no aerodynamic function of {baseline.aircraft!r} "
+                    "reads its "
                     f"{surface}; set {key} to 0"
                 )
-            added += [AxisFunction(each.axis, product(size(effect.name, key), each.name)) for each in moving]
+            added += [
+                AxisFunction(each.axis, product(size(effect.name, key), each.name))
+                for each in moving
+            ]
         return Overlay(sizes=effect.held(sizes), functions=tuple(added))
 
     return build
@@ -82,7 +99,8 @@ CONTROL_EFFECTIVENESS = AircraftEffect(
         Parameter("aileron_change", -0.15, -0.6, 0.6, "ailerons more effective by this share"),
         Parameter("rudder_change", -0.15, -0.6, 0.6, "rudder more effective by this share"),
     ),
-    source="DATCOM-class estimates of control derivatives err by 10 to 30 % (Hoak 1978, USAF DATCOM)",
+    source="DATCOM-class estimates of control derivatives err by 10 to 30 % (Hoak 1978, USAF "
+    "DATCOM)",
     what="The surfaces must move more or less than in the model for the same motion.",
     shows_in=SIDESLIP,
     build=_controls(dict.fromkeys(SURFACES.values(), AXES)),
@@ -93,7 +111,8 @@ CONTROL_MOMENTS = replace(
     CONTROL_EFFECTIVENESS,
     name="control_moments",
     variant_of="control_effectiveness",
-    what="The surfaces give more or less moment about their own axes; their forces are those of the model.",
+    what="The surfaces give more or less moment about their own axes; their forces are those of "
+    "the model.",
     build=_controls(OWN_AXES),
 )
 
@@ -106,7 +125,12 @@ INCLINED_POD = AircraftEffect(
     parameters=(
         Parameter("drag_area_m2", 0.08, -0.2, 0.8, "drag area with the pod along the flow"),
         Parameter(
-            "growth_per_rad2", 30.0, 0.0, 300.0, "relative growth of the drag, per square radian", shape=True
+            "growth_per_rad2",
+            30.0,
+            0.0,
+            300.0,
+            "relative growth of the drag, per square radian",
+            shape=True,
         ),
     ),
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: bodies across the flow, cross-flow drag",
@@ -114,7 +138,11 @@ INCLINED_POD = AircraftEffect(
     shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
     variant_of="belly_pod",
     build=_drag(
-        lambda area, growth: (area, 1.0 / FOOT**2, total(1.0, product(growth, "aero/alpha-rad", "aero/alpha-rad")))
+        lambda area, growth: (
+            area,
+            1.0 / FOOT**2,
+            total(1.0, product(growth, "aero/alpha-rad", "aero/alpha-rad")),
+        )
     ),
 )
 
@@ -132,7 +160,8 @@ INDUCED_DRAG = AircraftEffect(
 )
 
 
-# Loading: more or less mass at the center of gravity, or a center of gravity farther aft or forward.
+# Loading: more or less mass at the center of gravity, or a center of gravity farther aft or
+# forward.
 
 ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 
@@ -144,8 +173,8 @@ def _mass(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
 
 def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
-    # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass stays, the moment
-    # changes. The file's inches are the unit of the arm.
+    # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass
+    # stays, the moment changes. The file's inches are the unit of the arm.
     moved = product(*effect.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
     masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
     return Overlay(sizes=effect.held(sizes), masses=masses)
@@ -154,7 +183,11 @@ def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline)
 MASS = AircraftEffect(
     name="mass",
     part="loading",
-    parameters=(Parameter("mass_kg", 150.0, -600.0, 600.0, "mass at the center of gravity beyond the loading"),),
+    parameters=(
+        Parameter(
+            "mass_kg", 150.0, -600.0, 600.0, "mass at the center of gravity beyond the loading"
+        ),
+    ),
     source="loading sheets: passengers, fuel and equipment to some 5 % of the weight",
     what="The airplane is heavier or lighter than the model.",
     shows_in=TURNING,
@@ -164,19 +197,25 @@ MASS = AircraftEffect(
 CENTER_OF_GRAVITY = AircraftEffect(
     name="center_of_gravity",
     part="loading",
-    parameters=(Parameter("aft_m", 0.06, -0.25, 0.25, "center of gravity behind that of the model"),),
+    parameters=(
+        Parameter("aft_m", 0.06, -0.25, 0.25, "center of gravity behind that of the model"),
+    ),
     source="type certificate limits of the class: a range of some 0.3 m",
-    what="The center of gravity is not where the model has it: elevator and pitch stability change.",
+    what="The center of gravity is not where the model has it: elevator and pitch stability "
+    "change.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_center_of_gravity,
 )
 
 
-# Flaps or gear that are not fully up. Lift and drag follow from the flap and gear terms of the aircraft.
+# Flaps or gear that are not fully up. Lift and drag follow from the flap and gear terms of the
+# aircraft.
 
 
 def _lever(*levers: str) -> Build:
-    """The build of a lever that is held: of the first of them that the aircraft has, else of the last."""
+    """The build of a lever that is held: of the first of them that the aircraft has, else of the
+    last.
+    """
 
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
         lever = next((each for each in levers if each in baseline.declared), levers[-1])
@@ -190,7 +229,9 @@ def _lever(*levers: str) -> Build:
 FLAP_NOT_UP = AircraftEffect(
     name="flap_not_up",
     part="drag",
-    parameters=(Parameter("extension", 0.15, 0.005, 1.0, "flaps down by this share of their travel"),),
+    parameters=(
+        Parameter("extension", 0.15, 0.005, 1.0, "flaps down by this share of their travel"),
+    ),
     source="a rigging error or a forgotten lever; lift and drag are those of the aircraft's flaps",
     what="The flaps are not fully up.",
     shows_in=RANGE_OF_AIRSPEED,
@@ -200,7 +241,11 @@ FLAP_NOT_UP = AircraftEffect(
 GEAR_NOT_UP = AircraftEffect(
     name="gear_not_up",
     part="drag",
-    parameters=(Parameter("extension", 0.3, 0.01, 1.0, "gear down by this share; a gear door is part of it"),),
+    parameters=(
+        Parameter(
+            "extension", 0.3, 0.01, 1.0, "gear down by this share; a gear door is part of it"
+        ),
+    ),
     source="a door or a leg that does not close; the drag is that of the aircraft's gear",
     what="The gear is not fully up.",
     shows_in=RANGE_OF_AIRSPEED,
@@ -224,7 +269,8 @@ POLAR_BEND = AircraftEffect(
         Parameter("factor", 0.05, -0.1, 0.4, "added drag coefficient over (C_L - onset)²"),
         Parameter("onset", 0.4, 0.0, 1.2, "lift coefficient at which it begins", shape=True),
     ),
-    source="Hoerner 1965, Fluid-Dynamic Drag, ch. 7: viscous drag due to lift grows with (C_L - C_L0)²",
+    source="Hoerner 1965, Fluid-Dynamic Drag, ch. 7: viscous drag due to lift grows with (C_L - "
+    "C_L0)²",
     what="The wing has more drag at high lift: slower at low speed and in turns.",
     shows_in=TURNING,  # high lift without slow flight
     variant_of="induced_drag",
@@ -238,13 +284,17 @@ LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics
 
 
 def coefficient_function(axis: str, value: Term) -> AxisFunction:
-    """The force or the moment of a coefficient: times dynamic pressure, wing area and reference length."""
+    """The force or the moment of a coefficient: times dynamic pressure, wing area and reference
+    length.
+    """
     lengths = [LENGTHS[axis]] if axis in LENGTHS else []
     return AxisFunction(axis, product("aero/qbar-psf", WING, *lengths, value))
 
 
 def _moments(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    moments = [coefficient_function(axis, path) for axis, path in zip(LENGTHS, effect.paths(), strict=True)]
+    moments = [
+        coefficient_function(axis, path) for axis, path in zip(LENGTHS, effect.paths(), strict=True)
+    ]
     return Overlay(sizes=effect.held(sizes), functions=tuple(moments))
 
 
@@ -252,18 +302,26 @@ TRIM_OFFSET = AircraftEffect(
     name="trim_offset",
     part="controls and trim",
     parameters=(
-        Parameter("pitch_coefficient", 0.015, -0.1, 0.1, "added pitching-moment coefficient, nose up"),
-        Parameter("roll_coefficient", 0.002, -0.02, 0.02, "added rolling-moment coefficient, right"),
-        Parameter("yaw_coefficient", 0.002, -0.02, 0.02, "added yawing-moment coefficient, nose right"),
+        Parameter(
+            "pitch_coefficient", 0.015, -0.1, 0.1, "added pitching-moment coefficient, nose up"
+        ),
+        Parameter(
+            "roll_coefficient", 0.002, -0.02, 0.02, "added rolling-moment coefficient, right"
+        ),
+        Parameter(
+            "yaw_coefficient", 0.002, -0.02, 0.02, "added yawing-moment coefficient, nose right"
+        ),
     ),
-    source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: 0.015 in pitch)",
+    source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: "
+    "0.015 in pitch)",
     what="Rigging or trim differs: the surfaces have other positions in straight flight.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_moments,
 )
 
 
-# Drag that appears only in a bank: deflected surfaces, a skid, the pilot's control movements in the turn.
+# Drag that appears only in a bank: deflected surfaces, a skid, the pilot's control movements in the
+# turn.
 
 SINE = operation("sin", "attitude/phi-rad")
 
@@ -271,12 +329,20 @@ TURN_DRAG = AircraftEffect(
     name="turn_drag",
     part="drag",
     parameters=(
-        Parameter("coefficient_at_30deg", 0.005, -0.01, 0.04, "added drag coefficient at 30° of bank, as sin²"),
+        Parameter(
+            "coefficient_at_30deg",
+            0.005,
+            -0.01,
+            0.04,
+            "added drag coefficient at 30° of bank, as sin²",
+        ),
     ),
-    source="Martos, Kiszely and Foster 2011: power had to be added in turns in flight, not in the simulator",
+    source="Martos, Kiszely and Foster 2011: power had to be added in turns in flight, not in the "
+    "simulator",
     what="The airplane loses more speed in turns than the model.",
     shows_in=TURNING,
-    # sin² is the same for both sides and flat in level flight; over 0.25, its value at 30°, it gives the size.
+    # sin² is the same for both sides and flat in level flight; over 0.25, its value at 30°, it
+    # gives the size.
     build=_drag(lambda coefficient: (WING, coefficient, SINE, SINE, 1.0 / 0.25)),
 )
 
@@ -290,9 +356,16 @@ TURN_RATE_DRAG = AircraftEffect(
     name="turn_rate_drag",
     part="drag",
     parameters=(
-        Parameter("coefficient_at_3degps", 0.004, -0.01, 0.04, "added drag coefficient at 3°/s, linear in it"),
+        Parameter(
+            "coefficient_at_3degps",
+            0.004,
+            -0.01,
+            0.04,
+            "added drag coefficient at 3°/s, linear in it",
+        ),
     ),
-    source="our form, an alternative to sin² of bank: rudder and aileron held against the turn grow with its rate",
+    source="our form, an alternative to sin² of bank: rudder and aileron held against the turn "
+    "grow with its rate",
     what="The airplane loses more speed in turns than the model.",
     shows_in=TURNING,
     variant_of="turn_drag",

@@ -1,4 +1,6 @@
-"""The records of an effect, and the effects that a case names: with sizes, for a flight or for a part of it."""
+"""The records of an effect, and the effects that a case names: with sizes, for a flight or for a
+part of it.
+"""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -23,14 +25,16 @@ from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, Seconds
 
-# Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that contain them.
+# Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that
+# contain them.
 
 
 @dataclass(frozen=True, slots=True)
 class Excitation:
     """A way of flying that makes an effect show.
 
-    `maneuvers` are names of the table of maneuvers, the best one first. `text` describes the flying in words.
+    `maneuvers` are names of the table of maneuvers, the best one first. `text` describes the flying
+    in words.
     """
 
     maneuvers: tuple[str, ...]
@@ -44,10 +48,16 @@ CHANGING_AIRSPEED = Excitation(
     ("rapid_decel",), "idle decelerations on opposite headings, and the acceleration between them"
 )
 CHANGING_HEIGHT = Excitation(("diagnostic",), "a climb and a descent at constant airspeed")
-TURNING = Excitation(("circle", "figure_eight"), "full circles at 30° of bank to one side, or at 45° to both")
+TURNING = Excitation(
+    ("circle", "figure_eight"), "full circles at 30° of bank to one side, or at 45° to both"
+)
 SIDESLIP = Excitation(("diagnostic",), "steady-heading sideslips to both sides")
-POWER = Excitation(("diagnostic",), "one airspeed with high and low power, in a climb and a descent")
-RANGE_OF_AIRSPEED = Excitation(("four_leg",), "level flight from the highest to the lowest airspeed")
+POWER = Excitation(
+    ("diagnostic",), "one airspeed with high and low power, in a climb and a descent"
+)
+RANGE_OF_AIRSPEED = Excitation(
+    ("four_leg",), "level flight from the highest to the lowest airspeed"
+)
 STEPS_OF_AIRSPEED = Excitation(
     ("step_decrease", "step_both_ways"), "level flight in small steps of airspeed, both ways"
 )
@@ -59,7 +69,8 @@ TEMPERATURE = Excitation(
 )
 
 
-# The records of an effect: its name, where it acts, its parameters with units and ranges, and its source.
+# The records of an effect: its name, where it acts, its parameters with units and ranges, and its
+# source.
 
 ActsOn = Literal["sensors", "air", "aircraft"]
 Part = Literal[  # what a mechanic looks at, or the day; an effect of a formula has none
@@ -86,7 +97,9 @@ SensorFunction = Callable[[Signals, Sizes], Signals]
 
 
 def reads(channel: str, read: Callable[[Array, Sizes], Array]) -> SensorFunction:
-    """Return the function of a wrong reading of one channel: `read` turns true values, (n,), into those read."""
+    """Return the function of a wrong reading of one channel: `read` turns true values, (n,), into
+    those read.
+    """
     return lambda signals, sizes: signals.with_channels(**{channel: read(signals[channel], sizes)})
 
 
@@ -94,10 +107,11 @@ def reads(channel: str, read: Callable[[Array, Sizes], Array]) -> SensorFunction
 class Parameter:
     """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
 
-    A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`, such as a time or a
-    damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`. A size
-    that `may_be_missing` is 0 where a case omits it. Without a size that is `defining` the effect is its `neighbor`
-    in the table: a line with water in it, but no water, is a line that is late.
+    A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`,
+    such as a time or a damping, says how the effect looks, not how large it is: a case may omit it,
+    and then it is `typical`. A size that `may_be_missing` is 0 where a case omits it. Without a
+    size that is `defining` the effect is its `neighbor` in the table: a line with water in it, but
+    no water, is a line that is late.
     """
 
     name: str
@@ -118,14 +132,16 @@ class Parameter:
 class Effect:
     """The fields that all effects share.
 
-    `what` says in a sentence what happens, `source` where form and sizes come from. `part` is the part of the
-    airplane, of its instruments or of the world that has it. `shows_in` says what to fly so that the effect shows
-    best. `variant_of` names the plain effect of the same cause: a second-order line is a variant of a lag.
-    `neighbor` names the effect that this one is without its defining size. `one_model_with` names an effect of the
-    same terms in every channel: no log tells them apart. An effect `for_whole_flight` is not looked for in a part
-    of the flight: a workshop sets it, or it is a drift, which would jump at the ends of the part. `part_of` names
-    the effect that this one is for a part of the flight; only the forms in time have it. An effect on the sensors
-    changes the channels `changes`, and of the channels `also` those that the log has; it changes no others.
+    `what` says in a sentence what happens, `source` where form and sizes come from. `part` is the
+    part of the airplane, of its instruments or of the world that has it. `shows_in` says what to
+    fly so that the effect shows best. `variant_of` names the plain effect of the same cause: a
+    second-order line is a variant of a lag. `neighbor` names the effect that this one is without
+    its defining size. `one_model_with` names an effect of the same terms in every channel: no log
+    tells them apart. An effect `for_whole_flight` is not looked for in a part of the flight: a
+    workshop sets it, or it is a drift, which would jump at the ends of the part. `part_of` names
+    the effect that this one is for a part of the flight; only the forms in time have it. An effect
+    on the sensors changes the channels `changes`, and of the channels `also` those that the log
+    has; it changes no others.
     """
 
     name: str
@@ -149,11 +165,15 @@ class Effect:
         return self.variant_of or self.name
 
     def parameter(self, name: str) -> Parameter:
-        """Return a parameter by its name. Raises StopIteration where the effect has none of this name."""
+        """Return a parameter by its name. Raises StopIteration where the effect has none of this
+        name.
+        """
         return next(p for p in self.parameters if p.name == name)
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
-        """Return the sizes with every parameter in them: a missing shape is `typical`, a missing size 0."""
+        """Return the sizes with every parameter in them: a missing shape is `typical`, a missing
+        size 0.
+        """
         default = {p.name: p.typical if p.shape else 0.0 for p in self.parameters}
         return {**default, **sizes}
 
@@ -171,8 +191,8 @@ class Effect:
 class SensorEffect(Effect):
     """An effect on the sensors: a function that changes the time series of a log.
 
-    `needs` are the channels that it reads. It acts on the values at the probes, before noise and sampling; with
-    `after_noise` it acts on the samples as the recorder stores them.
+    `needs` are the channels that it reads. It acts on the values at the probes, before noise and
+    sampling; with `after_noise` it acts on the samples as the recorder stores them.
     """
 
     acts_on: ClassVar[ActsOn] = "sensors"
@@ -193,7 +213,8 @@ class SensorEffect(Effect):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftEffect(Effect):
-    """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged aircraft.
+    """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged
+    aircraft.
 
     `build` takes the effect itself, its sizes and the aircraft.
     """
@@ -225,7 +246,9 @@ class AircraftEffect(Effect):
         return True
 
     def fitting(self, baseline: Baseline) -> tuple[Overlay, ...]:
-        """Return the overlay for each parameter alone at its typical size, where the aircraft has the parts."""
+        """Return the overlay for each parameter alone at its typical size, where the aircraft has
+        the parts.
+        """
         alone = (self.complete({p.name: p.typical}) for p in self.parameters if not p.shape)
         return tuple(self.overlay(sizes, baseline) for sizes in alone if self.fits(sizes, baseline))
 
@@ -237,8 +260,9 @@ Build = Callable[[AircraftEffect, Sizes, Baseline], Overlay]
 class AirEffect(AircraftEffect):
     """An effect in the air: wind in time and space, turbulence, temperature.
 
-    `wind(signals, sizes)` returns the wind of the effect toward north, east and down [m/s], (n,) each, over the
-    time and altitude of a log. It is None for effects without such a wind, for example stronger turbulence.
+    `wind(signals, sizes)` returns the wind of the effect toward north, east and down [m/s], (n,)
+    each, over the time and altitude of a log. It is None for effects without such a wind, for
+    example stronger turbulence.
     """
 
     acts_on: ClassVar[ActsOn] = "air"
@@ -247,7 +271,9 @@ class AirEffect(AircraftEffect):
 
 # Time since the first recorded sample, in a log and as an expression of JSBSim.
 
-RECORDING_START = "bench/recording-start-s"  # simulator's time of the first recorded sample; far ahead until then
+RECORDING_START = (
+    "bench/recording-start-s"  # simulator's time of the first recorded sample; far ahead until then
+)
 ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_START))
 
 
@@ -261,34 +287,42 @@ def clipped(term: Term) -> str:
     return operation("max", 0.0, operation("min", 1.0, term))
 
 
-# Let any effect act for a part of the flight: from a time on, or between two times.
-# Every effect has two further forms. Their sizes are those of the effect, times a share that rises from 0 to 1
-# within `EDGE` from `from_s` on, and falls to 0 within `EDGE` before `to_s`. Times count from the first recorded
-# sample.
+# Let any effect act for a part of the flight: from a time on, or between two times. Every effect
+# has two further forms. Their sizes are those of the effect, times a share that rises from 0 to 1
+# within `EDGE` from `from_s` on, and falls to 0 within `EDGE` before `to_s`. Times count from the
+# first recorded sample.
 
 EDGE = 2.0  # s; a lever takes about as long, and a step at once would be a spike of acceleration in a log
-FROM = Parameter("from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True)
-TO = Parameter("to_s", 120.0, 0.0, 1e5, "time since the first sample at which it has ended", shape=True)
+FROM = Parameter(
+    "from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True
+)
+TO = Parameter(
+    "to_s", 120.0, 0.0, 1e5, "time since the first sample at which it has ended", shape=True
+)
 ANGLES = ("roll", "heading")  # channels that start again at a full turn
 FULL_TURN = 2.0 * np.pi
 NOWHERE = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
 
 def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
-    """Return an effect from a time on and for a time. Effects that have times of their own have no such forms.
+    """Return an effect from a time on and for a time. Effects that have times of their own have no
+    such forms.
 
     Nor has warmer air: the simulator's standard day lasts for the whole flight.
     """
     has_times = any(p.shape and p.name in ("at_s", FROM.name) for p in effect.parameters)
     if has_times or (
-        isinstance(effect, AirEffect) and effect.overlay(effect.typical(), NOWHERE).temperature_offset != 0.0
+        isinstance(effect, AirEffect)
+        and effect.overlay(effect.typical(), NOWHERE).temperature_offset != 0.0
     ):
         return ()
     return (_form(effect, "from_a_time", (FROM,)), _form(effect, "for_a_time", (FROM, TO)))
 
 
 def share_of_size(effect: Effect, time: Seconds, sizes: Sizes) -> Array:
-    """Return the share of its sizes with which an effect acts, 0 to 1, (n,); `time` since the first sample [s]."""
+    """Return the share of its sizes with which an effect acts, 0 to 1, (n,); `time` since the first
+    sample [s].
+    """
     if not effect.part_of:
         return np.ones(len(time))
     full = effect.complete(sizes)
@@ -304,7 +338,8 @@ def _form(effect: Effect, when: str, times: tuple[Parameter, ...]) -> Effect:
         variant_of=effect.cause,
         one_model_with="",  # told of the plain effect alone
         part_of=effect.name,
-        what=f"{effect.what.rstrip('.')}, {when.replace('_', ' ')}{' on' if len(times) == 1 else ''}.",
+        what=f"{effect.what.rstrip('.')}, "
+        f"{when.replace('_', ' ')}{' on' if len(times) == 1 else ''}.",
     )
     if isinstance(form, SensorEffect):
         return _on_sensors(form)
@@ -321,16 +356,22 @@ def _on_sensors(form: SensorEffect) -> SensorEffect:
     def function(signals: Signals, sizes: Mapping[str, float]) -> Signals:
         changed, share = whole(signals, sizes), share_of_size(form, elapsed(signals), sizes)
         names = (name for name in changed if changed[name] is not signals[name])
-        if form.after_noise:  # a recorder repeats and rounds values or does not; nothing lies between
+        if (
+            form.after_noise
+        ):  # a recorder repeats and rounds values or does not; nothing lies between
             on = share >= 0.5
             return signals.with_channels(**{n: np.where(on, changed[n], signals[n]) for n in names})
-        return signals.with_channels(**{n: _between(n, signals[n], changed[n], share) for n in names})
+        return signals.with_channels(
+            **{n: _between(n, signals[n], changed[n], share) for n in names}
+        )
 
     return replace(form, function=function)
 
 
 def _between(name: str, before: Array, after: Array, share: Array) -> Array:
-    """Values that change from `before` to `after` with a share; exactly one of them where the share is 0 or 1."""
+    """Values that change from `before` to `after` with a share; exactly one of them where the share
+    is 0 or 1.
+    """
     change = after - before
     if name in ANGLES:
         change = np.mod(change + np.pi, FULL_TURN) - np.pi
@@ -362,11 +403,15 @@ def _on_aircraft(form: AircraftEffect, effect: AircraftEffect) -> AircraftEffect
 
 
 def _scaled(text: str, form: Effect, effect: Effect, times: list[str]) -> str:
-    """Return an expression or a path with the properties of the effect renamed, and its sizes scaled."""
+    """Return an expression or a path with the properties of the effect renamed, and its sizes
+    scaled.
+    """
     own, new = (size(name, "") for name in (effect.name, form.name))
     share = quotient(difference(ELAPSED, size(form.name, FROM.name)), EDGE)
     if TO.name in times:
-        share = operation("min", share, quotient(difference(size(form.name, TO.name), ELAPSED), EDGE))
+        share = operation(
+            "min", share, quotient(difference(size(form.name, TO.name), ELAPSED), EDGE)
+        )
     scaled = text.replace(own, new)
     for parameter in effect.parameters:
         if not parameter.shape:
@@ -375,7 +420,8 @@ def _scaled(text: str, form: Effect, effect: Effect, times: list[str]) -> str:
     return scaled
 
 
-# Turn the effects that a case names into effects with sizes, or raise one error that lists every problem.
+# Turn the effects that a case names into effects with sizes, or raise one error that lists every
+# problem.
 
 
 class Named(Protocol):
@@ -399,11 +445,15 @@ class Choice:
 def choose(entries: Iterable[Named], effects: Catalog[Effect]) -> tuple[Choice, ...]:
     """Check the effects of a case and return those whose size is not zero.
 
-    An entry with `from_s`, or with `from_s` and `to_s`, is the form of its effect for that part of the flight.
-    Raises UnknownNameError for an unknown effect. Raises BadInputError, with all problems in one message, for an
-    effect that is named twice and for parameters that are unknown, missing or implausible.
+    An entry with `from_s`, or with `from_s` and `to_s`, is the form of its effect for that part of
+    the flight. Raises UnknownNameError for an unknown effect. Raises BadInputError, with all
+    problems in one message, for an effect that is named twice and for parameters that are unknown,
+    missing or implausible.
     """
-    chosen = [Choice(_in_time(effects[entry.name], entry.parameters), entry.parameters) for entry in entries]
+    chosen = [
+        Choice(_in_time(effects[entry.name], entry.parameters), entry.parameters)
+        for entry in entries
+    ]
     counts = Counter(c.effect.name for c in chosen)
     problems = [f"{name}: named {n} times; name it once" for name, n in counts.items() if n > 1]
     problems += [problem for c in chosen for problem in _problems(c)]
@@ -413,11 +463,18 @@ def choose(entries: Iterable[Named], effects: Catalog[Effect]) -> tuple[Choice, 
 
 
 def _in_time(effect: Effect, parameters: Mapping[str, float]) -> Effect:
-    """The form of an effect that has the times which are given; the effect itself where it has none."""
+    """The form of an effect that has the times which are given; the effect itself where it has
+    none.
+    """
     times = {name for name in (FROM.name, TO.name) if name in parameters}
     known = {p.name for p in effect.parameters}
     return next(
-        (f for f in forms_in_time(effect) if times and {p.name for p in f.parameters} == known | times), effect
+        (
+            f
+            for f in forms_in_time(effect)
+            if times and {p.name for p in f.parameters} == known | times
+        ),
+        effect,
     )
 
 
@@ -428,7 +485,8 @@ def _problems(choice: Choice) -> Iterator[str]:
             yield f"{name}: {explain('parameter', key, list(known)).rstrip('.')}"
             continue
         p = known[key]
-        # Zero switches an effect off, so it is always allowed; a time or a damping of zero is no shape.
+        # Zero switches an effect off, so it is always allowed; a time or a damping of zero is no
+        # shape.
         off = value == 0.0 and not p.shape
         if not (isfinite(value) and (off or p.low <= value <= p.high)):
             yield f"{name}: {key} = {value:g} is not within {p.low:g} to {p.high:g}"

@@ -33,14 +33,18 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals, displaced
 from pitotbench.units import FOOT, INCH_OF_MERCURY, PSF, STANDARD_GRAVITY, SUFFIXES, Array
 
-# The terms of a formula: what a missing force or a wrong reading may follow.
-# A term is one expression over JSBSim's properties. Values for a log come from the same expression, with the
-# properties computed from its channels, so that a term means the same on the airplane and in a sensor.
+# The terms of a formula: what a missing force or a wrong reading may follow. A term is one
+# expression over JSBSim's properties. Values for a log come from the same expression, with the
+# properties computed from its channels, so that a term means the same on the airplane and in a
+# sensor.
 
 ALPHA, BETA = "aero/alpha-rad", "aero/beta-rad"
 BANK, YAW = "attitude/phi-rad", "attitude/psi-rad"
 MACH, PRESSURE = "velocities/mach", "aero/qbar-psf"
-RATED_PRESSURE, RATED_SPEED = 40.0, 2575.0  # inHg, rpm: rated power of the class, as for the propwash error
+RATED_PRESSURE, RATED_SPEED = (
+    40.0,
+    2575.0,
+)  # inHg, rpm: rated power of the class, as for the propwash error
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +73,9 @@ def _squared(value: str) -> Expression:
     return product(value, value)
 
 
-_SPEEDS = [(f"propulsion/engine[{i}]/map-inhg", f"propulsion/engine[{i}]/propeller-rpm") for i in (0, 1)]
+_SPEEDS = [
+    (f"propulsion/engine[{i}]/map-inhg", f"propulsion/engine[{i}]/propeller-rpm") for i in (0, 1)
+]
 _POWER = product(total(*(product(*each) for each in _SPEEDS)), 0.5 / (RATED_PRESSURE * RATED_SPEED))
 _KILOPASCALS = product(PRESSURE, PSF / 1000.0)
 
@@ -110,7 +116,9 @@ TERMS: Mapping[str, Term] = {term.name: term for term in _ALL}
 
 
 def _mach(signals: Signals) -> Array:
-    return air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=1.0), signals["static_pressure"])
+    return air.mach_from_impact_pressure(
+        signals["impact_pressure"].clip(min=1.0), signals["static_pressure"]
+    )
 
 
 _AIR_DATA = ("impact_pressure", "static_pressure")
@@ -140,9 +148,14 @@ _FROM_LOG: Mapping[str, _Reading] = {
     MACH: (_AIR_DATA, _mach),
     PRESSURE: (
         _AIR_DATA,
-        lambda log: np.asarray(0.5 * air.HEAT_RATIO * log["static_pressure"] * _mach(log) ** 2 / PSF),
+        lambda log: np.asarray(
+            0.5 * air.HEAT_RATIO * log["static_pressure"] * _mach(log) ** 2 / PSF
+        ),
     ),
-    "position/h-sl-ft": (("static_pressure",), lambda log: air.pressure_altitude(log["static_pressure"]) / FOOT),
+    "position/h-sl-ft": (
+        ("static_pressure",),
+        lambda log: air.pressure_altitude(log["static_pressure"]) / FOOT,
+    ),
     "simulation/sim-time-sec": ((), lambda signals: signals.time - signals.time[0]),
     RECORDING_START: ((), lambda signals: np.zeros(len(signals))),
     **{
@@ -158,7 +171,11 @@ _FROM_LOG: Mapping[str, _Reading] = {
 
 def channels_of(term: Term) -> tuple[str, ...]:
     """Return the channels of a log that a term reads."""
-    return tuple(dict.fromkeys(name for path in sorted(properties_in(term.value)) for name in _FROM_LOG[path][0]))
+    return tuple(
+        dict.fromkeys(
+            name for path in sorted(properties_in(term.value)) for name in _FROM_LOG[path][0]
+        )
+    )
 
 
 def values_of(term: Term, signals: Signals) -> Array:
@@ -167,7 +184,8 @@ def values_of(term: Term, signals: Signals) -> Array:
     return np.asarray(np.broadcast_to(evaluate(term.value, properties), signals.time.shape))
 
 
-# A formula of a force or a sensor: a sum of terms, each with a coefficient that is a parameter of the effect.
+# A formula of a force or a sensor: a sum of terms, each with a coefficient that is a parameter of
+# the effect.
 
 MOST = 50.0  # times the typical coefficient: no table bounds it, but a formula is no license for nonsense
 
@@ -177,7 +195,9 @@ def term_of(parameter: str, unit: str) -> Term:
     return TERMS[parameter.removesuffix(f"_{unit}") if unit else parameter]
 
 
-def parameters_of(terms: Iterable[str], unit: str, typical: float, symbol: str) -> tuple[Parameter, ...]:
+def parameters_of(
+    terms: Iterable[str], unit: str, typical: float, symbol: str
+) -> tuple[Parameter, ...]:
     """Return the coefficients of some terms; at its usual value each term then gives `typical`."""
     found = []
     for name in terms:
@@ -203,17 +223,38 @@ def formula_value(effect: str, signals: Signals, sizes: Mapping[str, float], uni
 
 # Formulas of forces and moments: what a coefficient of the airplane lacks, as a sum of terms.
 
-FORCE_SOURCE = "Klein and Morelli 2006, Aircraft System Identification, ch. 5: coefficients as sums of regressors"
-STATES = ("alpha", "alpha_squared", "sideslip", "sideslip_squared", "roll_rate", "pitch_rate", "yaw_rate")
+FORCE_SOURCE = (
+    "Klein and Morelli 2006, Aircraft System Identification, ch. 5: coefficients as "
+    "sums of regressors"
+)
+STATES = (
+    "alpha",
+    "alpha_squared",
+    "sideslip",
+    "sideslip_squared",
+    "roll_rate",
+    "pitch_rate",
+    "yaw_rate",
+)
 CONTROLS = ("elevator", "aileron", "rudder")
-AROUND = ("pressure", "pressure_squared", "power", "power_squared", "bank", "bank_squared", "height")
+AROUND = (
+    "pressure",
+    "pressure_squared",
+    "power",
+    "power_squared",
+    "bank",
+    "bank_squared",
+    "height",
+)
 FORCE_PRODUCTS = ("pressure_alpha", "power_alpha", "power_sideslip")
 FORCE_TERMS = ("constant", *STATES, *CONTROLS, *AROUND, *FORCE_PRODUCTS)
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An aerodynamic axis: the symbol of its coefficient, a typical change, and its reference length, if any."""
+    """An aerodynamic axis: the symbol of its coefficient, a typical change, and its reference
+    length, if any.
+    """
 
     quantity: str
     symbol: str
@@ -243,7 +284,9 @@ def _force(axis: str) -> Build:
     return build
 
 
-FORCE_AXES: Mapping[str, str] = {f"{each.quantity.replace(' ', '_')}_formula": axis for axis, each in AXES.items()}
+FORCE_AXES: Mapping[str, str] = {
+    f"{each.quantity.replace(' ', '_')}_formula": axis for axis, each in AXES.items()
+}
 FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
@@ -259,7 +302,10 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
 
 # Formulas of sensors: by how much a sensor reads wrong, as a sum of terms.
 
-SENSOR_SOURCE = "Haering 1995, NASA TM-104316: corrections of air-data sensors as functions of the measured state"
+SENSOR_SOURCE = (
+    "Haering 1995, NASA TM-104316: corrections of air-data sensors as functions of "
+    "the measured state"
+)
 AIR_STATE = ("alpha", "alpha_squared", "sideslip", "sideslip_squared")
 TURNING = ("roll_rate", "pitch_rate", "yaw_rate")
 POWER = ("power", "power_squared")
@@ -269,12 +315,22 @@ HEADING = ("heading_north", "heading_east", "heading_north_twice", "heading_east
 LOADS = ("load_forward", "load_right", "load_down")
 PLACE = ("height", "time")
 SENSOR_PRODUCTS = ("power_alpha", "power_sideslip")
-FLOW_TERMS = ("constant", *AIR_STATE, *TURNING, *CONTROLS, *POWER, *ATTITUDE, *PLACE, *SENSOR_PRODUCTS)
+FLOW_TERMS = (
+    "constant",
+    *AIR_STATE,
+    *TURNING,
+    *CONTROLS,
+    *POWER,
+    *ATTITUDE,
+    *PLACE,
+    *SENSOR_PRODUCTS,
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A quantity that a sensor reads: in words, its symbol, the unit of its error, the channels, and the terms.
+    """A quantity that a sensor reads: in words, its symbol, the unit of its error, the channels,
+    and the terms.
 
     `typical` is an error, in this unit, that a report would mention.
     """
@@ -301,7 +357,9 @@ def _each(
 
 
 def _inertial(axes: Mapping[str, tuple[str, str]], unit: str, typical: float) -> dict[str, Reading]:
-    """The accelerometers or the gyros: names of their channels with the quantity in words and its symbol."""
+    """The accelerometers or the gyros: names of their channels with the quantity in words and its
+    symbol.
+    """
     terms = (*LOADS, *TURNING, "sideslip", "alpha", *POWER, *ATTITUDE, "pressure", *PLACE)
     return {
         f"{channel}_formula": Reading(quantity, symbol, unit, typical, (channel,), terms)
@@ -314,21 +372,37 @@ READINGS: Mapping[str, Reading] = {
     STATIC_PRESSURE: Reading(
         "static pressure", "Δp_s/q_c", "", 0.01, ("impact_pressure", "static_pressure"), FLOW_TERMS
     ),
-    TOTAL_PRESSURE: Reading("total pressure", "Δp_t/q_c", "", 0.01, ("impact_pressure",), FLOW_TERMS),
+    TOTAL_PRESSURE: Reading(
+        "total pressure", "Δp_t/q_c", "", 0.01, ("impact_pressure",), FLOW_TERMS
+    ),
     "temperature_formula": Reading(
-        "temperature", "ΔT", "k", 1.0, ("total_temperature",), (*SPEED, *AIR_STATE, *POWER, *ATTITUDE, *PLACE)
+        "temperature",
+        "ΔT",
+        "k",
+        1.0,
+        ("total_temperature",),
+        (*SPEED, *AIR_STATE, *POWER, *ATTITUDE, *PLACE),
     ),
     "heading_formula": Reading(
-        "heading", "Δψ", "deg", 1.0, ("heading",), (*HEADING, *ATTITUDE, *TURNING, *LOADS[:2], *POWER, *PLACE)
+        "heading",
+        "Δψ",
+        "deg",
+        1.0,
+        ("heading",),
+        (*HEADING, *ATTITUDE, *TURNING, *LOADS[:2], *POWER, *PLACE),
     ),
-    "roll_formula": Reading("roll", "Δφ", "deg", 0.5, ("roll",), (*ATTITUDE, *TURNING, *LOADS, *HEADING, *PLACE)),
+    "roll_formula": Reading(
+        "roll", "Δφ", "deg", 0.5, ("roll",), (*ATTITUDE, *TURNING, *LOADS, *HEADING, *PLACE)
+    ),
     "pitch_formula": Reading(
         "pitch", "Δθ", "deg", 0.5, ("pitch",), (*ATTITUDE, *TURNING, *LOADS, *HEADING, *PLACE)
     ),
     "angle_of_attack_formula": Reading(
         "angle of attack", "Δα", "deg", 0.5, ("angle_of_attack",), (*FLOW_TERMS, "pressure")
     ),
-    "sideslip_formula": Reading("sideslip", "Δβ", "deg", 0.5, ("sideslip",), (*FLOW_TERMS, "pressure")),
+    "sideslip_formula": Reading(
+        "sideslip", "Δβ", "deg", 0.5, ("sideslip",), (*FLOW_TERMS, "pressure")
+    ),
     **_inertial(
         {
             "specific_force_x": ("longitudinal acceleration", "Δa_x"),
@@ -361,7 +435,9 @@ READINGS: Mapping[str, Reading] = {
     "altitude_formula": Reading(
         "GPS altitude", "Δh", "m", 3.0, ("altitude",), (*HEADING, *ATTITUDE, "pressure", *PLACE)
     ),
-    **_each("manifold_pressure", "manifold pressure", "ΔMP", "inhg", 0.5, (*POWER, "pressure", *PLACE)),
+    **_each(
+        "manifold_pressure", "manifold pressure", "ΔMP", "inhg", 0.5, (*POWER, "pressure", *PLACE)
+    ),
     **_each("propeller_speed", "propeller speed", "Δn", "rpm", 20.0, (*POWER, "pressure", *PLACE)),
     **_each("fuel_flow", "fuel flow", "Δw_f", "pph", 3.0, (*POWER, "pressure", *PLACE)),
 }
@@ -375,7 +451,9 @@ def _apply(name: str, signals: Signals, sizes: Mapping[str, float]) -> Signals:
     if name == TOTAL_PRESSURE:
         return signals.with_channels(impact_pressure=signals["impact_pressure"] * (1.0 + value))
     error = value * (SUFFIXES[reading.unit].factor if reading.unit else 1.0)
-    return signals.with_channels(**{channel: signals[channel] + error for channel in reading.channels})
+    return signals.with_channels(
+        **{channel: signals[channel] + error for channel in reading.channels}
+    )
 
 
 SENSOR_FORMULAS: Mapping[str, SensorEffect] = {

@@ -59,11 +59,14 @@ _OPERATIONS: Mapping[str, Callable[..., Array]] = {
 
 def properties_in(expression: Expression) -> frozenset[str]:
     """Return the paths of the properties that an expression reads."""
-    return frozenset((node.text or "").strip() for node in ET.fromstring(expression).iter("property"))
+    return frozenset(
+        (node.text or "").strip() for node in ET.fromstring(expression).iter("property")
+    )
 
 
 def evaluate(expression: Expression, properties: Mapping[str, Array | float]) -> Array:
-    """Return the values of an expression for values of its properties, numbers or arrays (n,) in JSBSim's units.
+    """Return the values of an expression for values of its properties, numbers or arrays (n,) in
+    JSBSim's units.
 
     Raises KeyError for an operation that is not listed here, and for a property without values.
     """
@@ -79,7 +82,8 @@ def _evaluated(node: ET.Element, properties: Mapping[str, Array | float]) -> Arr
     return np.asarray(_OPERATIONS[node.tag](*(_evaluated(term, properties) for term in node)))
 
 
-# The records of an overlay: what effects add to an aircraft, as data. Package `simulation` writes it into a copy.
+# The records of an overlay: what effects add to an aircraft, as data. Package `simulation` writes
+# it into a copy.
 
 Point = tuple[float, float, float]  # inches, structural axes: x aft, y right, z up
 
@@ -94,7 +98,9 @@ class PropertySetting:
 
 @dataclass(frozen=True, slots=True)
 class AxisFunction:
-    """A force [lb] or moment [lb ft] added to an aerodynamic axis: LIFT, DRAG, SIDE, ROLL, PITCH or YAW."""
+    """A force [lb] or moment [lb ft] added to an aerodynamic axis: LIFT, DRAG, SIDE, ROLL, PITCH or
+    YAW.
+    """
 
     axis: str
     value: Expression
@@ -137,12 +143,13 @@ class WindTerm:
 class Overlay:
     """Everything that effects add to an aircraft and its air. The sum of two overlays holds both.
 
-    In the sum of two overlays of one effect the sizes add up, and what reads them stands once. Shapes would add up
-    as well: an effect that has any is never put on an aircraft that has it already.
+    In the sum of two overlays of one effect the sizes add up, and what reads them stands once.
+    Shapes would add up as well: an effect that has any is never put on an aircraft that has it
+    already.
 
-    `sizes` are new properties, path and value, that the expressions read. In a loaded aircraft they may be set at
-    any time. A function of drag that reads the lift coefficient gets that of the step before, because JSBSim
-    computes drag first.
+    `sizes` are new properties, path and value, that the expressions read. In a loaded aircraft they
+    may be set at any time. A function of drag that reads the lift coefficient gets that of the step
+    before, because JSBSim computes drag first.
     """
 
     sizes: tuple[tuple[str, float], ...] = ()
@@ -152,7 +159,9 @@ class Overlay:
     masses: tuple[MassPoint, ...] = ()
     forces: tuple[BodyForce, ...] = ()
     winds: tuple[WindTerm, ...] = ()
-    filters: tuple[str, ...] = ()  # further JSBSim components, as XML, run before the settings and winds
+    filters: tuple[
+        str, ...
+    ] = ()  # further JSBSim components, as XML, run before the settings and winds
     temperature_offset: float = 0.0  # K
 
     def __add__(self, other: "Overlay") -> "Overlay":
@@ -164,7 +173,11 @@ class Overlay:
             mine, more = getattr(self, name), getattr(other, name)
             return (*mine, *(part for part in more if part not in mine)) if shared else mine + more
 
-        parts = {f.name: both(f.name) for f in fields(self) if f.name not in ("sizes", "temperature_offset")}
+        parts = {
+            f.name: both(f.name)
+            for f in fields(self)
+            if f.name not in ("sizes", "temperature_offset")
+        }
         warmer = self.temperature_offset + other.temperature_offset
         return Overlay(sizes=tuple(sizes.items()), temperature_offset=warmer, **parts)
 
@@ -173,8 +186,12 @@ class Overlay:
         return Overlay(**{f.name: _renamed(getattr(self, f.name), new) for f in fields(self)})
 
     def is_empty(self) -> bool:
-        """Return whether nothing is added to the aircraft's files. A temperature is not part of them."""
-        return not any(getattr(self, f.name) for f in fields(self) if f.name != "temperature_offset")
+        """Return whether nothing is added to the aircraft's files. A temperature is not part of
+        them.
+        """
+        return not any(
+            getattr(self, f.name) for f in fields(self) if f.name != "temperature_offset"
+        )
 
 
 def _renamed(part: Any, new: Callable[[str], str]) -> Any:
@@ -196,9 +213,9 @@ _SETTING = ("fcs/", "gear/", "systems/", "propulsion/")
 class AeroFunction:
     """A named function of the aircraft's aerodynamics.
 
-    `axis` is empty for a function outside the axes, which others read. `reads` are the properties that it
-    multiplies or adds, `looks_up` those by which its tables are read. `numbers` says that it holds a table or a
-    number of its own: a mere product of properties is no term.
+    `axis` is empty for a function outside the axes, which others read. `reads` are the properties
+    that it multiplies or adds, `looks_up` those by which its tables are read. `numbers` says that
+    it holds a table or a number of its own: a mere product of properties is no term.
     """
 
     axis: str
@@ -209,22 +226,31 @@ class AeroFunction:
 
     @property
     def variable(self) -> str:
-        """The variable of the motion or of the controls that the function stands for; empty for a constant.
+        """The variable of the motion or of the controls that the function stands for; empty for a
+        constant.
 
-        It is a body rate p, q or r, else a surface, else lift, alpha_rate, sideslip or alpha. A function of flaps,
-        gear, engines or another control is a `setting`. A damping that fades with the angle of attack is one of the
-        rate.
+        It is a body rate p, q or r, else a surface, else lift, alpha_rate, sideslip or alpha. A
+        function of flaps, gear, engines or another control is a `setting`. A damping that fades
+        with the angle of attack is one of the rate.
         """
         factors, inputs = sorted(self.reads), sorted(self.reads | self.looks_up)
         for pattern, paths in ((_RATE, factors), (_SURFACE, inputs)):
-            found = [match[1] for path in paths if (match := pattern.fullmatch(path) or pattern.match(path))]
+            found = [
+                match[1]
+                for path in paths
+                if (match := pattern.fullmatch(path) or pattern.match(path))
+            ]
             if found:
                 return found[0]
         if any(path.startswith(_SETTING) for path in factors):
             return "setting"
         if "aero/cl-squared" in factors:
             return "lift"
-        angles = [("alpha_rate", "aero/alphadot"), ("sideslip", "aero/beta"), ("alpha", "aero/alpha")]
+        angles = [
+            ("alpha_rate", "aero/alphadot"),
+            ("sideslip", "aero/beta"),
+            ("alpha", "aero/alpha"),
+        ]
         if self.axis in (
             "LIFT",
             "PITCH",
@@ -240,8 +266,8 @@ class AeroFunction:
 class Engine:
     """An engine of an aircraft's file.
 
-    `location` is that of its propeller [in], `fuel_per_power` its fuel flow over indicated power [lb/(hp h)], 0
-    where unknown, and `friction` its constant friction [hp].
+    `location` is that of its propeller [in], `fuel_per_power` its fuel flow over indicated power
+    [lb/(hp h)], 0 where unknown, and `friction` its constant friction [hp].
     """
 
     location: Point
@@ -251,7 +277,9 @@ class Engine:
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """The data of an unchanged aircraft that overlays need; `declared` holds the properties of its files."""
+    """The data of an unchanged aircraft that overlays need; `declared` holds the properties of its
+    files.
+    """
 
     aircraft: str
     center_of_gravity: Point  # in, of the empty aircraft
@@ -262,8 +290,8 @@ class Baseline:
     def terms(self, axis: str, variable: str) -> tuple[AeroFunction, ...]:
         """Return the aerodynamic terms of an axis in a variable.
 
-        They are functions of the axis. Where one of these only passes on a function outside the axes, such as a
-        lift coefficient that lift and drag read, the term is the function outside.
+        They are functions of the axis. Where one of these only passes on a function outside the
+        axes, such as a lift coefficient that lift and drag read, the term is the function outside.
         """
         direct = tuple(f for f in self.functions if f.axis == axis and f.variable == variable)
         if direct:

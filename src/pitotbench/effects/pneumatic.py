@@ -21,14 +21,22 @@ from pitotbench.effects.effect import (
     Sizes,
     reads,
 )
-from pitotbench.effects.response import Signals, displaced, first_order, first_order_varying, second_order
+from pitotbench.effects.response import (
+    Signals,
+    displaced,
+    first_order,
+    first_order_varying,
+    second_order,
+)
 from pitotbench.units import INCH_OF_MERCURY, KNOT, SUFFIXES, Array
 
 Response = Callable[[Signals, Array, Sizes], Array]
 
 
 def _in_pitot_line(respond: Response) -> SensorFunction:
-    """The function of a line that changes the total pressure; the transducer subtracts the static one at once."""
+    """The function of a line that changes the total pressure; the transducer subtracts the static
+    one at once.
+    """
 
     def function(signals: Signals, sizes: Sizes) -> Signals:
         static = signals["static_pressure"]
@@ -38,7 +46,8 @@ def _in_pitot_line(respond: Response) -> SensorFunction:
     return function
 
 
-# A static source that depends on the direction of the flow: errors with angle of attack or sideslip.
+# A static source that depends on the direction of the flow: errors with angle of attack or
+# sideslip.
 
 FLOW_ANGLE_SOURCE = "Gracey 1980, NASA RP-1046: static-pressure error with angle of attack and yaw"
 
@@ -52,9 +61,12 @@ def _sideslip(signals: Signals, sizes: Sizes) -> Signals:
 ALPHA_STATIC_ERROR = SensorEffect(
     name="alpha_static_error",
     part="static ports and line",
-    parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure per radian"),),
+    parameters=(
+        Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure per radian"),
+    ),
     source=FLOW_ANGLE_SOURCE,
-    what="The static-pressure error depends on angle of attack, so it changes in turns and with weight.",
+    what="The static-pressure error depends on angle of attack, so it changes in turns and with "
+    "weight.",
     shows_in=RANGE_OF_AIRSPEED,
     changes=("impact_pressure", "static_pressure"),
     needs=("angle_of_attack",),
@@ -67,8 +79,20 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
     name="sideslip_static_error",
     part="static ports and line",
     parameters=(
-        Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure per radian: one port only"),
-        Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same per square radian: two joined ports keep it"),
+        Parameter(
+            "slope_per_rad",
+            0.10,
+            -2.0,
+            2.0,
+            "static error over impact pressure per radian: one port only",
+        ),
+        Parameter(
+            "curvature_per_rad2",
+            -1.5,
+            -10.0,
+            10.0,
+            "the same per square radian: two joined ports keep it",
+        ),
     ),
     source=FLOW_ANGLE_SOURCE,
     what="The static pressure has an error in sideslip.",
@@ -95,8 +119,10 @@ CREEP = SensorEffect(
         Parameter("fraction", 0.02, -0.2, 0.3, "part of a change that appears slowly"),
         Parameter("creep_s", 40.0, 1.0, 1000.0, "time constant of that part", shape=True),
     ),
-    source="Gracey 1980, NASA RP-1046: drift and after-effect of elastic capsules; one relaxation time",
-    what="Readings differ between rising and falling pressure, and the difference depends on the rate.",
+    source="Gracey 1980, NASA RP-1046: drift and after-effect of elastic capsules; one relaxation "
+    "time",
+    what="Readings differ between rising and falling pressure, and the difference depends on the "
+    "rate.",
     shows_in=CHANGING_AIRSPEED,  # the slow part appears in the legs between the changes
     variant_of="hysteresis",
     changes=("impact_pressure",),
@@ -119,10 +145,15 @@ def _height_dependent_lag(signals: Signals, total: Array, sizes: Sizes) -> Array
 HEIGHT_DEPENDENT_LAG = SensorEffect(
     name="height_dependent_lag",
     part="pitot line",
-    parameters=(Parameter("sea_level_lag_s", 0.35, 0.01, 3.0, "time constant of the line at sea level"),),
-    source="Gracey 1980, NASA RP-1046, pressure-system lag: time constant as viscosity over pressure",
+    parameters=(
+        Parameter("sea_level_lag_s", 0.35, 0.01, 3.0, "time constant of the line at sea level"),
+    ),
+    source="Gracey 1980, NASA RP-1046, pressure-system lag: time constant as viscosity over "
+    "pressure",
     what="The total-pressure line is late, and later the higher the airplane flies.",
-    shows_in=Excitation(("rapid_decel",), "the same decelerations at two heights some 3,000 m apart"),
+    shows_in=Excitation(
+        ("rapid_decel",), "the same decelerations at two heights some 3,000 m apart"
+    ),
     variant_of="pitot_lag",
     changes=("impact_pressure",),
     needs=("static_pressure",),
@@ -132,11 +163,14 @@ HEIGHT_DEPENDENT_LAG = SensorEffect(
 
 # A transducer that reads differently at rising and falling pressure: the play operator.
 
-HYSTERESIS_SOURCE = "Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale"
+HYSTERESIS_SOURCE = (
+    "Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale"
+)
 
 
 def play(values: Array, width: float) -> Array:
-    """Apply the play operator to values, (n,): the output follows half a width [same unit] behind the input.
+    """Apply the play operator to values, (n,): the output follows half a width [same unit] behind
+    the input.
 
     Where the input turns back, the output stays until the input has moved by a whole width.
     """
@@ -148,7 +182,11 @@ def play(values: Array, width: float) -> Array:
 HYSTERESIS = SensorEffect(
     name="hysteresis",
     part="impact transducer",
-    parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "reading at falling minus reading at rising pressure"),),
+    parameters=(
+        Parameter(
+            "width_pa", 25.0, 1.0, 300.0, "reading at falling minus reading at rising pressure"
+        ),
+    ),
     source=HYSTERESIS_SOURCE,
     what="Decelerations read higher than accelerations at the same speed.",
     shows_in=CHANGING_AIRSPEED,
@@ -159,7 +197,11 @@ HYSTERESIS = SensorEffect(
 STATIC_HYSTERESIS = SensorEffect(
     name="static_hysteresis",
     part="static transducer",
-    parameters=(Parameter("width_pa", 100.0, 5.0, 1500.0, "reading at falling minus reading at rising pressure"),),
+    parameters=(
+        Parameter(
+            "width_pa", 100.0, 5.0, 1500.0, "reading at falling minus reading at rising pressure"
+        ),
+    ),
     source=HYSTERESIS_SOURCE,
     what="The static pressure reads higher in a climb than in a descent at the same height.",
     shows_in=CHANGING_HEIGHT,
@@ -174,10 +216,13 @@ LAG_SOURCE = "Gracey 1980, NASA RP-1046, ch. on pressure-system lag: first-order
 
 
 def _static_line_lag(signals: Signals, sizes: Sizes) -> Signals:
-    # Both transducers are connected to this line, so its delay appears in both, with opposite signs.
+    # Both transducers are connected to this line, so its delay appears in both, with opposite
+    # signs.
     static = signals["static_pressure"]
     late = first_order(signals, static, sizes["lag_s"])
-    return signals.with_channels(static_pressure=late, impact_pressure=signals["impact_pressure"] + static - late)
+    return signals.with_channels(
+        static_pressure=late, impact_pressure=signals["impact_pressure"] + static - late
+    )
 
 
 PITOT_LAG = SensorEffect(
@@ -189,7 +234,9 @@ PITOT_LAG = SensorEffect(
     shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
     needs=("static_pressure",),
-    function=_in_pitot_line(lambda signals, total, sizes: first_order(signals, total, sizes["lag_s"])),
+    function=_in_pitot_line(
+        lambda signals, total, sizes: first_order(signals, total, sizes["lag_s"])
+    ),
 )
 
 STATIC_LAG = SensorEffect(
@@ -197,14 +244,16 @@ STATIC_LAG = SensorEffect(
     part="static ports and line",
     parameters=(Parameter("lag_s", 0.6, 0.01, 5.0, "time constant of the static-pressure line"),),
     source=LAG_SOURCE,
-    what="The static-pressure line is long or thin: altitude follows late, and airspeed errs in climbs.",
+    what="The static-pressure line is long or thin: altitude follows late, and airspeed errs in "
+    "climbs.",
     shows_in=CHANGING_HEIGHT,
     changes=("impact_pressure", "static_pressure"),
     function=_static_line_lag,
 )
 
 
-# A leak between the pitot and the static line: air flows through both, with a pressure drop in each.
+# A leak between the pitot and the static line: air flows through both, with a pressure drop in
+# each.
 
 
 def _apply_line_leak(signals: Signals, sizes: Sizes) -> Signals:
@@ -218,9 +267,17 @@ LINE_LEAK = SensorEffect(
     part="static ports and line",
     parameters=(
         Parameter("fraction", 0.02, 0.001, 0.3, "share of the impact pressure that leaks away"),
-        Parameter("static_share", 0.5, 0.0, 1.0, "part of the loss that appears in the static line", shape=True),
+        Parameter(
+            "static_share",
+            0.5,
+            0.0,
+            1.0,
+            "part of the loss that appears in the static line",
+            shape=True,
+        ),
     ),
-    source="laminar flow through three resistances in series, pitot line, leak, static line (Hagen-Poiseuille); "
+    source="laminar flow through three resistances in series, pitot line, leak, static line "
+    "(Hagen-Poiseuille); "
     "leak tests of FAA AC 43.13-1B, 12-58 and 12-59",
     what="The pitot line leaks into the static line: airspeed low, static pressure high.",
     shows_in=CHANGING_HEIGHT,
@@ -234,7 +291,9 @@ LINE_LEAK = SensorEffect(
 
 def _apply_local_static_bump(signals: Signals, sizes: Sizes) -> Signals:
     impact = signals["impact_pressure"]
-    away = (air.calibrated_airspeed(impact.clip(min=0.0)) - sizes["center_mps"]) / sizes["width_mps"]
+    away = (air.calibrated_airspeed(impact.clip(min=0.0)) - sizes["center_mps"]) / sizes[
+        "width_mps"
+    ]
     return displaced(signals, sizes["coefficient"] * np.exp(-0.5 * away**2) * impact)
 
 
@@ -242,7 +301,13 @@ LOCAL_STATIC_BUMP = SensorEffect(
     name="local_static_bump",
     part="static ports and line",
     parameters=(
-        Parameter("coefficient", 0.010, -0.1, 0.1, "static error over impact pressure at the band's center"),
+        Parameter(
+            "coefficient",
+            0.010,
+            -0.1,
+            0.1,
+            "static error over impact pressure at the band's center",
+        ),
         Parameter("center_mps", 65.0, 40.0, 100.0, "indicated airspeed at the center", shape=True),
         Parameter("width_mps", 5.0, 1.0, 30.0, "standard width of the band", shape=True),
     ),
@@ -258,14 +323,21 @@ LOCAL_STATIC_BUMP = SensorEffect(
 # The slipstream at the static port: an error that grows with engine power and falls with airspeed.
 
 ENGINES = ("left", "right")
-FULL = 40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor  # Pa rad/s, rated power of the class
+FULL = (
+    40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor
+)  # Pa rad/s, rated power of the class
 REFERENCE_SPEED = 130.0 * KNOT
 SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow without limit
 
 
 def power_index(signals: Signals) -> Array:
-    """Return manifold pressure times propeller speed over that at rated power [-], (n,), mean of the engines."""
-    each = [signals[f"manifold_pressure_{side}"] * signals[f"propeller_speed_{side}"] for side in ENGINES]
+    """Return manifold pressure times propeller speed over that at rated power [-], (n,), mean of
+    the engines.
+    """
+    each = [
+        signals[f"manifold_pressure_{side}"] * signals[f"propeller_speed_{side}"]
+        for side in ENGINES
+    ]
     return np.asarray(sum(each) / (len(each) * FULL))
 
 
@@ -278,18 +350,24 @@ def _apply_propwash_error(signals: Signals, sizes: Sizes) -> Signals:
 PROPWASH_ERROR = SensorEffect(
     name="propwash_error",
     part="static ports and line",
-    parameters=(Parameter("pressure_pa", 40.0, -300.0, 300.0, "static error at rated power and 130 KIAS"),),
-    source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the slipstream's "
+    parameters=(
+        Parameter("pressure_pa", 40.0, -300.0, 300.0, "static error at rated power and 130 KIAS"),
+    ),
+    source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the "
+    "slipstream's "
     "pressure goes with thrust over disk area, thrust with power over speed",
     what="The static pressure has an error that depends on engine power.",
     shows_in=POWER,
     changes=("impact_pressure", "static_pressure"),
-    needs=tuple(f"{name}_{side}" for name in ("manifold_pressure", "propeller_speed") for side in ENGINES),
+    needs=tuple(
+        f"{name}_{side}" for name in ("manifold_pressure", "propeller_speed") for side in ENGINES
+    ),
     function=_apply_propwash_error,
 )
 
 
-# A total-pressure line that oscillates: second-order response of a short, wide line with a large volume.
+# A total-pressure line that oscillates: second-order response of a short, wide line with a large
+# volume.
 
 SECOND_ORDER_LINE = SensorEffect(
     name="second_order_line",
@@ -318,7 +396,9 @@ SLOW, FAST = 100.0 * KNOT, 160.0 * KNOT
 def _apply_static_source_change(signals: Signals, sizes: Sizes) -> Signals:
     impact = signals["impact_pressure"]
     share = (air.calibrated_airspeed(impact.clip(min=0.0)) - SLOW) / (FAST - SLOW)
-    coefficient = sizes["coefficient_at_100kt"] * (1.0 - share) + sizes["coefficient_at_160kt"] * share
+    coefficient = (
+        sizes["coefficient_at_100kt"] * (1.0 - share) + sizes["coefficient_at_160kt"] * share
+    )
     return displaced(signals, coefficient * impact)
 
 
@@ -326,10 +406,19 @@ STATIC_SOURCE_CHANGE = SensorEffect(
     name="static_source_change",
     part="static ports and line",
     parameters=(
-        Parameter("coefficient_at_100kt", 0.010, -0.1, 0.1, "static error over impact pressure at 100 KIAS"),
-        Parameter("coefficient_at_160kt", 0.005, -0.1, 0.1, "the same at 160 KIAS; linear in airspeed"),
+        Parameter(
+            "coefficient_at_100kt",
+            0.010,
+            -0.1,
+            0.1,
+            "static error over impact pressure at 100 KIAS",
+        ),
+        Parameter(
+            "coefficient_at_160kt", 0.005, -0.1, 0.1, "the same at 160 KIAS; linear in airspeed"
+        ),
     ),
-    source="Gracey 1980, NASA RP-1046: static-pressure errors of fuselage vents within some 0.05 q_c",
+    source="Gracey 1980, NASA RP-1046: static-pressure errors of fuselage vents within some 0.05 "
+    "q_c",
     what="The static port was moved, dented or painted: the position error is another curve.",
     shows_in=RANGE_OF_AIRSPEED,  # its coefficient has one size at each end of the airspeeds
     changes=("impact_pressure", "static_pressure"),
@@ -339,7 +428,9 @@ STATIC_SOURCE_CHANGE = SensorEffect(
 
 # A pitot tube that loses total pressure: a burr at its mouth, or inclined flow.
 
-LOSS_SOURCE = "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
+LOSS_SOURCE = (
+    "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
+)
 
 
 def _inclined(signals: Signals, sizes: Sizes) -> Signals:
@@ -350,10 +441,13 @@ def _inclined(signals: Signals, sizes: Sizes) -> Signals:
 TOTAL_PRESSURE_LOSS = SensorEffect(
     name="total_pressure_loss",
     part="pitot head",
-    parameters=(Parameter("fraction", 0.01, -0.05, 0.15, "share of the impact pressure that is lost"),),
+    parameters=(
+        Parameter("fraction", 0.01, -0.05, 0.15, "share of the impact pressure that is lost"),
+    ),
     source=LOSS_SOURCE,
     what="The pitot tube reads too low at all speeds; the static pressure is right.",
-    # A loss is in proportion to the impact pressure; GPS heights show that the static pressure is right.
+    # A loss is in proportion to the impact pressure; GPS heights show that the static pressure is
+    # right.
     shows_in=RANGE_OF_AIRSPEED,
     changes=("impact_pressure",),
     function=reads("impact_pressure", lambda pressure, sizes: pressure * (1.0 - sizes["fraction"])),
@@ -362,7 +456,9 @@ TOTAL_PRESSURE_LOSS = SensorEffect(
 INCLINED_PITOT_LOSS = SensorEffect(
     name="inclined_pitot_loss",
     part="pitot head",
-    parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure per square radian"),),
+    parameters=(
+        Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure per square radian"),
+    ),
     source=LOSS_SOURCE,
     what="The pitot tube reads too low at high angles of attack.",
     shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
@@ -378,25 +474,34 @@ INCLINED_PITOT_LOSS = SensorEffect(
 MINUTE = 60.0  # s
 
 DRIFT_SOURCE = (
-    "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, warm-up within an hour"
+    "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, "
+    "warm-up within an hour"
 )
 
 
 def _with_time(signals: Signals, sizes: Sizes) -> Signals:
     elapsed = (signals.time - signals.time[0]) / MINUTE
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["rate_pa_per_min"] * elapsed)
+    return signals.with_channels(
+        impact_pressure=signals["impact_pressure"] + sizes["rate_pa_per_min"] * elapsed
+    )
 
 
 def _with_temperature(signals: Signals, sizes: Sizes) -> Signals:
     # The drift counts from the first sample: a zero is usually taken before the flight.
     warmer = signals["total_temperature"] - signals["total_temperature"][0]
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer)
+    return signals.with_channels(
+        impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer
+    )
 
 
 TIME_DRIFT = SensorEffect(
     name="time_drift",
     part="impact transducer",
-    parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift per minute since the first sample"),),
+    parameters=(
+        Parameter(
+            "rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift per minute since the first sample"
+        ),
+    ),
     source=DRIFT_SOURCE,
     what="The impact-pressure transducer drifts while it warms up.",
     shows_in=EARLY_AND_LATE,
@@ -408,7 +513,11 @@ TIME_DRIFT = SensorEffect(
 TEMPERATURE_DRIFT = SensorEffect(
     name="temperature_drift",
     part="impact transducer",
-    parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift per kelvin from the first sample"),),
+    parameters=(
+        Parameter(
+            "shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift per kelvin from the first sample"
+        ),
+    ),
     source=DRIFT_SOURCE,
     what="The impact-pressure transducer drifts with temperature.",
     shows_in=CHANGING_HEIGHT,
@@ -424,7 +533,9 @@ TEMPERATURE_DRIFT = SensorEffect(
 
 def _apply_warm_up_drift(signals: Signals, sizes: Sizes) -> Signals:
     warmed = -np.expm1(-(signals.time - signals.time[0]) / sizes["warm_up_s"])
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa"] * warmed)
+    return signals.with_channels(
+        impact_pressure=signals["impact_pressure"] + sizes["shift_pa"] * warmed
+    )
 
 
 WARM_UP_DRIFT = SensorEffect(
@@ -443,7 +554,8 @@ WARM_UP_DRIFT = SensorEffect(
 )
 
 
-# Water in the pitot line: its weight adds pressure with acceleration and pitch, and it restricts the line.
+# Water in the pitot line: its weight adds pressure with acceleration and pitch, and it restricts
+# the line.
 
 WATER = 1000.0  # kg/m³
 
@@ -460,12 +572,19 @@ WATER_IN_LINE = SensorEffect(
     part="pitot line",
     parameters=(
         Parameter(
-            "column_m", 0.03, -0.3, 0.3, "length of the water column along the airplane, tube ahead", defining=True
+            "column_m",
+            0.03,
+            -0.3,
+            0.3,
+            "length of the water column along the airplane, tube ahead",
+            defining=True,
         ),
         Parameter("lag_s", 0.8, 0.0, 20.0, "time constant of the restricted line"),
     ),
-    source="hydrostatics, density times specific force times length; Gracey 1980, NASA RP-1046: water in lines",
-    what="Water stands in the pitot line: the reading is late and changes with pitch and acceleration.",
+    source="hydrostatics, density times specific force times length; Gracey 1980, NASA RP-1046: "
+    "water in lines",
+    what="Water stands in the pitot line: the reading is late and changes with pitch and "
+    "acceleration.",
     shows_in=CHANGING_AIRSPEED,
     neighbor="pitot_lag",
     changes=("impact_pressure",),
@@ -476,7 +595,10 @@ WATER_IN_LINE = SensorEffect(
 
 # Transducers that do not read zero at zero pressure.
 
-ZERO_SOURCE = "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa impact, 129 kPa static)"
+ZERO_SOURCE = (
+    "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa "
+    "impact, 129 kPa static)"
+)
 
 
 IMPACT_ZERO_OFFSET = SensorEffect(
@@ -493,7 +615,9 @@ IMPACT_ZERO_OFFSET = SensorEffect(
 STATIC_ZERO_OFFSET = SensorEffect(
     name="static_zero_offset",
     part="static transducer",
-    parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "reading above the true static pressure"),),
+    parameters=(
+        Parameter("offset_pa", 80.0, -500.0, 500.0, "reading above the true static pressure"),
+    ),
     source=ZERO_SOURCE,
     what="The static-pressure transducer reads too high or too low by a constant.",
     shows_in=CHANGING_HEIGHT,

@@ -24,17 +24,26 @@ from pitotbench.effects.pneumatic import play
 from pitotbench.effects.response import Signals, delayed, first_order
 from pitotbench.units import DEGREE, Array
 
-# The channels that a fault of the air-data bus changes together, and those of GPS velocity and of attitude.
+# The channels that a fault of the air-data bus changes together, and those of GPS velocity and of
+# attitude.
 AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
 VELOCITIES = ("velocity_north", "velocity_east", "velocity_down")
 ATTITUDE = ("roll", "pitch", "heading")
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
 
 
-def _late(names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | float]) -> SensorFunction:
-    """The function of channels that are recorded late, those that a log has; `latency` [s] may change in time."""
+def _late(
+    names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | float]
+) -> SensorFunction:
+    """The function of channels that are recorded late, those that a log has; `latency` [s] may
+    change in time.
+    """
     return lambda signals, sizes: signals.with_channels(
-        **{name: delayed(signals, signals[name], latency(signals, sizes)) for name in names if name in signals}
+        **{
+            name: delayed(signals, signals[name], latency(signals, sizes))
+            for name in names
+            if name in signals
+        }
     )
 
 
@@ -43,7 +52,9 @@ def _late(names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | fl
 AIR_DATA_LATENCY = SensorEffect(
     name="air_data_latency",
     part="pitot line",
-    parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which pressures and temperature are late"),),
+    parameters=(
+        Parameter("latency_s", 0.3, 0.01, 3.0, "time by which pressures and temperature are late"),
+    ),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="Pressures and temperature are recorded late against GPS and attitude.",
     shows_in=CHANGING_AIRSPEED,
@@ -53,7 +64,8 @@ AIR_DATA_LATENCY = SensorEffect(
 )
 
 
-# A GPS antenna that is not at the center of gravity: it has its own height, and rotation adds to its velocity.
+# A GPS antenna that is not at the center of gravity: it has its own height, and rotation adds to
+# its velocity.
 
 
 def _apply_antenna_lever_arm(signals: Signals, sizes: Sizes) -> Signals:
@@ -62,7 +74,11 @@ def _apply_antenna_lever_arm(signals: Signals, sizes: Sizes) -> Signals:
     # ω × r in body axes; the log's velocity is in earth axes.
     swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
     added = body_to_earth(swing, roll, pitch, heading)
-    changed = {name: signals[name] + part for name, part in zip(VELOCITIES, added, strict=True) if name in signals}
+    changed = {
+        name: signals[name] + part
+        for name, part in zip(VELOCITIES, added, strict=True)
+        if name in signals
+    }
     if "altitude" in signals:
         arm = np.repeat(np.array([[x], [y], [z]]), len(signals), axis=1)
         changed["altitude"] = signals["altitude"] - body_to_earth(arm, roll, pitch, heading)[2]
@@ -77,8 +93,10 @@ ANTENNA_LEVER_ARM = SensorEffect(
         Parameter("right_m", 1.0, -15.0, 15.0, "antenna right of it"),
         Parameter("down_m", -1.0, -5.0, 5.0, "antenna below it"),
     ),
-    source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
-    what="GPS velocity and altitude are those of the antenna, which moves around the center of gravity.",
+    source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and "
+    "Simulation)",
+    what="GPS velocity and altitude are those of the antenna, which moves around the center of "
+    "gravity.",
     shows_in=TURNING,
     for_whole_flight=True,
     changes=("velocity_north", "velocity_east"),
@@ -88,19 +106,27 @@ ANTENNA_LEVER_ARM = SensorEffect(
 )
 
 
-# Two clocks that differ: the recorder's runs slow or fast against GPS time, so a latency grows with time.
+# Two clocks that differ: the recorder's runs slow or fast against GPS time, so a latency grows with
+# time.
 
 CLOCK_DRIFT = SensorEffect(
     name="clock_drift",
     part="GPS receiver and its clock",
-    parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
-    source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
+    parameters=(
+        Parameter(
+            "drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"
+        ),
+    ),
+    source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's "
+    "timer",
     what="The clocks of air data and GPS drift apart during the flight.",
     shows_in=CHANGING_AIRSPEED,
     for_whole_flight=True,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),
-    function=_late(numbers_from("gps"), lambda signals, sizes: 1e-6 * sizes["drift_ppm"] * elapsed(signals)),
+    function=_late(
+        numbers_from("gps"), lambda signals, sizes: 1e-6 * sizes["drift_ppm"] * elapsed(signals)
+    ),
 )
 
 
@@ -116,7 +142,9 @@ def _waves(times: int) -> SensorFunction:
     """Return the deviation with so many waves in a full turn."""
 
     def read(heading: Array, sizes: Sizes) -> Array:
-        deviation = sizes["sine_deg"] * np.sin(times * heading) + sizes["cosine_deg"] * np.cos(times * heading)
+        deviation = sizes["sine_deg"] * np.sin(times * heading) + sizes["cosine_deg"] * np.cos(
+            times * heading
+        )
         return heading + DEGREE * deviation
 
     return reads("heading", read)
@@ -130,7 +158,8 @@ COMPASS_DEVIATION = SensorEffect(
         Parameter("cosine_deg", -1.0, -20.0, 20.0, "heading too large on north: coefficient C"),
     ),
     source=COMPASS_SOURCE + "14 CFR 25.1327: at most 10° once compensated",
-    what="Magnetized parts of the airplane turn the compass: the heading has a semicircular deviation.",
+    what="Magnetized parts of the airplane turn the compass: the heading has a semicircular "
+    "deviation.",
     shows_in=TURNING,
     for_whole_flight=True,
     changes=("heading",),
@@ -142,10 +171,13 @@ QUADRANTAL_DEVIATION = SensorEffect(
     part="attitude and vanes",
     parameters=(
         Parameter("sine_deg", 1.0, -10.0, 10.0, "heading too large on northeast: coefficient D"),
-        Parameter("cosine_deg", -0.5, -10.0, 10.0, "heading too large on north and south: coefficient E"),
+        Parameter(
+            "cosine_deg", -0.5, -10.0, 10.0, "heading too large on north and south: coefficient E"
+        ),
     ),
     source=COMPASS_SOURCE + "D and E come from induced magnetism",
-    what="Soft iron in the airplane bends the earth's field: the heading has a quadrantal deviation.",
+    what="Soft iron in the airplane bends the earth's field: the heading has a quadrantal "
+    "deviation.",
     shows_in=TURNING,
     for_whole_flight=True,
     changes=("heading",),
@@ -157,8 +189,8 @@ QUADRANTAL_DEVIATION = SensorEffect(
 
 
 def _apply_dropped_samples(signals: Signals, sizes: Sizes) -> Signals:
-    # Bursts begin at random, so often that the share of lost rows comes out right. The first row of a stretch is
-    # never lost: the recorder has no earlier value to repeat.
+    # Bursts begin at random, so often that the share of lost rows comes out right. The first row of
+    # a stretch is never lost: the recorder has no earlier value to repeat.
     draw = np.random.default_rng(int(sizes["seed"]))
     start, lost = sizes["fraction"] / sizes["burst_rows"], np.zeros(len(signals), dtype=np.bool_)
     begun = np.flatnonzero(draw.random(len(signals)) < start)
@@ -166,7 +198,9 @@ def _apply_dropped_samples(signals: Signals, sizes: Sizes) -> Signals:
         lost[np.minimum(begun + length, len(signals) - 1)] = True
     lost[[part.start for part in signals.stretches()]] = False
     source = np.maximum.accumulate(np.where(lost, 0, np.arange(len(signals))))
-    return signals.with_channels(**{name: signals[name][source] for name in AIR_DATA if name in signals})
+    return signals.with_channels(
+        **{name: signals[name][source] for name in AIR_DATA if name in signals}
+    )
 
 
 DROPPED_SAMPLES = SensorEffect(
@@ -192,7 +226,9 @@ DROPPED_SAMPLES = SensorEffect(
 GPS_LATENCY = SensorEffect(
     name="gps_latency",
     part="GPS receiver and its clock",
-    parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which GPS velocity and altitude are late"),),
+    parameters=(
+        Parameter("latency_s", 0.3, 0.01, 3.0, "time by which GPS velocity and altitude are late"),
+    ),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="GPS velocity and altitude are recorded late against the air data.",
     shows_in=CHANGING_AIRSPEED,
@@ -202,7 +238,8 @@ GPS_LATENCY = SensorEffect(
 )
 
 
-# A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes direction.
+# A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes
+# direction.
 
 
 GPS_SMOOTHING = SensorEffect(
@@ -216,7 +253,11 @@ GPS_SMOOTHING = SensorEffect(
     changes=VELOCITIES[:2],
     also=VELOCITIES[2:],
     function=lambda signals, sizes: signals.with_channels(
-        **{name: first_order(signals, signals[name], sizes["lag_s"]) for name in VELOCITIES if name in signals}
+        **{
+            name: first_order(signals, signals[name], sizes["lag_s"])
+            for name in VELOCITIES
+            if name in signals
+        }
     ),
 )
 
@@ -230,7 +271,8 @@ GPS_VELOCITY_SCALE = SensorEffect(
         Parameter("north", 0.01, -0.2, 0.2, "velocity toward north too large by this share"),
         Parameter("east", 0.01, -0.2, 0.2, "velocity toward east too large by this share"),
     ),
-    source="Snyder 1987, Map Projections, USGS PP 1395: scale factors of projections, and the length of a degree "
+    source="Snyder 1987, Map Projections, USGS PP 1395: scale factors of projections, and the "
+    "length of a degree "
     "of longitude, which a latitude that is wrong by 1° at 40° changes by 1.5 %",
     what="The horizontal velocity of the GPS has a wrong scale.",
     shows_in=RANGE_OF_AIRSPEED,
@@ -243,17 +285,21 @@ GPS_VELOCITY_SCALE = SensorEffect(
 )
 
 
-# An inertial unit that is not aligned with the airplane: attitude, rates and forces are in its own axes.
+# An inertial unit that is not aligned with the airplane: attitude, rates and forces are in its own
+# axes.
 
 FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 
 
 def _apply_inertial_unit_misalignment(signals: Signals, sizes: Sizes) -> Signals:
     angles = (DEGREE * sizes[name] for name in ("roll_deg", "pitch_deg", "yaw_deg"))
-    axes = body_to_earth(np.eye(3), *(np.full(3, angle) for angle in angles)).T  # of the unit, in the airplane's
+    axes = body_to_earth(
+        np.eye(3), *(np.full(3, angle) for angle in angles)
+    ).T  # of the unit, in the airplane's
     roll, pitch, heading = (signals[name] for name in ATTITUDE)
     forward, right, down = (
-        body_to_earth(np.repeat(axis[:, None], len(signals), axis=1), roll, pitch, heading) for axis in axes
+        body_to_earth(np.repeat(axis[:, None], len(signals), axis=1), roll, pitch, heading)
+        for axis in axes
     )
     turned = np.arctan2(forward[1], forward[0]) - heading
     changed = {
@@ -264,7 +310,9 @@ def _apply_inertial_unit_misalignment(signals: Signals, sizes: Sizes) -> Signals
     }
     for names in (RATES, FORCES):
         if all(name in signals for name in names):
-            changed |= dict(zip(names, axes @ np.stack([signals[name] for name in names]), strict=True))
+            changed |= dict(
+                zip(names, axes @ np.stack([signals[name] for name in names]), strict=True)
+            )
     return signals.with_channels(**changed)
 
 
@@ -293,13 +341,17 @@ QUANTIZATION = SensorEffect(
     name="quantization",
     part="impact transducer",
     parameters=(Parameter("step_pa", 40.0, 1.0, 500.0, "step of both pressures"),),
-    source="Widrow and Kollár 2008, Quantization Noise: a step q adds q²/12; 34 Pa is 12 bits over 138 kPa",
+    source="Widrow and Kollár 2008, Quantization Noise: a step q adds q²/12; 34 Pa is 12 bits "
+    "over 138 kPa",
     what="The pressures are stored in coarse steps.",
     shows_in=CHANGING_AIRSPEED,  # a pressure that changes crosses many steps
     changes=AIR_DATA[:2],
     after_noise=True,
     function=lambda signals, sizes: signals.with_channels(
-        **{name: np.rint(signals[name] / sizes["step_pa"]) * sizes["step_pa"] for name in AIR_DATA[:2]}
+        **{
+            name: np.rint(signals[name] / sizes["step_pa"]) * sizes["step_pa"]
+            for name in AIR_DATA[:2]
+        }
     ),
 )
 
@@ -315,7 +367,9 @@ def _apply_sample_and_hold(signals: Signals, sizes: Sizes) -> Signals:
         time = signals.time[part]
         frame = np.floor((time - time[0]) / sizes["period_s"] + _SLACK)
         source[part] = part.start + np.searchsorted(frame, frame)  # the first row of each frame
-    return signals.with_channels(**{name: signals[name][source] for name in AIR_DATA if name in signals})
+    return signals.with_channels(
+        **{name: signals[name][source] for name in AIR_DATA if name in signals}
+    )
 
 
 SAMPLE_AND_HOLD = SensorEffect(
@@ -337,34 +391,47 @@ SAMPLE_AND_HOLD = SensorEffect(
 SATURATION = SensorEffect(
     name="saturation",
     part="recorder",
-    parameters=(Parameter("ceiling_pa", 3500.0, 500.0, 20000.0, "greatest impact pressure; 0 for none"),),
+    parameters=(
+        Parameter("ceiling_pa", 3500.0, 500.0, 20000.0, "greatest impact pressure; 0 for none"),
+    ),
     source="range of the transducer or of its amplifier; 3,500 Pa is 146 KIAS",
     what="Above some airspeed the impact pressure does not rise any more.",
     shows_in=RANGE_OF_AIRSPEED,  # only the highest airspeeds reach the ceiling
     changes=("impact_pressure",),
     after_noise=True,  # an amplifier at its limit gives a constant, not noise around it
-    function=reads("impact_pressure", lambda pressure, sizes: np.minimum(pressure, sizes["ceiling_pa"])),
+    function=reads(
+        "impact_pressure", lambda pressure, sizes: np.minimum(pressure, sizes["ceiling_pa"])
+    ),
 )
 
 
 # Errors of the temperature probe: it measures less than the whole ram rise, or reads too warm.
 
 PROBE_SOURCE = (
-    "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe errors of some kelvin"
+    "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe "
+    "errors of some kelvin"
 )
 
 
 def _recovery(signals: Signals, sizes: Sizes) -> Signals:
     # Noise can make the impact pressure slightly negative at rest, where the Mach number is zero.
-    mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
+    mach = air.mach_from_impact_pressure(
+        signals["impact_pressure"].clip(min=0.0), signals["static_pressure"]
+    )
     static = air.air_temperature(signals["total_temperature"], mach)
-    return signals.with_channels(total_temperature=air.total_temperature(static, mach, 1.0 - sizes["deficit"]))
+    return signals.with_channels(
+        total_temperature=air.total_temperature(static, mach, 1.0 - sizes["deficit"])
+    )
 
 
 RECOVERY_DEFICIT = SensorEffect(
     name="recovery_deficit",
     part="thermometer, or the day",
-    parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"),),
+    parameters=(
+        Parameter(
+            "deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"
+        ),
+    ),
     source=PROBE_SOURCE,
     what="The temperature probe measures only part of the ram rise.",
     shows_in=TEMPERATURE,
@@ -385,7 +452,8 @@ TEMPERATURE_BIAS = SensorEffect(
 )
 
 
-# Flow vanes with a wrong calibration: upwash that was not measured, or a vane that was not set to zero.
+# Flow vanes with a wrong calibration: upwash that was not measured, or a vane that was not set to
+# zero.
 
 VANE_SOURCE = (
     "Gracey 1958, NACA TN 4351: the flow at a vane is that of the airplane with its upwash; "
@@ -416,7 +484,9 @@ SIDESLIP_VANE_CALIBRATION = SensorEffect(
     name="sideslip_vane_calibration",
     part="attitude and vanes",
     parameters=(
-        Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: sidewash"),
+        Parameter(
+            "scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: sidewash"
+        ),
         Parameter("offset_deg", 1.0, -10.0, 10.0, "reading at zero sideslip"),
     ),
     source=VANE_SOURCE,
@@ -428,7 +498,8 @@ SIDESLIP_VANE_CALIBRATION = SensorEffect(
 )
 
 
-# Flow vanes that stick: they follow the flow only once it has turned by more than their friction holds.
+# Flow vanes that stick: they follow the flow only once it has turned by more than their friction
+# holds.
 
 
 def _apply_vane_friction(signals: Signals, sizes: Sizes) -> Signals:
@@ -442,7 +513,13 @@ VANE_FRICTION = SensorEffect(
     name="vane_friction",
     part="attitude and vanes",
     parameters=(
-        Parameter("alpha_deg", 0.5, 0.02, 10.0, "angle of attack that turns the vane back after a turn-round"),
+        Parameter(
+            "alpha_deg",
+            0.5,
+            0.02,
+            10.0,
+            "angle of attack that turns the vane back after a turn-round",
+        ),
         Parameter("sideslip_deg", 0.5, 0.02, 10.0, "the same of the sideslip vane"),
     ),
     source="Gracey 1958, NACA TN 4351: vanes and their friction; "

@@ -1,4 +1,6 @@
-"""Time series of the sensors, and how instruments respond to them: lags, delays, a static source's error."""
+"""Time series of the sensors, and how instruments respond to them: lags, delays, a static source's
+error.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -11,12 +13,14 @@ from pitotbench.records import BadInputError
 from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Pascal, Seconds
 
-# Time series by the names of a log's channels: the input and the output of an effect on the sensors.
+# Time series by the names of a log's channels: the input and the output of an effect on the
+# sensors.
 
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Channels [SI, radians], (n,) each, over one time base [s] of nearly constant rate, which may have gaps.
+    """Channels [SI, radians], (n,) each, over one time base [s] of nearly constant rate, which may
+    have gaps.
 
     Names are those of a `FlightLog` (`impact_pressure`, `velocity_north` …); any may be missing.
     Raises BadInputError where lengths differ or time does not increase.
@@ -27,10 +31,14 @@ class Signals:
 
     def __post_init__(self) -> None:
         if len(self.time) < 2 or not bool(np.all(np.diff(self.time) > 0.0)):
-            raise BadInputError("signals need at least two samples, and time that increases strictly")
+            raise BadInputError(
+                "signals need at least two samples, and time that increases strictly"
+            )
         for name, values in self.channels.items():
             if values.shape != self.time.shape:
-                raise BadInputError(f"channel {name} has {values.shape} samples, time has {self.time.shape}")
+                raise BadInputError(
+                    f"channel {name} has {values.shape} samples, time has {self.time.shape}"
+                )
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
 
     def __getitem__(self, name: str) -> Array:
@@ -50,7 +58,8 @@ class Signals:
         missing = [name for name in names if name not in self.channels]
         if missing:
             raise BadInputError(
-                f"effect {effect!r} needs the channel{'s' if len(missing) > 1 else ''} {', '.join(missing)}; "
+                f"effect {effect!r} needs the channel{'s' if len(missing) > 1 else ''} "
+                f"{', '.join(missing)}; "
                 "record them, or leave the effect out"
             )
 
@@ -68,28 +77,32 @@ class Signals:
         return stretches(self.time, gaps(self.time))
 
 
-# Compute how instruments respond in time: first-order and second-order lags, and delays.
-# The input is taken as linear between samples, for which the response is exact; a hold would be half a sample
+# Compute how instruments respond in time: first-order and second-order lags, and delays. The input
+# is taken as linear between samples, for which the response is exact; a hold would be half a sample
 # late. Each stretch of the recording begins settled.
 
 
 def first_order(signals: Signals, values: Array, lag: float) -> Array:
     """Return the values [any unit], (n,), behind a first-order lag [s], dy/dt = (u − y)/lag.
 
-    Ramp-invariant discretization (Franklin, Powell and Workman, Digital Control of Dynamic Systems, §6.3).
+    Ramp-invariant discretization (Franklin, Powell and Workman, Digital Control of Dynamic Systems,
+    §6.3).
     """
     if lag <= 0.0:
         return values
     ratio = signals.interval / lag
     pole = float(np.exp(-ratio))
     share = -float(np.expm1(-ratio)) / ratio
-    return _by_stretch(signals, values, np.array([1.0 - share, share - pole]), np.array([1.0, -pole]))
+    return _by_stretch(
+        signals, values, np.array([1.0 - share, share - pole]), np.array([1.0, -pole])
+    )
 
 
 def second_order(signals: Signals, values: Array, lag: float, damping: float) -> Array:
     """Return the values, (n,), behind a second-order line.
 
-    `lag` [s] is the delay of a ramp, 2 damping/natural frequency; `damping` [-] is the damping ratio.
+    `lag` [s] is the delay of a ramp, 2 damping/natural frequency; `damping` [-] is the damping
+    ratio.
     """
     if lag <= 0.0:
         return values
@@ -101,8 +114,8 @@ def second_order(signals: Signals, values: Array, lag: float, damping: float) ->
 def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool = False) -> Array:
     """Return the values, (n,), as they were `delay` [s] before, linear between samples.
 
-    The first value of a stretch is held where the delay reaches before it. `angle` marks values in radians that
-    start again at a full turn.
+    The first value of a stretch is held where the delay reaches before it. `angle` marks values in
+    radians that start again at a full turn.
     """
     # An angle is unwrapped first: halfway between 359° and 1° lies 0°, not 180°.
     smooth = np.unwrap(values) if angle else values
@@ -115,7 +128,9 @@ def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool =
 
 
 def _ramp_invariant(frequency: float, damping: float, interval: float) -> tuple[Array, Array]:
-    """Return numerator and denominator in 1/z of 1/(s²/ω² + 2ζ s/ω + 1) for an input linear between samples."""
+    """Return numerator and denominator in 1/z of 1/(s²/ω² + 2ζ s/ω + 1) for an input linear between
+    samples.
+    """
     from scipy.linalg import expm
 
     a = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]])
@@ -124,7 +139,8 @@ def _ramp_invariant(frequency: float, damping: float, interval: float) -> tuple[
     block[:2, :2], block[:2, 2], block[2, 3] = a * interval, b * interval, 1.0
     power = expm(block)
     step, now, slope = power[:2, :2], power[:2, 2], power[:2, 3]
-    # x⁺ = step x + (now − slope) u + slope u⁺; output is the first state; as a ratio of polynomials:
+    # x⁺ = step x + (now − slope) u + slope u⁺; output is the first state; as a ratio of
+    # polynomials:
     first, cross = now - slope, np.array([step[0, 1], -step[1, 1]])
     trace, determinant = float(np.trace(step)), float(np.linalg.det(step))
     numerator = np.array([slope[0], first[0] + cross @ slope[::-1], cross @ first[::-1]])
@@ -137,15 +153,20 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
     out = np.empty_like(values)
     for part in signals.stretches():
         start = values[part][0]
-        out[part] = start + lfilter(numerator, denominator, values[part] - start)  # settled: no difference before
+        out[part] = start + lfilter(
+            numerator, denominator, values[part] - start
+        )  # settled: no difference before
     return out
 
 
 def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
-    """Return the values, (n,), behind a first-order lag that changes from sample to sample [s, above 0], (n,)."""
+    """Return the values, (n,), behind a first-order lag that changes from sample to sample [s,
+    above 0], (n,).
+    """
     out = np.empty_like(values)
     for part in signals.stretches():
-        # The same formula as in `first_order`, with the lag of each step; a filter of constant taps cannot do it.
+        # The same formula as in `first_order`, with the lag of each step; a filter of constant taps
+        # cannot do it.
         u, ratio = values[part], np.diff(signals.time[part]) / lag[part][1:]
         pole, share = np.exp(-ratio), -np.expm1(-ratio) / ratio
         driven = ((share - pole) * u[:-1] + (1.0 - share) * u[1:]).tolist()
@@ -161,9 +182,10 @@ def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
 def displaced(signals: Signals, error: Pascal) -> Signals:
     """Return the signals with the static pressure too high by an error [Pa], (n,).
 
-    The total pressure stays, so the impact pressure (total minus static) falls by as much (Gracey 1980, NASA
-    RP-1046, ch. 3).
+    The total pressure stays, so the impact pressure (total minus static) falls by as much (Gracey
+    1980, NASA RP-1046, ch. 3).
     """
     return signals.with_channels(
-        static_pressure=signals["static_pressure"] + error, impact_pressure=signals["impact_pressure"] - error
+        static_pressure=signals["static_pressure"] + error,
+        impact_pressure=signals["impact_pressure"] - error,
     )

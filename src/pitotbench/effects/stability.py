@@ -1,4 +1,6 @@
-"""Effects of lift, stability and damping: an aerodynamic term of the aircraft's own file, larger or smaller."""
+"""Effects of lift, stability and damping: an aerodynamic term of the aircraft's own file, larger or
+smaller.
+"""
 
 from pitotbench.effects.airframe import coefficient_function
 from pitotbench.effects.effect import (
@@ -23,13 +25,16 @@ from pitotbench.effects.overlay import (
 )
 from pitotbench.records import BadInputError
 
-# A term is every aerodynamic function of an axis in one variable of the motion: the lift in the angle of attack,
-# the rolling moment in the sideslip. Its change is a share of the aircraft's own function, so that a table keeps
-# its shape. What changes with the angle of attack has a zero beside it: a slope that was measured about the trim
-# point says nothing about the value at zero.
+# A term is every aerodynamic function of an axis in one variable of the motion: the lift in the
+# angle of attack, the rolling moment in the sideslip. Its change is a share of the aircraft's own
+# function, so that a table keeps its shape. What changes with the angle of attack has a zero beside
+# it: a slope that was measured about the trim point says nothing about the value at zero.
 
 CHANGE, ZERO = "change", "zero_coefficient"
-SOURCE = "Klein and Morelli 2006, Aircraft System Identification, ch. 5; estimates of derivatives err by 10 to 50 %"
+SOURCE = (
+    "Klein and Morelli 2006, Aircraft System Identification, ch. 5; estimates of derivatives "
+    "err by 10 to 50 %"
+)
 CONSTANT = product(1.0, 1.0)
 NOTHING = difference(1.0, 1.0)
 
@@ -38,7 +43,9 @@ def _zero_lift(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Over
     helpers = [term.name for term in baseline.terms("LIFT", "alpha") if not term.axis]
     added = product(*effect.paths(), 1.0)
     if helpers:
-        return Overlay(sizes=effect.held(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),))
+        return Overlay(
+            sizes=effect.held(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),)
+        )
     return Overlay(sizes=effect.held(sizes), functions=(coefficient_function("LIFT", added),))
 
 
@@ -59,7 +66,8 @@ def _term(
         grown = size(name, CHANGE)
         if not terms:
             raise BadInputError(
-                f"effect {name!r}: {baseline.aircraft!r} has no function of {axis.lower()} in {variable}; "
+                f"effect {name!r}: {baseline.aircraft!r} has no function of {axis.lower()} in "
+                f"{variable}; "
                 "leave it out"
             )
         helpers = [term.name for term in terms if not term.axis]
@@ -67,12 +75,17 @@ def _term(
         functions = [AxisFunction(axis, product(grown, term.name)) for term in terms if term.axis]
         if added and not helpers:
             functions.append(coefficient_function(axis, added))
-        # A constant goes into the first function outside the axes: what reads this coefficient reads it too.
+        # A constant goes into the first function outside the axes: what reads this coefficient
+        # reads it too.
         scalings = [
-            FunctionScaling(helper, total(1.0, grown), added if added and helper == helpers[0] else NOTHING)
+            FunctionScaling(
+                helper, total(1.0, grown), added if added and helper == helpers[0] else NOTHING
+            )
             for helper in helpers
         ]
-        return Overlay(sizes=effect.held(sizes), functions=tuple(functions), scalings=tuple(scalings))
+        return Overlay(
+            sizes=effect.held(sizes), functions=tuple(functions), scalings=tuple(scalings)
+        )
 
     return AircraftEffect(
         name=name,
@@ -93,15 +106,22 @@ LIFT_SLOPE = _term(
     "alpha",
     "The lift grows more or less with the angle of attack.",
     RANGE_OF_AIRSPEED,
-    Parameter(ZERO, 0.05, -0.6, 0.6, "added lift coefficient at zero angle of attack", may_be_missing=True),
+    Parameter(
+        ZERO, 0.05, -0.6, 0.6, "added lift coefficient at zero angle of attack", may_be_missing=True
+    ),
     neighbor="zero_lift",
 )
 
 ZERO_LIFT = AircraftEffect(
     name="zero_lift",
     part="lift, stability and damping",
-    parameters=(Parameter("lift_coefficient", 0.05, -0.4, 0.4, "added lift coefficient at any angle of attack"),),
-    source="wing incidence and body attitude are set to some 0.5°, which is 0.04 of lift coefficient (estimate)",
+    parameters=(
+        Parameter(
+            "lift_coefficient", 0.05, -0.4, 0.4, "added lift coefficient at any angle of attack"
+        ),
+    ),
+    source="wing incidence and body attitude are set to some 0.5°, which is 0.04 of lift "
+    "coefficient (estimate)",
     what="The wing has more or less lift at the same angle of attack.",
     shows_in=RANGE_OF_AIRSPEED,
     for_whole_flight=True,
@@ -114,16 +134,33 @@ PITCH_STIFFNESS = _term(
     "alpha",
     "The pitching moment falls more or less with the angle of attack.",
     RANGE_OF_AIRSPEED,
-    Parameter(ZERO, 0.015, -0.15, 0.15, "added pitching-moment coefficient at zero angle", may_be_missing=True),
+    Parameter(
+        ZERO,
+        0.015,
+        -0.15,
+        0.15,
+        "added pitching-moment coefficient at zero angle",
+        may_be_missing=True,
+    ),
 )
-PITCH_DAMPING = _term("pitch_damping", "PITCH", "q", "The pitch rate is damped more or less.", TURNING)
-SIDE_FORCE = _term("side_force", "SIDE", "sideslip", "A sideslip gives more or less side force.", SIDESLIP)
+PITCH_DAMPING = _term(
+    "pitch_damping", "PITCH", "q", "The pitch rate is damped more or less.", TURNING
+)
+SIDE_FORCE = _term(
+    "side_force", "SIDE", "sideslip", "A sideslip gives more or less side force.", SIDESLIP
+)
 DIHEDRAL_EFFECT = _term(
     "dihedral_effect", "ROLL", "sideslip", "A sideslip rolls the airplane more or less.", SIDESLIP
 )
 WEATHERCOCK_STABILITY = _term(
-    "weathercock_stability", "YAW", "sideslip", "A sideslip yaws the airplane more or less.", SIDESLIP
+    "weathercock_stability",
+    "YAW",
+    "sideslip",
+    "A sideslip yaws the airplane more or less.",
+    SIDESLIP,
 )
 ROLL_DAMPING = _term("roll_damping", "ROLL", "p", "The roll rate is damped more or less.", TURNING)
 YAW_DAMPING = _term("yaw_damping", "YAW", "r", "The yaw rate is damped more or less.", TURNING)
-ROLL_BY_YAW_RATE = _term("roll_by_yaw_rate", "ROLL", "r", "A yaw rate rolls the airplane more or less.", TURNING)
+ROLL_BY_YAW_RATE = _term(
+    "roll_by_yaw_rate", "ROLL", "r", "A yaw rate rolls the airplane more or less.", TURNING
+)

@@ -10,12 +10,12 @@ from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.units import Array
 
-# The evidence for further columns beside a fitted problem, without a fit of them.
-# The columns' coefficients have a normal prior around zero. With the other coefficients integrated out, the ratio
-# of the evidences with and without them needs only products of the columns with the whitened rows (the Schur
-# complement of the normal equations; the evidence of a linear model: Bishop, Pattern Recognition and Machine
-# Learning, 2006, §3.5), so that many sets of columns and many sizes of a prior cost one solution with the
-# covariance.
+# The evidence for further columns beside a fitted problem, without a fit of them. The columns'
+# coefficients have a normal prior around zero. With the other coefficients integrated out, the
+# ratio of the evidences with and without them needs only products of the columns with the whitened
+# rows (the Schur complement of the normal equations; the evidence of a linear model: Bishop,
+# Pattern Recognition and Machine Learning, 2006, §3.5), so that many sets of columns and many sizes
+# of a prior cost one solution with the covariance.
 
 _REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on each other
 
@@ -24,7 +24,8 @@ _REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on 
 class EvidencePart:
     """Rows whose noise is independent of that of other parts.
 
-    `response` (n,), `regressors` (n, p) of the fitted coefficients, `further` (n, m) columns, and their noise.
+    `response` (n,), `regressors` (n, p) of the fitted coefficients, `further` (n, m) columns, and
+    their noise.
     """
 
     response: Array
@@ -37,9 +38,10 @@ class EvidencePart:
 class ColumnEvidence:
     """What the rows say of further columns when the fitted coefficients are integrated out.
 
-    `log_likelihood` is the restricted log-likelihood without them, up to a constant. `pull` (m,) and `precision`
-    (m, m) are the gradient and the negative Hessian of the one with them, at zero. `moved` (p, m) is the change of
-    the estimates of the fitted coefficients per unit of a further one.
+    `log_likelihood` is the restricted log-likelihood without them, up to a constant. `pull` (m,)
+    and `precision` (m, m) are the gradient and the negative Hessian of the one with them, at zero.
+    `moved` (p, m) is the change of the estimates of the fitted coefficients per unit of a further
+    one.
     """
 
     log_likelihood: float
@@ -72,7 +74,9 @@ class ColumnEvidence:
 
     def covariance(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
         """The posterior covariance of the chosen columns' coefficients, (k, k)."""
-        return np.asarray(np.linalg.inv(self._scaled(chosen, deviations)) * np.outer(deviations, deviations))
+        return np.asarray(
+            np.linalg.inv(self._scaled(chosen, deviations)) * np.outer(deviations, deviations)
+        )
 
     def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
         """Posterior precision of the coefficients in units of their prior deviations."""
@@ -81,7 +85,8 @@ class ColumnEvidence:
 
 
 def column_evidence(parts: Sequence[EvidencePart], prior_precision: Array) -> ColumnEvidence:
-    """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted coefficients.
+    """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted
+    coefficients.
 
     Raises numpy.linalg.LinAlgError where the rows do not determine the fitted coefficients.
     """
@@ -100,14 +105,17 @@ def column_evidence(parts: Sequence[EvidencePart], prior_precision: Array) -> Co
     rest = products[p:, p:] - explained.T @ explained
     determinant += 2.0 * float(np.sum(np.log(np.diag(root)) + np.log(scale)))
     moved = -np.linalg.solve(root.T, explained[:, 1:]) / scale[:, None]
-    return ColumnEvidence(-0.5 * (determinant + float(rest[0, 0])), rest[1:, 0], rest[1:, 1:], moved)
+    return ColumnEvidence(
+        -0.5 * (determinant + float(rest[0, 0])), rest[1:, 0], rest[1:, 1:], moved
+    )
 
 
 # Compare linear models: by the density of held-out data, by the likelihood, and by AICc and BIC.
-# The density of a held-out stretch s, with the coefficients found from all other data, needs only one
-# factorization of the whole problem. With P = C⁻¹ − C⁻¹X(XᵀC⁻¹X + Π)⁻¹XᵀC⁻¹, the stretch is Gaussian with
-# precision P_ss and deviates from its mean by P_ss⁻¹(Py)_s (Dubrule, Cross validation of kriging in a unique
-# neighborhood, 1983). Unlike restricted likelihoods, such densities compare models with different regressors.
+# The density of a held-out stretch s, with the coefficients found from all other data, needs only
+# one factorization of the whole problem. With P = C⁻¹ − C⁻¹X(XᵀC⁻¹X + Π)⁻¹XᵀC⁻¹, the stretch is
+# Gaussian with precision P_ss and deviates from its mean by P_ss⁻¹(Py)_s (Dubrule, Cross validation
+# of kriging in a unique neighborhood, 1983). Unlike restricted likelihoods, such densities compare
+# models with different regressors.
 
 _LOG_TWO_PI = float(np.log(2.0 * np.pi))
 
@@ -117,8 +125,8 @@ def held_out_log_density(
 ) -> Array:
     """Return the log predictive density of each stretch given all others, (stretches,).
 
-    Parameters: problem; noise; prior_precision Π of the coefficients around zero, (p, p), zeros for no prior;
-    segment, the number of the stretch of each datum, (n,), counted from 0.
+    Parameters: problem; noise; prior_precision Π of the coefficients around zero, (p, p), zeros for
+    no prior; segment, the number of the stretch of each datum, (n,), counted from 0.
     """
     # P is never formed: its rows of a stretch come from products with unit vectors.
     X, y = problem.regressors, problem.response
@@ -137,7 +145,9 @@ def held_out_log_density(
 
 
 def _log_density(precision: Array, projected: Array) -> float:
-    """Return the log density of a Gaussian, given its precision and the precision times the deviation."""
+    """Return the log density of a Gaussian, given its precision and the precision times the
+    deviation.
+    """
     factor = np.linalg.cholesky(0.5 * (precision + precision.T))
     half = np.linalg.solve(factor, projected)
     log_root = float(np.sum(np.log(np.diag(factor))))
@@ -145,7 +155,9 @@ def _log_density(precision: Array, projected: Array) -> float:
 
 
 def log_likelihood(problem: Regression, noise: Noise) -> float:
-    """Return the largest log-likelihood over the coefficients for a given noise. Priors of coefficients count."""
+    """Return the largest log-likelihood over the coefficients for a given noise. Priors of
+    coefficients count.
+    """
     X, y = problem.regressors, problem.response
     weighed = noise.weigh(np.column_stack([X, y]))
     known = problem.prior_precision
@@ -156,8 +168,12 @@ def log_likelihood(problem: Regression, noise: Noise) -> float:
 
 
 def aicc(log_likelihood: float, parameters: int, data: int) -> float:
-    """Return Akaike's criterion with the small-sample term (Hurvich and Tsai 1989). Smaller is better."""
-    return 2.0 * (parameters - log_likelihood) + 2.0 * parameters * (parameters + 1) / (data - parameters - 1)
+    """Return Akaike's criterion with the small-sample term (Hurvich and Tsai 1989). Smaller is
+    better.
+    """
+    return 2.0 * (parameters - log_likelihood) + 2.0 * parameters * (parameters + 1) / (
+        data - parameters - 1
+    )
 
 
 def bic(log_likelihood: float, parameters: int, data: int) -> float:

@@ -1,4 +1,6 @@
-"""Models of noise: Gauss-Markov processes, joint noise of two sets of rows, autoregression, robust scale."""
+"""Models of noise: Gauss-Markov processes, joint noise of two sets of rows, autoregression, robust
+scale.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,17 +13,19 @@ from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from pitotbench.units import Array, Booleans, Seconds
 
-# Correlated noise: white noise plus first-order Gauss-Markov processes, with an exact likelihood in linear time.
-# The data are means over short intervals. The states of a process are its values at the edges of the intervals.
-# Given these, the mean over an interval is known up to an independent remainder, the integral of an Ornstein-
-# Uhlenbeck bridge. A Gauss-Markov process has a tridiagonal precision (Rue and Held, Gaussian Markov Random
-# Fields, 2005, ch. 2). One banded Cholesky factor and the matrix-inversion lemma therefore give products with C⁻¹
-# and log|C| in O(N); C itself is never formed.
-# Intervals may have gaps between them, and the white variance may differ from interval to interval. Several
-# outputs an interval (such as the velocity along and across the path) may share the processes with different
-# loadings; their data follow each other, output by output.
+# Correlated noise: white noise plus first-order Gauss-Markov processes, with an exact likelihood in
+# linear time. The data are means over short intervals. The states of a process are its values at
+# the edges of the intervals. Given these, the mean over an interval is known up to an independent
+# remainder, the integral of an Ornstein- Uhlenbeck bridge. A Gauss-Markov process has a tridiagonal
+# precision (Rue and Held, Gaussian Markov Random Fields, 2005, ch. 2). One banded Cholesky factor
+# and the matrix-inversion lemma therefore give products with C⁻¹ and log|C| in O(N); C itself is
+# never formed. Intervals may have gaps between them, and the white variance may differ from
+# interval to interval. Several outputs an interval (such as the velocity along and across the path)
+# may share the processes with different loadings; their data follow each other, output by output.
 
-_SMALL = 1e-2  # interval over correlation time below which the bridge's leading term is exact enough
+_SMALL = (
+    1e-2  # interval over correlation time below which the bridge's leading term is exact enough
+)
 _SAME = 1e-12  # step over correlation time below which values at two edges are the same to rounding
 _SINGULAR = "the covariance of the noise is not positive definite"
 
@@ -30,8 +34,8 @@ _SINGULAR = "the covariance of the noise is not positive definite"
 class Intervals:
     """The intervals of the data.
 
-    `edges` are times [s], (s,), increasing. `left` is the index of the edge that starts each interval, (n,),
-    increasing; the next edge ends it.
+    `edges` are times [s], (s,), increasing. `left` is the index of the edge that starts each
+    interval, (n,), increasing; the next edge ends it.
     """
 
     edges: Seconds
@@ -47,11 +51,12 @@ class Intervals:
 class MarkovProcess:
     """A process with c independent components of equal statistics.
 
-    `deviation` is the standard deviation [unit of the data], a number, or (b,) for a stack of noises.
-    `correlation_time` [s], (s,) or (b, s), holds from each edge to the next; its last entry is not used. `loading`
-    is the effect of each component on each interval, (n, c), or (o, n, c) for o outputs: a column of ones for noise
-    that adds directly, direction cosines for the components of a wind. The loadings of two outputs must be at right
-    angles in every interval, so that the remainders within an interval are independent.
+    `deviation` is the standard deviation [unit of the data], a number, or (b,) for a stack of
+    noises. `correlation_time` [s], (s,) or (b, s), holds from each edge to the next; its last entry
+    is not used. `loading` is the effect of each component on each interval, (n, c), or (o, n, c)
+    for o outputs: a column of ones for noise that adds directly, direction cosines for the
+    components of a wind. The loadings of two outputs must be at right angles in every interval, so
+    that the remainders within an interval are independent.
     """
 
     deviation: float | Array
@@ -60,18 +65,23 @@ class MarkovProcess:
 
 
 class MarkovNoise:
-    """The factored covariance of white noise plus Markov processes over intervals, or a stack of b of them.
+    """The factored covariance of white noise plus Markov processes over intervals, or a stack of b
+    of them.
 
-    Parameters: intervals; white, the variance of the white noise [unit²], positive, (n,), or (o, n) for o outputs,
-    or (b, o, n) for a stack; processes. A stack costs less than its noises one by one: most of the time of a short
-    log goes to the calls on its short arrays. Its numbers are the same bit for bit.
-    Raises numpy.linalg.LinAlgError where a covariance is not positive definite. For valid input this happens only
-    where a correlation time is so long that two edges have the same value to rounding.
+    Parameters: intervals; white, the variance of the white noise [unit²], positive, (n,), or (o, n)
+    for o outputs, or (b, o, n) for a stack; processes. A stack costs less than its noises one by
+    one: most of the time of a short log goes to the calls on its short arrays. Its numbers are the
+    same bit for bit. Raises numpy.linalg.LinAlgError where a covariance is not positive definite.
+    For valid input this happens only where a correlation time is so long that two edges have the
+    same value to rounding.
     """
 
-    def __init__(self, intervals: Intervals, white: Array, processes: Sequence[MarkovProcess]) -> None:
-        # Two edges without data between them get an empty interval, without load or weight. Every array is then
-        # regular, and slices replace indices, which would take longer than the arithmetic.
+    def __init__(
+        self, intervals: Intervals, white: Array, processes: Sequence[MarkovProcess]
+    ) -> None:
+        # Two edges without data between them get an empty interval, without load or weight. Every
+        # array is then regular, and slices replace indices, which would take longer than the
+        # arithmetic.
         _require_an_end(np.diff(intervals.edges), processes)
         self._rows = intervals.left
         self._stacked = white.ndim == 3
@@ -96,11 +106,15 @@ class MarkovNoise:
         """ln|C| of every noise of a stack, (b,)."""
         return self._log_determinant
 
-    def _interval_means(self, intervals: Intervals, processes: Sequence[MarkovProcess]) -> list[list[Array]]:
-        """Return the loads of the interval means on the components at their two edges, output by output, (b, n).
+    def _interval_means(
+        self, intervals: Intervals, processes: Sequence[MarkovProcess]
+    ) -> list[list[Array]]:
+        """Return the loads of the interval means on the components at their two edges, output by
+        output, (b, n).
 
         The variance of the remainders (the bridges) is added to the white variance. With a = Δ/τ,
-        E[mean | edges] = tanh(a/2)/a · (sum of the edges); the remainder follows from the total variance.
+        E[mean | edges] = tanh(a/2)/a · (sum of the edges); the remainder follows from the total
+        variance.
         """
         outputs = range(self._variance.shape[1])
         loads: list[list[Array]] = [[] for _ in outputs]
@@ -110,10 +124,13 @@ class MarkovNoise:
             share = np.tanh(0.5 * a) / a
             decay = np.exp(-a)
             rest = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
-            # For short intervals the formula subtracts nearly equal numbers; its leading term is a/6.
+            # For short intervals the formula subtracts nearly equal numbers; its leading term is
+            # a/6.
             rest = np.where(a < _SMALL, a / 6.0, rest)
             for output, loading in zip(outputs, _by_output(process.loading), strict=True):
-                self._variance[:, output, self._rows] += deviation**2 * np.sum(loading**2, axis=1) * rest
+                self._variance[:, output, self._rows] += (
+                    deviation**2 * np.sum(loading**2, axis=1) * rest
+                )
                 for component in loading.T:
                     load = np.zeros((len(self._variance), self._variance.shape[2]))
                     load[:, self._rows] = deviation * share * component
@@ -121,11 +138,17 @@ class MarkovNoise:
         return [load + load for load in loads]
 
     def _at(self, place: int) -> slice:
-        """Return the states that load number `place` of each interval multiplies: left edges, then right ones."""
+        """Return the states that load number `place` of each interval multiplies: left edges, then
+        right ones.
+        """
         return slice(place, place + self._states - self._width, self._width)
 
-    def _posterior_precision(self, step: Seconds, processes: Sequence[MarkovProcess]) -> list[Array]:
-        """Return the banded Cholesky factors of the states' precision given the data; states ordered by edge."""
+    def _posterior_precision(
+        self, step: Seconds, processes: Sequence[MarkovProcess]
+    ) -> list[Array]:
+        """Return the banded Cholesky factors of the states' precision given the data; states
+        ordered by edge.
+        """
         m = self._width
         bands = np.zeros((len(self._variance), 2 * m, self._states))
         first = 0
@@ -154,7 +177,9 @@ class MarkovNoise:
         return factors
 
     def _add_data(self, bands: Array) -> None:
-        """Add the information of the data on the states: products of the loads over the white variance."""
+        """Add the information of the data on the states: products of the loads over the white
+        variance.
+        """
         for output, loads in enumerate(self._loads):
             for p, load in enumerate(loads):
                 weighted = load / self._variance[:, output]
@@ -164,7 +189,9 @@ class MarkovNoise:
     def weigh(self, data: Array) -> Array:
         """Return C⁻¹ times data of shape (n, k), or (o n, k) for o outputs; (b, n, k) of a stack."""
         (stack, outputs, cells), columns = self._variance.shape, data.shape[1]
-        scaled = np.zeros((stack, outputs, columns, cells))  # transposed: as the banded solver wants it
+        scaled = np.zeros(
+            (stack, outputs, columns, cells)
+        )  # transposed: as the banded solver wants it
         scaled[..., self._rows] = np.swapaxes(data.reshape(outputs, -1, columns), 1, 2)
         scaled /= self._variance[:, :, None, :]
         if self._factors:
@@ -198,10 +225,10 @@ def _by_output(loading: Array) -> Array:
     return loading if loading.ndim == 3 else loading[None]
 
 
-# The noise of two independent sets of rows under one regression: log-likelihoods add, and so do normal matrices.
-# Each set has noise parameters of its own. What one set contributes is remembered by its parameters, so that a
-# change of the other set's parameters costs no more than small dense algebra: this halves the work of mixed
-# derivatives and of a grid of nodes.
+# The noise of two independent sets of rows under one regression: log-likelihoods add, and so do
+# normal matrices. Each set has noise parameters of its own. What one set contributes is remembered
+# by its parameters, so that a change of the other set's parameters costs no more than small dense
+# algebra: this halves the work of mixed derivatives and of a grid of nodes.
 
 
 class Noise(Protocol):
@@ -267,7 +294,9 @@ def weighed_by_each(noise_of: NoiseOf, phis: Array, data: Array) -> tuple[Array,
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What one set of rows contributes under one noise: ln|C|, C⁻¹D and DᵀC⁻¹D of its own columns D of [Z y]."""
+    """What one set of rows contributes under one noise: ln|C|, C⁻¹D and DᵀC⁻¹D of its own columns D
+    of [Z y].
+    """
 
     log_determinant: float
     weighed: Array
@@ -278,8 +307,8 @@ class _Part:
 class JointNoiseOf:
     """φ = (parameters of the first set, of the second) to a JointNoise.
 
-    `data` (rows, p + 1): instruments and response of the problem that the products are remembered for. `first` has
-    `count` parameters and `size` rows.
+    `data` (rows, p + 1): instruments and response of the problem that the products are remembered
+    for. `first` has `count` parameters and `size` rows.
     """
 
     data: Array
@@ -309,13 +338,21 @@ class JointNoiseOf:
     def learn(self, phis: Array) -> None:
         """Compute what is not yet known for any φ of (b, d)."""
         for place, own in enumerate(self.own(phis)):
-            missing = {(place, phi.tobytes()): phi for phi in own if (place, phi.tobytes()) not in self._known}
+            missing = {
+                (place, phi.tobytes()): phi
+                for phi in own
+                if (place, phi.tobytes()) not in self._known
+            }
             if not missing:
                 continue
             data = self.data[self.rows[place]][:, self.columns(place)]
-            determinants, weighed = weighed_by_each(self.families()[place], np.stack([*missing.values()]), data)
+            determinants, weighed = weighed_by_each(
+                self.families()[place], np.stack([*missing.values()]), data
+            )
             parts = zip(determinants, weighed, data.T @ weighed, strict=True)
-            self._known |= {key: _Part(float(d), w, q) for key, (d, w, q) in zip(missing, parts, strict=True)}
+            self._known |= {
+                key: _Part(float(d), w, q) for key, (d, w, q) in zip(missing, parts, strict=True)
+            }
 
     def parts(self, phi: Array) -> tuple[_Part, ...]:
         """What each set contributes under φ (d,)."""
@@ -380,8 +417,9 @@ SMALLEST = 1e-30  # variance of a channel that does not change
 def yule_walker(autocovariance: Array) -> tuple[Array, float]:
     """Return the prediction coefficients, (p,), and the standard deviation of the innovations.
 
-    Parameters: autocovariance at lags 0 to p, (p + 1,). Source: the Yule-Walker equations (Lütkepohl, New
-    Introduction to Multiple Time Series Analysis, 2005, ch. 3), solved by Levinson's recursion.
+    Parameters: autocovariance at lags 0 to p, (p + 1,). Source: the Yule-Walker equations
+    (Lütkepohl, New Introduction to Multiple Time Series Analysis, 2005, ch. 3), solved by
+    Levinson's recursion.
     """
     covariance = autocovariance.copy()
     covariance[0] = max(autocovariance[0] * (1.0 + RIDGE), SMALLEST)
@@ -390,23 +428,28 @@ def yule_walker(autocovariance: Array) -> tuple[Array, float]:
     return coefficients, float(np.sqrt(variance))
 
 
-# Deviations that outliers do not enlarge, and the single samples that stand out from their neighbors.
+# Deviations that outliers do not enlarge, and the single samples that stand out from their
+# neighbors.
 
 NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
-_LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
+_LARGE, _LARGE_DEVIATIONS = (
+    0.95,
+    1.96,
+)  # a quantile of a normal variable's size, in standard deviations
 
 
 def robust_deviation(values: Array) -> Array:
     """Return the deviation of each column by its median absolute deviation (Hampel 1974).
 
-    Parameters: values, (n,) or (n, c). Returns a standard deviation for normal noise, () or (c,), in the unit of
-    the values.
+    Parameters: values, (n,) or (n, c). Returns a standard deviation for normal noise, () or (c,),
+    in the unit of the values.
     """
     return np.asarray(NORMAL * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
 
 
 def deviation_of_sizes(sizes: Array) -> float:
-    """Return the standard deviation of normal noise from the sizes of its values, (n,), in their unit.
+    """Return the standard deviation of normal noise from the sizes of its values, (n,), in their
+    unit.
 
     Most differences of coarsely rounded data are zero, so the larger ones set the scale there.
     """
@@ -415,10 +458,13 @@ def deviation_of_sizes(sizes: Array) -> float:
 
 
 def spikes_among(second: Array, least: float) -> Booleans:
-    """Return which of n samples are spikes, (n,), from the sizes of their second differences, (n − 2,).
+    """Return which of n samples are spikes, (n,), from the sizes of their second differences, (n −
+    2,).
 
-    A spike's second difference is above `least` and the largest of three: those of its neighbors are half as large.
-    The first and the last sample have none.
+    A spike's second difference is above `least` and the largest of three: those of its neighbors
+    are half as large. The first and the last sample have none.
     """
-    tallest = (second >= np.concatenate([[0.0], second[:-1]])) & (second >= np.append(second[1:], 0.0))
+    tallest = (second >= np.concatenate([[0.0], second[:-1]])) & (
+        second >= np.append(second[1:], 0.0)
+    )
     return np.concatenate([[False], (second > least) & tallest, [False]])

@@ -1,10 +1,12 @@
-"""Noise at points in time: white noise plus first-order recursions, with an exact likelihood in O(n).
+"""Noise at points in time: white noise plus first-order recursions, with an exact likelihood in
+O(n).
 
-The counterpart of `MarkovNoise` for slow processes, whose change within a block does not matter. A process is
-x_j = kept_j x_{j−1} + e_j, with the variance of e_j given point by point: an Ornstein-Uhlenbeck process, a random
-walk, and a walk that begins anywhere (infinite variance, so a flat prior) are all of this form. Their precision is
-tridiagonal (Rue and Held, Gaussian Markov Random Fields, 2005, ch. 2). Columns with unknown factors (an offset, a
-trend) can be made part of the noise: they are eliminated by the matrix-inversion lemma.
+The counterpart of `MarkovNoise` for slow processes, whose change within a block does not matter. A
+process is x_j = kept_j x_{j−1} + e_j, with the variance of e_j given point by point: an
+Ornstein-Uhlenbeck process, a random walk, and a walk that begins anywhere (infinite variance, so a
+flat prior) are all of this form. Their precision is tridiagonal (Rue and Held, Gaussian Markov
+Random Fields, 2005, ch. 2). Columns with unknown factors (an offset, a trend) can be made part of
+the noise: they are eliminated by the matrix-inversion lemma.
 """
 
 from collections.abc import Sequence
@@ -19,8 +21,9 @@ from pitotbench.units import Array, Booleans, Seconds
 
 @dataclass(frozen=True, slots=True)
 class Recursion:
-    """One process over n points: the share of the last value that is kept, (n,), 0 where it begins anew; the
-    variance of what is added, (n,), infinite where it may begin anywhere; and how each output sees it, (o,).
+    """One process over n points: the share of the last value that is kept, (n,), 0 where it begins
+    anew; the variance of what is added, (n,), infinite where it may begin anywhere; and how each
+    output sees it, (o,).
 
     For a stack of b noises the first two are (b, n)."""
 
@@ -31,8 +34,8 @@ class Recursion:
 
 @dataclass(frozen=True, slots=True)
 class UnknownColumns:
-    """Columns with unknown factors, (rows, u), and the precision of each factor's prior around zero, (u,); 0 where
-    nothing is known before."""
+    """Columns with unknown factors, (rows, u), and the precision of each factor's prior around
+    zero, (u,); 0 where nothing is known before."""
 
     columns: Array
     precision: Array
@@ -41,7 +44,9 @@ class UnknownColumns:
 def ornstein_uhlenbeck(
     time: Seconds, deviation: float | Array, memory: float | Array, loading: tuple[float, ...]
 ) -> Recursion:
-    """A stationary process of a standard deviation and a correlation time [s] at times (n,), or a stack of (b,)."""
+    """A stationary process of a standard deviation and a correlation time [s] at times (n,), or a
+    stack of (b,).
+    """
     deviation, memory = (np.asarray(each)[..., None] for each in (deviation, memory))
     step = np.diff(time)
     kept, added = np.exp(-step / memory), -np.expm1(-2.0 * step / memory)
@@ -50,28 +55,38 @@ def ornstein_uhlenbeck(
     return Recursion(kept, deviation**2 * innovation, loading)
 
 
-def random_walk(time: Seconds, rate: float | Array, first: Booleans, loading: tuple[float, ...]) -> Recursion:
-    """A walk whose variance grows by rate² a second; it begins anywhere at each `first` point, (n,) of bool."""
+def random_walk(
+    time: Seconds, rate: float | Array, first: Booleans, loading: tuple[float, ...]
+) -> Recursion:
+    """A walk whose variance grows by rate² a second; it begins anywhere at each `first` point, (n,)
+    of bool.
+    """
     step, rate = np.diff(time, prepend=time[0]), np.asarray(rate)[..., None]
     return Recursion(np.where(first, 0.0, 1.0), np.where(first, np.inf, rate**2 * step), loading)
 
 
 class PointNoise:
-    """The factored covariance of white noise plus recursions at n points, seen by o outputs, or a stack of b.
+    """The factored covariance of white noise plus recursions at n points, seen by o outputs, or a
+    stack of b.
 
-    Parameters: white variance, (o, n), infinite where an output has no datum, or (b, o, n) for a stack; recursions;
-    unknown columns or None. The noises of a stack have the same data, and their numbers are those of each alone,
-    bit for bit. The data are those of the first output, then those of the next; without the missing ones.
-    Raises numpy.linalg.LinAlgError where a covariance is not positive definite.
+    Parameters: white variance, (o, n), infinite where an output has no datum, or (b, o, n) for a
+    stack; recursions; unknown columns or None. The noises of a stack have the same data, and their
+    numbers are those of each alone, bit for bit. The data are those of the first output, then those
+    of the next; without the missing ones. Raises numpy.linalg.LinAlgError where a covariance is not
+    positive definite.
     """
 
-    def __init__(self, white: Array, processes: Sequence[Recursion], unknown: UnknownColumns | None = None) -> None:
+    def __init__(
+        self, white: Array, processes: Sequence[Recursion], unknown: UnknownColumns | None = None
+    ) -> None:
         self._stacked = white.ndim == 3
         white = white if self._stacked else white[None]
         present = np.isfinite(white)
         self._precision = np.where(present, 1.0 / white, 0.0)
         ends = np.cumsum([0, *present[0].sum(axis=1)])
-        self._rows = [slice(first, last) for first, last in pairwise(ends)]  # of the data, output by output
+        self._rows = [
+            slice(first, last) for first, last in pairwise(ends)
+        ]  # of the data, output by output
         self._places = [slice(None) if own.all() else np.flatnonzero(own) for own in present[0]]
         self._loading = np.array([process.loading for process in processes])  # (m, o)
         self._seen = [np.flatnonzero(own) for own in self._loading.T]  # by each output
@@ -81,7 +96,9 @@ class PointNoise:
         self._weighed_columns: Array | None = None
 
     def _posterior_precision(self, processes: Sequence[Recursion]) -> list[Array]:
-        """Banded Cholesky factors of the states' precision given the data; states interleaved by point."""
+        """Banded Cholesky factors of the states' precision given the data; states interleaved by
+        point.
+        """
         m, (stack, _, n) = len(processes), self._precision.shape
         bands = np.zeros((stack, m + 1, m * n))
         for place, process in enumerate(processes):
@@ -144,12 +161,22 @@ class PointNoise:
             weighed = self._solve(data)
         columns = self._weighed_columns
         assert columns is not None
-        return np.asarray(weighed - columns @ (self._inner_inverse @ (np.swapaxes(columns, 1, 2) @ data)))
+        return np.asarray(
+            weighed - columns @ (self._inner_inverse @ (np.swapaxes(columns, 1, 2) @ data))
+        )
 
     def _solve(self, data: Array) -> Array:
-        """The inverse covariances of the white noise and the processes alone, times data, (b, rows, k)."""
-        m, columns, (stack, outputs, points) = len(self._loading), data.shape[1], self._precision.shape
-        scaled = np.zeros((stack, outputs, columns, points))  # transposed, as the banded solver wants it
+        """The inverse covariances of the white noise and the processes alone, times data, (b, rows,
+        k).
+        """
+        m, columns, (stack, outputs, points) = (
+            len(self._loading),
+            data.shape[1],
+            self._precision.shape,
+        )
+        scaled = np.zeros(
+            (stack, outputs, columns, points)
+        )  # transposed, as the banded solver wants it
         right = np.zeros((stack, columns, m * points))
         for output, rows in enumerate(self._rows):
             part, precision = scaled[:, output], self._precision[:, None, output]
@@ -171,4 +198,6 @@ class PointNoise:
 def _sums_of_logarithms(values: Array, chosen: Booleans) -> Array:
     """The sum of the logarithms of the chosen ones of each of b arrays, (b,)."""
     # In row order: the sums are then those of each array alone, bit for bit.
-    return np.asarray(np.log(np.compress(chosen.ravel(), values.reshape(len(values), -1), axis=1)).sum(axis=1))
+    return np.asarray(
+        np.log(np.compress(chosen.ravel(), values.reshape(len(values), -1), axis=1)).sum(axis=1)
+    )

@@ -1,4 +1,6 @@
-"""Linear regression with correlated noise of unknown level and scale: restricted likelihood, posterior, mixture."""
+"""Linear regression with correlated noise of unknown level and scale: restricted likelihood,
+posterior, mixture.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,10 +13,10 @@ from pitotbench.estimation.noise import JointNoise, JointNoiseOf, Noise, NoiseOf
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 
-# Compute bounds from a mixture of Gaussians, one for each plausible set of noise parameters.
-# The noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian; the weighted
-# mixture of these is the answer with the noise marginalized (integrated nested Laplace approximations: Rue,
-# Martino and Chopin 2009; §6.5 for the nodes).
+# Compute bounds from a mixture of Gaussians, one for each plausible set of noise parameters. The
+# noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian; the
+# weighted mixture of these is the answer with the noise marginalized (integrated nested Laplace
+# approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
 _DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
@@ -32,7 +34,8 @@ class Nodes:
 
 
 def composite_design(dimensions: int) -> Nodes:
-    """Return the center, and star and corner points on a sphere of radius f0·√d, with weights exact for a Gaussian.
+    """Return the center, and star and corner points on a sphere of radius f0·√d, with weights exact
+    for a Gaussian.
 
     In three dimensions these are 15 points.
     """
@@ -42,7 +45,8 @@ def composite_design(dimensions: int) -> Nodes:
     star = np.concatenate([np.eye(dimensions), -np.eye(dimensions)]) * radius
     corners = _corners(dimensions) * _STAR
     outer = np.concatenate([star, corners]) if dimensions > 1 else star
-    # Such that Σ w exp(−|z|²/2) = 1 and Σ w exp(−|z|²/2) |z|² = d: exact moments for a Gaussian posterior.
+    # Such that Σ w exp(−|z|²/2) = 1 and Σ w exp(−|z|²/2) |z|² = d: exact moments for a Gaussian
+    # posterior.
     center = 1.0 - 1.0 / _STAR**2
     each = np.exp(0.5 * radius**2) / (len(outer) * _STAR**2)
     weights = np.concatenate([[center], np.full(len(outer), each)])
@@ -52,22 +56,28 @@ def composite_design(dimensions: int) -> Nodes:
 def _corners(dimensions: int) -> Array:
     """Return all corners of a cube up to five dimensions; in more dimensions, sixteen of them.
 
-    The sixteen prefer neither a sum nor a product of two coordinates (a fraction of resolution IV: Box, Hunter and
-    Hunter 1978).
+    The sixteen prefer neither a sum nor a product of two coordinates (a fraction of resolution IV:
+    Box, Hunter and Hunter 1978).
     """
     if dimensions <= _FULL:
         return np.array(list(product((-1.0, 1.0), repeat=dimensions)))
     base = np.array(list(product((-1.0, 1.0), repeat=4)))
     a, b, c, d = base.T
-    return np.stack([a, b, c, d, a * b * c, b * c * d, a * c * d, a * b * d], axis=1)[:, :dimensions]
+    return np.stack([a, b, c, d, a * b * c, b * c * d, a * c * d, a * b * d], axis=1)[
+        :, :dimensions
+    ]
 
 
-def half_width(weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE) -> Array:
-    """Return the half-width, (c,), of the interval around the mixture mean that holds `share` of the mixture.
+def half_width(
+    weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE
+) -> Array:
+    """Return the half-width, (c,), of the interval around the mixture mean that holds `share` of
+    the mixture.
 
     Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
     """
-    # Newton's steps, and halves of the bracket where one would leave it; all quantities are solved together.
+    # Newton's steps, and halves of the bracket where one would leave it; all quantities are solved
+    # together.
     offset = means - weights @ means
     low = np.zeros(means.shape[1])
     high = 12.0 * np.max(deviations + np.abs(offset), axis=0)
@@ -86,14 +96,17 @@ def half_width(weights: Array, means: Array, deviations: Array, share: float = T
     return np.asarray(width)
 
 
-def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array) -> float:
-    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points at once.
+def simultaneous_factor(
+    weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array
+) -> float:
+    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points at
+    once.
 
-    They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the largest deviation, in
-    units of the bounds, over draws of the mixture with a fixed seed.
+    They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the
+    largest deviation, in units of the bounds, over draws of the mixture with a fixed seed.
 
-    Parameters: weights (m,), means (m, p) and covariances (m, p, p) of the mixture; gradient (c, p) of c linear
-    functions; bounds, their pointwise half-widths, (c,).
+    Parameters: weights (m,), means (m, p) and covariances (m, p, p) of the mixture; gradient (c, p)
+    of c linear functions; bounds, their pointwise half-widths, (c,).
     """
     # A fixed seed makes the bound of one log the same at every run.
     rng = np.random.default_rng(_DRAW_SEED)
@@ -101,29 +114,36 @@ def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradie
     largest = np.empty((len(weights), _DRAWS))
     for node, covariance in enumerate(covariances):
         scale = np.sqrt(np.diag(covariance))
-        # The root of a covariance by its eigenvectors: a Cholesky factor fails where rounding makes it singular.
+        # The root of a covariance by its eigenvectors: a Cholesky factor fails where rounding makes
+        # it singular.
         values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
         root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        deviation = offset[node][:, None] + gradient @ root @ rng.standard_normal((len(scale), _DRAWS))
+        deviation = offset[node][:, None] + gradient @ root @ rng.standard_normal(
+            (len(scale), _DRAWS)
+        )
         largest[node] = np.max(np.abs(deviation) / bounds[:, None], axis=0)
     order = np.argsort(largest, axis=None)
     held = np.cumsum(np.repeat(weights / _DRAWS, _DRAWS)[order])
     return max(1.0, float(largest.ravel()[order][np.searchsorted(held, TWO_SIGMA_SHARE)]))
 
 
-# y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the coefficients
-# β and accounts for the degrees of freedom that they take. The noise parameters φ have a prior; their posterior
-# is represented by its mode and a few nodes around it.
+# y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
+# coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have
+# a prior; their posterior is represented by its mode and a few nodes around it.
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS, _HALVINGS = 40, 12
-_SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior below which a step is the last one; the next gains far less
+_SETTLED, _ROUGHLY = (
+    0.1,
+    0.3,
+)  # gain in log-posterior below which a step is the last one; the next gains far less
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
 
 _UNDETERMINED = (
-    "the log does not determine the answer within its noise: check the clock, the units and the columns, "
+    "the log does not determine the answer within its noise: check the clock, the units and the "
+    "columns, "
     "or choose a model with fewer parameters"
 )
 
@@ -135,10 +155,11 @@ Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
 
 @dataclass(frozen=True, slots=True)
 class Regression:
-    """The linear problem: response (n,), regressors (n, p), instruments (n, p), prior precision (p,).
+    """The linear problem: response (n,), regressors (n, p), instruments (n, p), prior precision
+    (p,).
 
-    The instruments are the regressors, or smoothed copies that do not share their measurement noise. The prior
-    precision of a coefficient is that of a Gaussian around zero; 0 means no prior.
+    The instruments are the regressors, or smoothed copies that do not share their measurement
+    noise. The prior precision of a coefficient is that of a Gaussian around zero; 0 means no prior.
     """
 
     response: Array
@@ -151,8 +172,8 @@ class Regression:
 class NoiseNode:
     """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
 
-    `log_mass` is the logarithm of the weight before normalization. The sum of the masses of all nodes is the
-    restricted likelihood integrated over φ.
+    `log_mass` is the logarithm of the weight before normalization. The sum of the masses of all
+    nodes is the restricted likelihood integrated over φ.
     """
 
     noise: Array
@@ -165,10 +186,10 @@ class NoiseNode:
 def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     """Return the restricted log-likelihood of the residuals (Harville 1974), up to a constant.
 
-    The instruments stand for the regressors: measurement noise of the regressors is in the response as well, and
-    where both meet, fast noise passes for something that the coefficients explain, and a noise with too long a
-    memory for the likely one.
-    Raises numpy.linalg.LinAlgError where the data do not determine β.
+    The instruments stand for the regressors: measurement noise of the regressors is in the response
+    as well, and where both meet, fast noise passes for something that the coefficients explain, and
+    a noise with too long a memory for the likely one. Raises numpy.linalg.LinAlgError where the
+    data do not determine β.
     """
     if isinstance(noise, JointNoise):
         products = noise.products()
@@ -183,9 +204,11 @@ def _instruments_and_response(problem: Regression) -> Array:
 
 
 def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
-    """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,)."""
-    # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit diagonal keeps
-    # the factor accurate for coefficients of very different units.
+    """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|,
+    (b,).
+    """
+    # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit
+    # diagonal keeps the factor accurate for coefficients of very different units.
     diagonal = np.arange(products.shape[1] - 1)
     products[:, diagonal, diagonal] += problem.prior_precision
     scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
@@ -205,7 +228,9 @@ def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> 
             noise_of.learn(phis)
             noises = [noise_of(phi) for phi in phis]
             products = np.stack([noise.products() for noise in noises])
-            return _log_likelihoods(problem, products, np.array([noise.log_determinant for noise in noises]))
+            return _log_likelihoods(
+                problem, products, np.array([noise.log_determinant for noise in noises])
+            )
         log_determinants, weighed = weighed_by_each(noise_of, phis, data)
         return _log_likelihoods(problem, data.T @ weighed, log_determinants)
 
@@ -218,7 +243,9 @@ def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> 
             return np.concatenate([of_each(phi[None]) for phi in phis])
 
     def heights(phis: Array) -> Array:
-        return np.concatenate([of_each(part) for part in _stacks(problem, phis)]) + [log_prior(phi) for phi in phis]
+        return np.concatenate([of_each(part) for part in _stacks(problem, phis)]) + [
+            log_prior(phi) for phi in phis
+        ]
 
     return heights
 
@@ -230,12 +257,17 @@ def _stacks(problem: Regression, phis: Array) -> list[Array]:
 
 
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
-    """Return β, (p,), and its covariance, (p, p), given the noise, by generalized least squares with instruments.
+    """Return β, (p,), and its covariance, (p, p), given the noise, by generalized least squares
+    with instruments.
 
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
     """
-    weighed = noise.weighed_instruments() if isinstance(noise, JointNoise) else noise.weigh(problem.instruments)
+    weighed = (
+        noise.weighed_instruments()
+        if isinstance(noise, JointNoise)
+        else noise.weigh(problem.instruments)
+    )
     return _solved(problem, weighed)
 
 
@@ -255,8 +287,11 @@ def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
     return estimate, np.asarray(0.5 * (covariance + covariance.T)).reshape(p, p)
 
 
-def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array) -> Array:
-    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,), searched from `start`.
+def most_likely_noise(
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
+) -> Array:
+    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,), searched from
+    `start`.
 
     Raises NoAnswerError where none is found.
     """
@@ -266,21 +301,26 @@ def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
 def mode_and_evidence(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[Array, float]:
-    """Return the approximate mode of φ, (d,), and the logarithm of the restricted likelihood integrated over φ.
+    """Return the approximate mode of φ, (d,), and the logarithm of the restricted likelihood
+    integrated over φ.
 
-    The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same rows share.
+    The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same
+    rows share.
     """
     heights = _heights_of(problem, noise_of, log_prior)
     mode, curvature = _climb(heights, start, _ROUGHLY, _first_set(noise_of))
     height = heights(mode[None])[0]
     values = np.clip(np.linalg.eigvalsh(curvature), _WIDEST**-2, _NARROWEST**-2)
-    return mode, float(height - 0.5 * np.sum(np.log(values)) + 0.5 * len(mode) * np.log(2.0 * np.pi))
+    return mode, float(
+        height - 0.5 * np.sum(np.log(values)) + 0.5 * len(mode) * np.log(2.0 * np.pi)
+    )
 
 
 def noise_posterior(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[NoiseNode, ...]:
-    """Return the nodes of the posterior of φ, each with its β. `start` is a first guess of the mode, (d,).
+    """Return the nodes of the posterior of φ, each with its β. `start` is a first guess of the
+    mode, (d,).
 
     Raises NoAnswerError where no mode is found, or where the data do not determine β.
     """
@@ -290,10 +330,11 @@ def noise_posterior(
 
 
 def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
-    """Values of φ around the mode of any log-posterior, (m, d), and their weights, (m,), which add up to one.
+    """Values of φ around the mode of any log-posterior, (m, d), and their weights, (m,), which add
+    up to one.
 
-    `log_posterior` returns −inf where the data determine nothing; `start` is a first guess of the mode. Raises
-    NoAnswerError where no mode is found.
+    `log_posterior` returns −inf where the data determine nothing; `start` is a first guess of the
+    mode. Raises NoAnswerError where no mode is found.
     """
 
     def heights(phis: Array) -> Array:
@@ -304,9 +345,11 @@ def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array
 
 
 def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
-    """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which they lie, (d, d).
+    """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which
+    they lie, (d, d).
 
-    `count` is the number of parameters of the first set of rows, whose axes are found apart; None for one set.
+    `count` is the number of parameters of the first set of rows, whose axes are found apart; None
+    for one set.
     """
     design = composite_design(len(mode))
     axes = _axes_by_set(curvature, count)
@@ -314,7 +357,8 @@ def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Ar
 
 
 def _weights(base: Array, heights: Array) -> Array:
-    # Relative to the largest height: the exponential of a log-likelihood of thousands would overflow.
+    # Relative to the largest height: the exponential of a log-likelihood of thousands would
+    # overflow.
     weights = base * np.exp(heights - heights.max())
     return np.asarray(weights / weights.sum())
 
@@ -332,7 +376,9 @@ def _nodes(
     weighed = _weighed_instruments(problem, noise_of, places)
     return tuple(
         NoiseNode(phi, float(weight), float(mass), *_solved(problem, instruments))
-        for phi, weight, mass, instruments in zip(places, _weights(base, heights), masses, weighed, strict=True)
+        for phi, weight, mass, instruments in zip(
+            places, _weights(base, heights), masses, weighed, strict=True
+        )
     )
 
 
@@ -345,13 +391,16 @@ def _weighed_instruments(problem: Regression, noise_of: NoiseOf, phis: Array) ->
         yield from weighed_by_each(noise_of, part, problem.instruments)[1]
 
 
-def _climb(heights: Heights, start: Array, enough: float, count: int | None = None) -> tuple[Array, Array]:
-    """Return the maximum of a smooth function of few variables, and minus its second derivatives there.
+def _climb(
+    heights: Heights, start: Array, enough: float, count: int | None = None
+) -> tuple[Array, Array]:
+    """Return the maximum of a smooth function of few variables, and minus its second derivatives
+    there.
 
-    Newton's method with numerical derivatives; it ends with a step that gains less than `enough`. Second
-    derivatives between the first `count` variables and the others are taken as zero. The second derivatives are
-    needed anyway, and a quasi-Newton search would take twice the evaluations. Raises NoAnswerError where it does
-    not converge.
+    Newton's method with numerical derivatives; it ends with a step that gains less than `enough`.
+    Second derivatives between the first `count` variables and the others are taken as zero. The
+    second derivatives are needed anyway, and a quasi-Newton search would take twice the
+    evaluations. Raises NoAnswerError where it does not converge.
     """
     place, found = start, _around(heights, start, count)
     for _ in range(_STEPS):
@@ -368,13 +417,17 @@ def _climb(heights: Heights, start: Array, enough: float, count: int | None = No
         if taken is None:
             return place, curvature
         place, found = taken
-    raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
+    raise NoAnswerError(
+        "the noise of this log has no most likely level: look for stuck or constant channels"
+    )
 
 
 def _uphill(
     heights: Heights, place: Array, here: float, step: Array, count: int | None
 ) -> tuple[Array, tuple[float, Array, Array]] | None:
-    """Take a step, halved until the function grows, and look around there. None where no such step is found."""
+    """Take a step, halved until the function grows, and look around there. None where no such step
+    is found.
+    """
     there = _around(heights, place + step, count)  # most steps are taken, and all this is one stack
     if np.isfinite(there[0]) and there[0] > here:
         return place + step, there
@@ -387,11 +440,20 @@ def _uphill(
 
 
 def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, Array, Array]:
-    """Return the height, the central first derivatives, (d,), and minus the second derivatives, (d, d)."""
+    """Return the height, the central first derivatives, (d,), and minus the second derivatives, (d,
+    d).
+    """
     d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
-    pairs = [(i, j) for i in range(d) for j in range(count if count is not None and i >= count else 0, i)]
-    places = [place, *(place + step), *(place - step), *(place + step[i] + step[j] for i, j in pairs)]
+    pairs = [
+        (i, j) for i in range(d) for j in range(count if count is not None and i >= count else 0, i)
+    ]
+    places = [
+        place,
+        *(place + step),
+        *(place - step),
+        *(place + step[i] + step[j] for i, j in pairs),
+    ]
     (here,), ahead, behind, both = np.split(heights(np.array(places)), [1, d + 1, 2 * d + 1])
     with np.errstate(invalid="ignore"):
         curvature = np.diag((2.0 * here - ahead - behind) / h**2)
@@ -401,14 +463,18 @@ def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, A
 
 
 def _first_set(noise_of: NoiseOf) -> int | None:
-    """Return the number of parameters of the first of two sets of rows; None where there is one set."""
+    """Return the number of parameters of the first of two sets of rows; None where there is one
+    set.
+    """
     return noise_of.count if isinstance(noise_of, JointNoiseOf) else None
 
 
 def _axes_by_set(curvature: Array, count: int | None) -> Array:
-    """Return the principal axes of the first `count` parameters and of the others, each set separately.
+    """Return the principal axes of the first `count` parameters and of the others, each set
+    separately.
 
-    Two sets of rows share little but the coefficients, and each set's noise is then factored once for many nodes.
+    Two sets of rows share little but the coefficients, and each set's noise is then factored once
+    for many nodes.
     """
     if count is None:
         return _principal_axes(curvature)
@@ -419,7 +485,9 @@ def _axes_by_set(curvature: Array, count: int | None) -> Array:
 
 
 def _principal_axes(curvature: Array) -> Array:
-    """Return the principal axes of the posterior at its mode, one standard deviation long, as columns (d, d)."""
+    """Return the principal axes of the posterior at its mode, one standard deviation long, as
+    columns (d, d).
+    """
     # The limits keep a flat direction from putting nodes at absurd noise levels.
     values, vectors = np.linalg.eigh(curvature)
     deviations = np.clip(1.0 / np.sqrt(np.maximum(values, 1e-6)), _NARROWEST, _WIDEST)

@@ -1,9 +1,10 @@
 """What an autopilot computes its airspeed with, and which parameters take the error out of it.
 
-ArduPilot shows √(ARSPD_RATIO·d), with d = ±(p − ARSPD_OFFSET) of the sensor's pressure p (ArduPilot,
-libraries/AP_Airspeed/AP_Airspeed.cpp, `AP_Airspeed::read`; the sign is ARSPD_TUBE_ORDR). PX4 shows
-ASPD_SCALE_1·√(2d/1.225), with d = p − SENS_DPRES_OFF (PX4-Autopilot, src/lib/airspeed/airspeed.cpp, `calc_IAS` and
-`calc_CAS_from_IAS`; src/modules/sensors/sensors.cpp). Both are V² = R·d, without the compression of the air.
+ArduPilot shows √(ARSPD_RATIO·d), with d = ±(p − ARSPD_OFFSET) of the sensor's pressure p
+(ArduPilot, libraries/AP_Airspeed/AP_Airspeed.cpp, `AP_Airspeed::read`; the sign is
+ARSPD_TUBE_ORDR). PX4 shows ASPD_SCALE_1·√(2d/1.225), with d = p − SENS_DPRES_OFF (PX4-Autopilot,
+src/lib/airspeed/airspeed.cpp, `calc_IAS` and `calc_CAS_from_IAS`; src/modules/sensors/sensors.cpp).
+Both are V² = R·d, without the compression of the air.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,11 +34,12 @@ _SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
 
 @dataclass(frozen=True, slots=True)
 class Autopilot:
-    """An autopilot: what it is called, its two parameters, and the way between ratio R [m²/s² per Pa] and gain.
+    """An autopilot: what it is called, its two parameters, and the way between ratio R [m²/s² per
+    Pa] and gain.
 
-    `pressures` are the columns of a log that hold d [Pa] with what the log has not subtracted yet; `refuse` says
-    why the parameters of a log cannot be replaced, empty where they can; `switches` are the further settings with
-    their reasons.
+    `pressures` are the columns of a log that hold d [Pa] with what the log has not subtracted yet;
+    `refuse` says why the parameters of a log cannot be replaced, empty where they can; `switches`
+    are the further settings with their reasons.
     """
 
     title: str
@@ -53,12 +55,15 @@ class Autopilot:
 
 def _refuse_ardupilot(held: Mapping[str, float]) -> str:
     kind = _NO_PRESSURE.get(int(held.get("ARSPD_TYPE", 1)))
-    return "" if kind is None else f"ARSPD_TYPE {held['ARSPD_TYPE']:g} is {kind}: no ratio acts on it"
+    return (
+        "" if kind is None else f"ARSPD_TYPE {held['ARSPD_TYPE']:g} is {kind}: no ratio acts on it"
+    )
 
 
 def _refuse_px4(held: Mapping[str, float]) -> str:
     why = (
-        "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), not by the formula"
+        "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), "
+        "not by the formula"
     )
     return why if held.get("SENS_EN_SDP3X", 0.0) else ""
 
@@ -77,7 +82,8 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
         "px4": Autopilot(
             "PX4", "ASPD_SCALE_1", "SENS_DPRES_OFF", ("ASPD_SCALE_", "SENS_DPRES_", "SENS_EN_SDP3X"),
             lambda scale: _PX4_GAIN * scale**2, lambda ratio: float(np.sqrt(ratio / _PX4_GAIN)),
-            # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it comes afterwards.
+            # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it
+            # comes afterwards.
             {"differential_pressure_pa": "SENS_DPRES_OFF", "differential_pressure_raw_pa": ""}, _refuse_px4,
             (("ASPD_SCALE_APPLY", 0.0, "else the flight replaces the scale"),),
         ),
@@ -86,10 +92,11 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
 
 
 def with_parameters(tables: Mapping[str, Table], values: Mapping[str, Any]) -> dict[str, Table]:
-    """Return the tables of an autopilot's log with its airspeed parameters in the header, as the log was flown.
+    """Return the tables of an autopilot's log with its airspeed parameters in the header, as the
+    log was flown.
 
-    The pressures become those of the airspeed that the autopilot showed: the impact pressure of √(R·d). Without the
-    parameters of a sensor the tables stay as they are.
+    The pressures become those of the airspeed that the autopilot showed: the impact pressure of
+    √(R·d). Without the parameters of a sensor the tables stay as they are.
     """
     found = dict(tables)
     for autopilot in AUTOPILOTS.values():
@@ -109,7 +116,9 @@ def with_parameters(tables: Mapping[str, Table], values: Mapping[str, Any]) -> d
                     flying = air.impact_pressure(np.sqrt(ratio * np.maximum(pressure, 0.0)))
                     column = np.where(pressure > 0.0, flying, 0.5 * _DENSITY * ratio * pressure)
                 columns.append(column)
-            told = ", ".join(f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used)
+            told = ", ".join(
+                f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used
+            )
             note = f"the airspeed is as {autopilot.title} shows it with {told}"
             found[name] = replace(
                 table,
@@ -121,7 +130,9 @@ def with_parameters(tables: Mapping[str, Table], values: Mapping[str, Any]) -> d
 
 
 def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
-    """Return the parameters with what ArduPilot's messages say of them: the offset in use, and which tube led."""
+    """Return the parameters with what ArduPilot's messages say of them: the offset in use, and
+    which tube led.
+    """
     used = dict(held)
     if "Offset" in table.names and "RawPress" in table.names:
         used["ARSPD_OFFSET"] = float(np.median(numbers("Offset", table.column("Offset"))))
@@ -132,7 +143,8 @@ def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
 
 
 def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
-    """Return the autopilot of a text such as `px4` or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`, and old values.
+    """Return the autopilot of a text such as `px4` or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`,
+    and old values.
 
     Raises BadInputError for an unknown autopilot or a value that is not a number.
     """
@@ -147,19 +159,21 @@ def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
         except ValueError as error:
             wanted = AUTOPILOTS[name]
             raise BadInputError(
-                f"old parameter {part!r}: write NAME=value, such as {wanted.gain}=1.99,{wanted.offset}=3"
+                f"old parameter {part!r}: write NAME=value, such as "
+                f"{wanted.gain}=1.99,{wanted.offset}=3"
             ) from error
     return name, stated
 
 
 def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
-    """Return the parameters that take the error out of an autopilot's airspeed, each with 2σ and its derivation.
+    """Return the parameters that take the error out of an autopilot's airspeed, each with 2σ and
+    its derivation.
 
-    `result` is a calibration of the airspeed that the autopilot showed with the parameters in its log. The new ones
-    fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted least squares. Their 2σ is that of the
-    curve, whose errors are correlated, plus what the formula cannot follow.
-    Raises BadInputError for an unknown autopilot, for a log without its parameters and for a sensor that does not
-    use them; NoAnswerError for a curve that does not tell them.
+    `result` is a calibration of the airspeed that the autopilot showed with the parameters in its
+    log. The new ones fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted
+    least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
+    cannot follow. Raises BadInputError for an unknown autopilot, for a log without its parameters
+    and for a sensor that does not use them; NoAnswerError for a curve that does not tell them.
     """
     if name not in AUTOPILOTS:
         raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
@@ -169,7 +183,9 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
     _require(autopilot, held, () if fixed else (autopilot.offset,))
     curve = result.curve
     if len(curve.indicated_airspeed) < _FEWEST:
-        raise NoAnswerError("the curve has too few airspeeds for a scale and an offset: fly a wider range")
+        raise NoAnswerError(
+            "the curve has too few airspeeds for a scale and an offset: fly a wider range"
+        )
     old = autopilot.ratio_of(held[autopilot.gain])
     fit = _fit(curve, old, fixed)
     sign = -1.0 if held.get("ARSPD_TUBE_ORDR", held.get("ARSPD_TUBE_ORDER")) == _SWAPPED else 1.0
@@ -187,7 +203,9 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
         before, change = held[autopilot.offset], sign * fit.offset
         moved = f"{'plus' if change > 0.0 else 'less'} {abs(change):.3g} Pa"
         found = f"old value {moved}, where the corrected airspeed is zero"
-        settings.append(Setting(autopilot.offset, before + change, fit.offset_two_sigma, before, found))
+        settings.append(
+            Setting(autopilot.offset, before + change, fit.offset_two_sigma, before, found)
+        )
     for switch, value, reason in autopilot.switches:
         if not (fixed and switch == "ARSPD_SKIP_CAL"):
             settings.append(Setting(switch, value, None, held.get(switch), reason))
@@ -200,19 +218,26 @@ def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, .
     if missing:
         has = f"it holds {', '.join(sorted(held))}" if held else "it holds none of an autopilot"
         raise BadInputError(
-            f"the log does not hold {' and '.join(missing)}, with which its airspeed was shown ({has}). Calibrate "
+            f"the log does not hold {' and '.join(missing)}, with which its airspeed was shown "
+            f"({has}). Calibrate "
             "the file that the autopilot wrote (.bin or .ulg), or state the old values: --params "
             f"{autopilot.title.lower()},{autopilot.gain}=...,{autopilot.offset}=..."
         )
     if not held[autopilot.gain] > 0.0:
-        raise BadInputError(f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above zero")
+        raise BadInputError(
+            f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above zero"
+        )
     if reason := autopilot.refuse(held):
-        raise BadInputError(f"{reason}; calibrate without --params and correct the airspeed by the card")
+        raise BadInputError(
+            f"{reason}; calibrate without --params and correct the airspeed by the card"
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """R [m²/s² per Pa] and δ [Pa] with 2σ, the calibrated airspeeds of the curve, the bound there [m/s]."""
+    """R [m²/s² per Pa] and δ [Pa] with 2σ, the calibrated airspeeds of the curve, the bound there
+    [m/s].
+    """
 
     ratio: float
     ratio_two_sigma: float
@@ -231,7 +256,8 @@ def _fit(curve: ErrorCurve, old: float, fixed: bool) -> _Fit:
     slope, level = (*(inverse @ speed**2), 0.0)[:2]
     if not slope > 0.0:
         raise NoAnswerError(
-            "the corrected airspeed does not grow with the pressure: the curve is no scale and offset"
+            "the corrected airspeed does not grow with the pressure: the curve is no scale and "
+            "offset"
         )
     by_speed = inverse * (2.0 * speed)
     known = np.ones((len(speed),) * 2) if curve.correlation is None else curve.correlation
@@ -246,7 +272,9 @@ def _fit(curve: ErrorCurve, old: float, fixed: bool) -> _Fit:
         ratio=float(slope),
         ratio_two_sigma=float(np.sqrt(covariance[0, 0]) + 2.0 * slope * np.max(left / speed)),
         offset=float(offset),
-        offset_two_sigma=float(np.sqrt(toward @ covariance @ toward) + np.max(2.0 * speed * left) / slope),
+        offset_two_sigma=float(
+            np.sqrt(toward @ covariance @ toward) + np.max(2.0 * speed * left) / slope
+        ),
         calibrated=speed,
         bound=two_sigma + left,
     )

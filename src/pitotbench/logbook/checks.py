@@ -1,4 +1,6 @@
-"""Check the rows of a log: pauses, stuck sensors, missing numbers. A check drops rows with a warning, or raises."""
+"""Check the rows of a log: pauses, stuck sensors, missing numbers. A check drops rows with a
+warning, or raises.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +22,8 @@ _SHOWN = 3
 
 
 def flights_in(log: FlightLog) -> list[FlightLog]:
-    """The log cut at every pause of more than five minutes; a list of the log alone where there is none.
+    """The log cut at every pause of more than five minutes; a list of the log alone where there is
+    none.
 
     A part of a single row, which is no log, is left out.
     """
@@ -39,7 +42,8 @@ def flight_breaks(time: Seconds) -> Indices:
 def check_pauses(draft: Draft) -> None:
     """Mention pauses of the recording; say it where they are long enough to part two flights.
 
-    A pause at the end of a labeled segment is meant and not mentioned, nor is one that dropped rows made.
+    A pause at the end of a labeled segment is meant and not mentioned, nor is one that dropped rows
+    made.
     """
     time = draft.channels["time"]
     breaks, after = flight_breaks(time), pauses(time)
@@ -53,7 +57,8 @@ def check_pauses(draft: Draft) -> None:
     if len(short):
         longest = float(np.max(np.diff(time)[short - 1]))
         draft.warnings.append(
-            f"the recording pauses {_times(len(short))}, for up to {longest:.0f} s, {_before(draft, short)}"
+            f"the recording pauses {_times(len(short))}, for up to {longest:.0f} s, "
+            f"{_before(draft, short)}"
         )
 
 
@@ -63,7 +68,10 @@ def _times(count: int) -> str:
 
 def _before(draft: Draft, after: Indices) -> str:
     rows = ", ".join(str(draft.rows[i]) for i in after[:_SHOWN])
-    return f"before row{'s' if len(after) > 1 else ''} {rows}{' and others' if len(after) > _SHOWN else ''}"
+    return (
+        f"before row{'s' if len(after) > 1 else ''} "
+        f"{rows}{' and others' if len(after) > _SHOWN else ''}"
+    )
 
 
 def _unmeant(draft: Draft, after: Indices) -> Booleans:
@@ -80,7 +88,10 @@ _MOST_STUCK = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
 _DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
-_RETURNS, _ADJACENT = 0.9, 0.95  # of a channel with steps: most values a move, least share of moves by one step
+_RETURNS, _ADJACENT = (
+    0.9,
+    0.95,
+)  # of a channel with steps: most values a move, least share of moves by one step
 _STEEPEST = 0.99  # quantile of the steps of a reading that its step down from the end of the range stays below
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
@@ -88,46 +99,65 @@ _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 def check_stuck(draft: Draft) -> None:
     """Drop rows in which the impact pressure, the static pressure or the GPS velocity is stuck.
 
-    Raises BadInputError for a GPS velocity that never changes, and where more than half of the rows are bad.
+    Raises BadInputError for a GPS velocity that never changes, and where more than half of the rows
+    are bad.
     """
     speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
-    if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
-        raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
+    if (
+        np.ptp(draft.channels["velocity_north"]) == 0.0
+        and np.ptp(draft.channels["velocity_east"]) == 0.0
+    ):
+        raise BadInputError(
+            "the GPS velocity is the same in every row: the receiver is stuck; use another log"
+        )
     velocity = ["velocity_north", "velocity_east"]
-    # Each sensor is compared with another one that must change in flight: pressure with velocity, and the reverse.
+    # Each sensor is compared with another one that must change in flight: pressure with velocity,
+    # and the reverse.
     still = {
         "impact_pressure": _stuck(draft, ["impact_pressure"], velocity) & (speed > _MOVING),
-        "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"]) & (speed > _MOVING),
+        "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"])
+        & (speed > _MOVING),
         "velocity_north": _stuck(draft, velocity, ["impact_pressure"]) & (speed > _MOVING),
     }
     if np.ptp(draft.channels["static_pressure"]) == 0.0:
-        draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
+        draft.warnings.append(
+            f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?"
+        )
         still["static_pressure"][:] = False
-    # At the end of its range a sensor stands still as well. Those rows stay, and show where the range ends.
+    # At the end of its range a sensor stands still as well. Those rows stay, and show where the
+    # range ends.
     still["impact_pressure"] &= ~_at_range_end(draft, speed)
     bad = np.any(list(still.values()), axis=0)
     idle = still["impact_pressure"] & (draft.channels["impact_pressure"] == 0.0)
     column = draft.columns["impact_pressure"]
-    told = [f"column {column!r} reads 0 below its lowest speed ({draft.named(idle)})"] if idle.any() else []
+    told = (
+        [f"column {column!r} reads 0 below its lowest speed ({draft.named(idle)})"]
+        if idle.any()
+        else []
+    )
     told += [
-        f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
+        f"column {draft.columns[name]!r} stands still while others move: it seems stuck "
+        f"({draft.named(rows)})"
         for name, found in still.items()
         if (rows := found & ~idle).any()
     ]
     words = "; ".join(told)
     if bad.mean() > _MOST_STUCK:
-        raise BadInputError(f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again")
+        raise BadInputError(
+            f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again"
+        )
     if words:
         draft.warnings.append(f"{words}: those rows are dropped")
     draft.keep(~bad)
 
 
 def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
-    """Return the rows, (n,), in which the impact pressure stands at the end of its sensor's range and is not stuck.
+    """Return the rows, (n,), in which the impact pressure stands at the end of its sensor's range
+    and is not stuck.
 
-    Where a range ends, the reading comes back by steps as it makes them elsewhere. A stuck sensor jumps to what the
-    pressure has become meanwhile. Where no recording shows the way back, the ground `speed` decides: the airplane
-    is faster at the end of the range.
+    Where a range ends, the reading comes back by steps as it makes them elsewhere. A stuck sensor
+    jumps to what the pressure has become meanwhile. Where no recording shows the way back, the
+    ground `speed` decides: the airplane is faster at the end of the range.
     """
     impact = draft.channels["impact_pressure"]
     rows = at_ceiling(impact)
@@ -145,18 +175,24 @@ def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
 
 
 def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
-    """Return the rows, (n,), in which values stay equal for very long while those of another sensor change.
+    """Return the rows, (n,), in which values stay equal for very long while those of another sensor
+    change.
 
-    Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a coarse sensor.
+    Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a
+    coarse sensor.
     """
     changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
     changed[pauses(draft.channels["time"]) - 1] = True  # what happened meanwhile was not recorded
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    stepped = bool(draft.displayed & set(names)) or all(_shows_steps(draft.channels[name]) for name in names)
+    stepped = bool(draft.displayed & set(names)) or all(
+        _shows_steps(draft.channels[name]) for name in names
+    )
     patience = _DISPLAYED if stepped else 1.0
-    limit = patience * max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
+    limit = patience * max(
+        _STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first)))
+    )
     bad = np.zeros(len(draft.rows), dtype=np.bool_)
     long = (lasting > limit) & (moved[last] > moved[first])
     for a, b in zip(first[long], last[long], strict=True):
@@ -165,7 +201,8 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
 
 
 def _shows_steps(values: Array) -> bool:
-    """Return whether a channel returns to few values and moves from each to the next above or below only.
+    """Return whether a channel returns to few values and moves from each to the next above or below
+    only.
 
     So does a coarse display in calm air, and it may stand still for a whole leg.
     """
@@ -189,23 +226,35 @@ def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
 # Rows are counted from 1, which is the first row below the line of column names.
 
 _FEW = 0.01  # share of time stamps that may repeat
-_STANDS_STILL = 4.0  # steps of a coarse clock: for longer it stands still, and a longer step is a pause
+_STANDS_STILL = (
+    4.0  # steps of a coarse clock: for longer it stands still, and a longer step is a pause
+)
 _MOST_BLANK = 0.5  # share of rows for which a unit may start up
-_NEIGHBORS = 4  # times the most rows of one stamp, to either side, over which the moments are averaged
+_NEIGHBORS = (
+    4  # times the most rows of one stamp, to either side, over which the moments are averaged
+)
 
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
-_LONGEST_STEP = 10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
+_LONGEST_STEP = (
+    10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
+)
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
-_LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
+_LONGEST_GAP = (
+    86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
+)
 
 
 def drop_blank_start(draft: Draft) -> None:
-    """Drop the rows before the first in which each needed channel has given a number: a unit that starts up."""
+    """Drop the rows before the first in which each needed channel has given a number: a unit that
+    starts up.
+    """
     needed = [QUANTITIES[name] for name in draft.channels if QUANTITIES[name].essential]
     known = {q.name: ~np.isnan(draft.channels[q.name]) for q in needed if q.kind == "number"}
-    late = {name: int(np.argmax(mask)) for name, mask in known.items() if mask.any() and not mask[0]}
+    late = {
+        name: int(np.argmax(mask)) for name, mask in known.items() if mask.any() and not mask[0]
+    }
     late = {name: first for name, first in late.items() if first <= _MOST_BLANK * len(draft.rows)}
     if not late:
         return
@@ -220,7 +269,8 @@ def drop_blank_start(draft: Draft) -> None:
 
 
 def check_time(draft: Draft) -> None:
-    """Drop a few rows with a repeated time stamp; of a coarse clock, spread the rows between its stamps.
+    """Drop a few rows with a repeated time stamp; of a coarse clock, spread the rows between its
+    stamps.
 
     Raises BadInputError for a clock that stands still, and for time that runs back.
     """
@@ -231,30 +281,40 @@ def check_time(draft: Draft) -> None:
     if np.any(step < 0.0):
         i = int(np.argmax(step < 0.0))
         raise BadInputError(
-            f"column {column!r}, row {draft.rows[i]}: time runs back from {time[i - 1]:g} to {time[i]:g} s; "
+            f"column {column!r}, row {draft.rows[i]}: time runs back from {time[i - 1]:g} to "
+            f"{time[i]:g} s; "
             "time must increase: sort the rows, or cut the log where its clock was set"
         )
     repeated = step == 0.0
     if repeated.mean() > _FEW:
-        words = f"column {column!r}: {int(repeated.sum())} of {len(time)} time stamps repeat the one before"
+        words = (
+            f"column {column!r}: {int(repeated.sum())} of {len(time)} time stamps repeat the "
+            "one before"
+        )
         stamp = float(np.min(step[step > 0.0][1:], initial=np.inf))
         spread = _spread(time, stamp)
         if spread is None:
-            raise BadInputError(f"{words} ({draft.named(repeated)}); time must increase: write it with more digits")
+            raise BadInputError(
+                f"{words} ({draft.named(repeated)}); time must increase: write it with more digits"
+            )
         draft.channels["time"] = spread
-        draft.warnings.append(f"{words}: the rows are spread evenly over its steps of {stamp:.3g} s")
+        draft.warnings.append(
+            f"{words}: the rows are spread evenly over its steps of {stamp:.3g} s"
+        )
     elif repeated.any():
         draft.warnings.append(
-            f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are dropped"
+            f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are "
+            "dropped"
         )
         draft.keep(~repeated)
 
 
 def _spread(time: Seconds, stamp: float) -> Seconds | None:
-    """Return the moments of rows whose clock counts in steps of `stamp` [s], (n,): the mean of their neighbors'.
+    """Return the moments of rows whose clock counts in steps of `stamp` [s], (n,): the mean of
+    their neighbors'.
 
-    They stay within a step of the clock, but for what a real recorder lets its stamps tremble, and increase
-    strictly. None where the clock stands still for so long that it is no coarse clock.
+    They stay within a step of the clock, but for what a real recorder lets its stamps tremble, and
+    increase strictly. None where the clock stands still for so long that it is no coarse clock.
     """
     first = np.flatnonzero(np.diff(time, prepend=-np.inf))
     longest = int(np.max(np.diff(first, append=len(time))))
@@ -266,15 +326,19 @@ def _spread(time: Seconds, stamp: float) -> Seconds | None:
     for rows in stretches(time, after):
         part = time[rows]
         count = min(reach, len(part) - 1)
-        # Turned about its ends, the part goes on as it came: a mean at an end is as even as one inside.
-        turned = np.r_[2.0 * part[0] - part[count:0:-1], part, 2.0 * part[-1] - part[-2 : -count - 2 : -1]]
+        # Turned about its ends, the part goes on as it came: a mean at an end is as even as one
+        # inside.
+        turned = np.r_[
+            2.0 * part[0] - part[count:0:-1], part, 2.0 * part[-1] - part[-2 : -count - 2 : -1]
+        ]
         sums = np.cumsum(np.r_[0.0, turned - part[0]])
         found[rows] = part[0] + (sums[2 * count + 1 :] - sums[: len(part)]) / (2 * count + 1)
     return found if np.all(np.diff(found) > 0.0) else None
 
 
 def check_clock(draft: Draft) -> None:
-    """Raise BadInputError for rows much too far apart or too close, and for a jump of more than a day.
+    """Raise BadInputError for rows much too far apart or too close, and for a jump of more than a
+    day.
 
     The first means a clock in another unit, the second a clock that was set during the log.
     """
@@ -283,12 +347,14 @@ def check_clock(draft: Draft) -> None:
     usual, longest = float(np.median(steps)), int(np.argmax(steps))
     if not _SHORTEST_STEP <= usual <= _LONGEST_STEP:
         raise BadInputError(
-            f"column {column!r}: the rows are {usual:.3g} s apart, where {_SHORTEST_STEP:g} to {_LONGEST_STEP:g} s "
+            f"column {column!r}: the rows are {usual:.3g} s apart, where {_SHORTEST_STEP:g} to "
+            f"{_LONGEST_STEP:g} s "
             f"are usual{_better_clock(draft, usual)}"
         )
     if steps[longest] > _LONGEST_GAP:
         raise BadInputError(
-            f"column {column!r}, row {draft.rows[longest + 1]}: time jumps from {time[longest]:g} to "
+            f"column {column!r}, row {draft.rows[longest + 1]}: time jumps from {time[longest]:g} "
+            "to "
             f"{time[longest + 1]:g} s; cut the log there"
         )
 
@@ -303,7 +369,8 @@ def _better_clock(draft: Draft, usual: float) -> str:
 
 
 def check_units(draft: Draft) -> None:
-    """Find channels outside their plausible range: in another unit than the column says, or from a dead sensor.
+    """Find channels outside their plausible range: in another unit than the column says, or from a
+    dead sensor.
 
     Raises BadInputError for an essential channel; any other is ignored with a warning.
     """
@@ -325,7 +392,9 @@ def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
     written = float(from_si(typical, suffix)) if suffix else typical
     # The hint lists the units in which the same numbers would be plausible.
     fits = [
-        s for s in quantity.suffixes if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
+        s
+        for s in quantity.suffixes
+        if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
     ]
     named = [f"{quantity.name}_{s}" for s in fits]
     if quantity.name in TEMPERATURES and "static_pressure" in draft.channels:
@@ -348,7 +417,8 @@ def check_spikes(draft: Draft) -> None:
             bad |= values < quantity.low / _BEYOND
         if bad.any():
             draft.warnings.append(
-                f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} rows "
+                f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} "
+                "rows "
                 f"({draft.named(bad)}): they are dropped"
             )
             draft.keep(~bad)
@@ -360,29 +430,41 @@ def form_impact_pressure(draft: Draft) -> None:
     if total is None:
         return
     if "impact_pressure" in draft.channels:
-        draft.warnings.append("both impact and total pressure are given: the impact pressure is used")
+        draft.warnings.append(
+            "both impact and total pressure are given: the impact pressure is used"
+        )
         return
     draft.channels["impact_pressure"] = total - draft.channels["static_pressure"]
     draft.columns["impact_pressure"] = draft.columns["total_pressure"]
     draft.suffixes["impact_pressure"] = draft.suffixes["total_pressure"]
 
 
-_COARSE, _FEWEST_LEVELS = 0.04, 4  # of the usual impact pressure: a whole knot at 50 kt; levels that tell a step
+_COARSE, _FEWEST_LEVELS = (
+    0.04,
+    4,
+)  # of the usual impact pressure: a whole knot at 50 kt; levels that tell a step
 
 
 def check_impact_pressure(draft: Draft) -> None:
-    """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most are negative.
+    """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most
+    are negative.
 
-    Mostly negative values mean that total and static are exchanged, or that the sign is. Warn of coarse steps.
+    Mostly negative values mean that total and static are exchanged, or that the sign is. Warn of
+    coarse steps.
     """
     impact, column = draft.channels["impact_pressure"], draft.columns["impact_pressure"]
     if np.ptp(impact) == 0.0:
-        or_range = ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
-        raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}")
+        or_range = (
+            ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
+        )
+        raise BadInputError(
+            f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}"
+        )
     negative = impact < 0.0
     if negative.mean() > _MOST_NEGATIVE:
         raise BadInputError(
-            f"column {column!r}: the impact pressure is negative in {int(negative.sum())} of {len(impact)} rows; "
+            f"column {column!r}: the impact pressure is negative in {int(negative.sum())} of "
+            f"{len(impact)} rows; "
             "total and static are exchanged, or the sign is: swap them"
         )
     if negative.any():
@@ -398,13 +480,14 @@ def check_impact_pressure(draft: Draft) -> None:
     )
     if step > _COARSE * usual:
         draft.warnings.append(
-            f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it usually reads: the "
+            f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it "
+            "usually reads: the "
             "curve may be off by as much; record more digits"
         )
 
 
-# The order matters: fixes are held before blanks count as a start-up or as missing numbers, the clock is right
-# before units are judged, and the impact pressure exists before it is checked.
+# The order matters: fixes are held before blanks count as a start-up or as missing numbers, the
+# clock is right before units are judged, and the impact pressure exists before it is checked.
 CHECKS = (
     hold_fixes,
     drop_blank_start,

@@ -1,4 +1,6 @@
-"""A table as read from a file: column names with unit suffixes, clock times, a TOML header. It is not yet a log."""
+"""A table as read from a file: column names with unit suffixes, clock times, a TOML header. It is
+not yet a log.
+"""
 
 import re
 import tomllib
@@ -26,13 +28,17 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Columns in the order of the file, the header, and the warnings of the reader. A name may occur twice."""
+    """Columns in the order of the file, the header, and the warnings of the reader. A name may
+    occur twice.
+    """
 
     names: tuple[str, ...]
     columns: tuple[Column, ...]
     header: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()  # of each column, as a line of units beside that of the names states them
+    units: tuple[
+        str, ...
+    ] = ()  # of each column, as a line of units beside that of the names states them
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
@@ -41,7 +47,9 @@ class Table:
         """Return the column of a name. Raises BadInputError where it is missing or given twice."""
         count = self.names.count(name)
         if count != 1:
-            raise BadInputError(f"column {name!r} is {'given twice; keep one' if count else 'missing'}")
+            raise BadInputError(
+                f"column {name!r} is {'given twice; keep one' if count else 'missing'}"
+            )
         return self.columns[self.names.index(name)]
 
 
@@ -57,7 +65,11 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
     values = np.full(len(column), np.nan)
     for i, cell in enumerate(column):
         try:
-            values[i] = np.nan if cell is None or (isinstance(cell, str) and not cell.strip()) else float(cell)
+            values[i] = (
+                np.nan
+                if cell is None or (isinstance(cell, str) and not cell.strip())
+                else float(cell)
+            )
         except (TypeError, ValueError):
             raise BadInputError(f"column {name!r}, row {i + 1}: {_no_number(cell)}") from None
     return values
@@ -66,7 +78,9 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
 def _no_number(cell: object) -> str:
     """Return why a cell is not a number, and what to write instead."""
     text = str(cell)
-    if isinstance(cell, date | time | timedelta | np.datetime64 | np.timedelta64) or _CLOCK.search(text):
+    if isinstance(cell, date | time | timedelta | np.datetime64 | np.timedelta64) or _CLOCK.search(
+        text
+    ):
         return f"{text!r} is a clock time or a date; write seconds from the start of the log"
     if _DECIMAL_COMMA.fullmatch(text):
         return f"{text!r} has a decimal comma; write decimal points in the whole file"
@@ -81,7 +95,9 @@ def flags(name: str, column: Column) -> NDArray[np.bool_]:
     cells = [words.get(str(cell).lower()) for cell in column]
     if None in cells:
         row = cells.index(None)
-        raise BadInputError(f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0)")
+        raise BadInputError(
+            f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0)"
+        )
     return np.array(cells, dtype=np.bool_)
 
 
@@ -89,17 +105,20 @@ def texts(column: Column) -> NDArray[np.str_]:
     """Return a column as text; an empty cell is an empty text."""
     if column.dtype.kind == "U":
         return column
-    first = np.flatnonzero(np.r_[True, column[1:] != column[:-1]][: len(column)])  # labels come in long runs
+    first = np.flatnonzero(
+        np.r_[True, column[1:] != column[:-1]][: len(column)]
+    )  # labels come in long runs
     cells = np.array(["" if cell is None else str(cell) for cell in column[first]], dtype=np.str_)
     return np.repeat(cells, np.diff(first, append=len(column)))
 
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on failure.
+    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on
+    failure.
 
-    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist or cannot be
-    written.
+    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist
+    or cannot be written.
     """
     # The random part of the name keeps two processes that write the same file apart.
     temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
@@ -130,10 +149,13 @@ _MOST_COLUMNS = 10_000  # an airliner's recorder has some 3,000
 
 
 def require_few_columns(count: int) -> None:
-    """Raise BadInputError for more columns than a recorder writes, before minutes are spent on their names."""
+    """Raise BadInputError for more columns than a recorder writes, before minutes are spent on
+    their names.
+    """
     if count > _MOST_COLUMNS:
         raise BadInputError(
-            f"{count:,} columns, where {_MOST_COLUMNS:,} are the most: keep those of air data and GPS"
+            f"{count:,} columns, where {_MOST_COLUMNS:,} are the most: keep those of air data and "
+            "GPS"
         )
 
 
@@ -159,19 +181,23 @@ CONVERTED = (
     Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
-# Many logs hold these beside what is needed, with units of their own: without a known one they are not read.
+# Many logs hold these beside what is needed, with units of their own: without a known one they are
+# not read.
 BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
 def parse_column(column: str) -> tuple[Channel, str] | None:
-    """Return the quantity and the unit suffix of a column name; None for a name that is not in the table.
+    """Return the quantity and the unit suffix of a column name; None for a name that is not in the
+    table.
 
-    Raises BadInputError for a quantity of the table whose unit is missing, unknown or of another dimension.
+    Raises BadInputError for a quantity of the table whose unit is missing, unknown or of another
+    dimension.
     """
     for name in _LONGEST_FIRST:
         rest = column.removeprefix(name)
-        # `altitude_m` is ours; `altitude_mean_m`, with two words after the quantity, is another quantity.
+        # `altitude_m` is ours; `altitude_mean_m`, with two words after the quantity, is another
+        # quantity.
         if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
             continue
         quantity, suffix = QUANTITIES[name], rest[1:]
@@ -186,22 +212,29 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
     if suffix in (quantity.suffixes or [""]):
         return
     if not quantity.unit:
-        raise BadInputError(f"column {column!r}: {quantity.name} has no unit; name the column {quantity.name!r}")
+        raise BadInputError(
+            f"column {column!r}: {quantity.name} has no unit; name the column {quantity.name!r}"
+        )
     usable = ", ".join(f"{quantity.name}_{s}" for s in quantity.suffixes)
     if not suffix:
         raise BadInputError(f"column {column!r} does not say its unit; name it {usable}")
     if suffix in SUFFIXES:
         raise BadInputError(
-            f"column {column!r}: {suffix!r} is a unit of {SUFFIXES[suffix].dimension}, but {quantity.name} is of "
+            f"column {column!r}: {suffix!r} is a unit of {SUFFIXES[suffix].dimension}, but "
+            f"{quantity.name} is of "
             f"{SUFFIXES[quantity.unit].dimension}; name it {usable}"
         )
-    raise BadInputError(f"column {column!r}: {explain('unit suffix', suffix, list(SUFFIXES))} Name it {usable}.")
+    raise BadInputError(
+        f"column {column!r}: {explain('unit suffix', suffix, list(SUFFIXES))} Name it {usable}."
+    )
 
 
 # Parse the TOML header of a log. All formats have the same header.
 
 _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
-_TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)  # a table, or an entry of one
+_TOML_LINE = re.compile(
+    r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE
+)  # a table, or an entry of one
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
@@ -210,21 +243,28 @@ WARNINGS = "warnings"  # header entry: remarks made when the log was read or wri
 
 
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
-    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line.
+    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by
+    line.
 
     It is warned of only where a line looks like TOML: the remarks that a recorder writes are none.
     """
     try:
         return toml_table(text), []
     except ValueError:
-        meant = ["the header's lines are not TOML; they are kept as text"] if _TOML_LINE.search(text) else []
+        meant = (
+            ["the header's lines are not TOML; they are kept as text"]
+            if _TOML_LINE.search(text)
+            else []
+        )
         return {"comments": text.splitlines()}, meant
 
 
 def toml_table(text: str) -> dict[str, Any]:
-    """Return the table of TOML text. Raises ValueError for text that is not TOML or takes too long to read.
+    """Return the table of TOML text. Raises ValueError for text that is not TOML or takes too long
+    to read.
 
-    The reader's time and memory grow with the square of the dots in a key, which stands on one line.
+    The reader's time and memory grow with the square of the dots in a key, which stands on one
+    line.
     """
     if sum(line.count(".") ** 2 for line in text.splitlines()) > _MOST_DOTS:
         raise ValueError("a key has too many dots")
@@ -235,7 +275,9 @@ def toml_table(text: str) -> dict[str, Any]:
 
 
 def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
-    """Return the warnings in a header. Entries that are not text are ignored, and a warning says so."""
+    """Return the warnings in a header. Entries that are not text are ignored, and a warning says
+    so.
+    """
     found = header.get(WARNINGS, [])
     entries = found if isinstance(found, list | tuple) else [found]
     texts = [entry for entry in entries if isinstance(entry, str)]
@@ -249,7 +291,8 @@ def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
 _DAY = 86400.0  # s
 _MIDNIGHT = 0.5 * _DAY  # a clock without a date that runs back by more has passed midnight
 _YEAR_ONE = date(1970, 1, 1).toordinal()
-# An hour above 24 is IRIG's day of the year; the fraction may follow a point, a comma or a third colon.
+# An hour above 24 is IRIG's day of the year; the fraction may follow a point, a comma or a third
+# colon.
 _TIME = re.compile(
     r"(?:(\d{1,3}):)?(\d{1,2}):([0-5]?\d):([0-6]?\d(?:[.,]\d*)?)\s*([AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
 )
@@ -261,7 +304,9 @@ _SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
 
 
 def is_clock(column: Column) -> bool:
-    """Return whether the first cell of a column that is not empty is a clock time or a date with one."""
+    """Return whether the first cell of a column that is not empty is a clock time or a date with
+    one.
+    """
     if column.dtype.kind in "mM":
         return True
     if column.dtype.kind not in "OU":
@@ -277,14 +322,16 @@ def is_clock(column: Column) -> bool:
 
 
 def clock_seconds(name: str, column: Column) -> Seconds:
-    """Return clock times as seconds, (n,): since 1970 with a date, else since midnight of the first day.
+    """Return clock times as seconds, (n,): since 1970 with a date, else since midnight of the first
+    day.
 
-    A clock without a date that falls by more than half a day has passed midnight. Empty cells are NaN.
-    Raises BadInputError that names the first row which is no clock time.
+    A clock without a date that falls by more than half a day has passed midnight. Empty cells are
+    NaN. Raises BadInputError that names the first row which is no clock time.
     """
     if column.dtype.kind in "mM":
         return np.asarray(
-            column.astype("datetime64[ns]" if column.dtype.kind == "M" else "m8[ns]").astype(float) / 1e9
+            column.astype("datetime64[ns]" if column.dtype.kind == "M" else "m8[ns]").astype(float)
+            / 1e9
         )
     found = np.full((len(column), 2), np.nan)  # the day, and the second of it
     for row, cell in enumerate(column):
@@ -293,7 +340,9 @@ def clock_seconds(name: str, column: Column) -> Seconds:
         try:
             found[row] = _day_and_second(cell)
         except ValueError:
-            raise BadInputError(f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time") from None
+            raise BadInputError(
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time"
+            ) from None
     known = np.isfinite(found[:, 1])
     day, second = found[known].T
     seconds = np.full(len(column), np.nan)
@@ -304,21 +353,27 @@ def clock_seconds(name: str, column: Column) -> Seconds:
 def joined_clock(dates: Column, times: Column) -> Column:
     """Return a column of dates and one of times as one column of both."""
     return np.array(
-        ["" if _blank(a) or _blank(b) else f"{a} {b}" for a, b in zip(dates, times, strict=True)], dtype=object
+        ["" if _blank(a) or _blank(b) else f"{a} {b}" for a, b in zip(dates, times, strict=True)],
+        dtype=object,
     )
 
 
 def zone_seconds(name: str, column: Column) -> Seconds:
-    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,), NaN for a blank cell.
+    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,), NaN for a
+    blank cell.
 
     Raises BadInputError that names the first row which is none.
     """
     found = {cell: _ZONE_OFFSET.fullmatch(str(cell).strip()) for cell in set(column)}
     for row, cell in enumerate(column):
         if found[cell] is None and not _blank(cell):
-            raise BadInputError(f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00)")
+            raise BadInputError(
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00)"
+            )
     seconds = {
-        cell: np.nan if match is None else float(f"{match[1]}1") * (3600.0 * int(match[2]) + 60.0 * int(match[3]))
+        cell: np.nan
+        if match is None
+        else float(f"{match[1]}1") * (3600.0 * int(match[2]) + 60.0 * int(match[3]))
         for cell, match in found.items()
     }
     return np.array([seconds[cell] for cell in column])
@@ -333,15 +388,17 @@ def _blank(cell: object) -> bool:
 
 
 def _day_and_second(cell: object) -> tuple[float, float]:
-    """Return the day (NaN without a date) and the second of the day. Raises ValueError for anything else."""
+    """Return the day (NaN without a date) and the second of the day. Raises ValueError for anything
+    else.
+    """
     if isinstance(cell, timedelta):
         return np.nan, cell.total_seconds()
     text = str(cell).strip()
     day, rest = _day(text)
     if _ISO_DATE.match(text) and _ZONE.search(rest):
-        moment = datetime.fromisoformat(text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")).astimezone(
-            UTC
-        )
+        moment = datetime.fromisoformat(
+            text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")
+        ).astimezone(UTC)
         return moment.toordinal() - _YEAR_ONE, moment.timestamp() % _DAY
     return _second(day, rest)
 
@@ -352,7 +409,9 @@ def _day(text: str) -> tuple[float, str]:
         found = pattern.match(text)
         if found is None:
             continue
-        year, month, day = map(int, found.groups() if pattern is _ISO_DATE else (found[3], found[1], found[2]))
+        year, month, day = map(
+            int, found.groups() if pattern is _ISO_DATE else (found[3], found[1], found[2])
+        )
         if month > 12:  # day before month; both are written, and only this one is possible
             month, day = day, month
         year += 2000 if year < 100 else 0

@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from pyarrow import csv
 
 
-# A plain CSV table, block by block into arrays: what is in memory is the columns and a few blocks of the file.
-# A column's type is that of its first block. Whole numbers and empty columns count as floats. Where a later block
-# does not fit, or a column holds anything but numbers, true and false, or text, the table is not plain: the
-# caller reads the file as a whole, which takes more memory and can name the row.
+# A plain CSV table, block by block into arrays: what is in memory is the columns and a few blocks
+# of the file. A column's type is that of its first block. Whole numbers and empty columns count as
+# floats. Where a later block does not fit, or a column holds anything but numbers, true and false,
+# or text, the table is not plain: the caller reads the file as a whole, which takes more memory and
+# can name the row.
 
 BLOCK = 1 << 20  # bytes of the file that are parsed at a time
 _SPARE = 1.1  # times the rows that are expected from the first block and the size of the file
@@ -45,8 +46,8 @@ def read_blocks(
 ) -> dict[str, Column] | None:
     """The columns by name, in file order; None for a table that is not plain.
 
-    `open_reader` opens the file with column types, or with None to have them inferred; `size` is that of the table
-    [bytes]. An empty cell is NaN among numbers, None among texts.
+    `open_reader` opens the file with column types, or with None to have them inferred; `size` is
+    that of the table [bytes]. An empty cell is NaN among numbers, None among texts.
     """
     import pyarrow as pa
 
@@ -112,7 +113,11 @@ class _Growing:
     def whole(self) -> Column:
         """The column, with memory of its own and none to spare."""
         self._values.resize(self._rows, refcheck=False)
-        return self._values if self._texts is None else np.array(list(self._texts), dtype=object)[self._values]
+        return (
+            self._values
+            if self._texts is None
+            else np.array(list(self._texts), dtype=object)[self._values]
+        )
 
 
 def _numbered(block: "pa.DictionaryArray", texts: dict[str | None, int]) -> NDArray[np.intp]:
@@ -121,7 +126,9 @@ def _numbered(block: "pa.DictionaryArray", texts: dict[str | None, int]) -> NDAr
     if block.null_count:
         codes = np.where(_bits(block.indices, 0), codes, -1)
     different = [*block.dictionary.to_pylist(), *([None] if block.null_count else [])]
-    numbers: NDArray[np.intp] = np.array([texts.setdefault(text, len(texts)) for text in different], dtype=np.intp)
+    numbers: NDArray[np.intp] = np.array(
+        [texts.setdefault(text, len(texts)) for text in different], dtype=np.intp
+    )
     return numbers.take(codes)
 
 
@@ -139,7 +146,9 @@ def _bits(block: "pa.Array", buffer: int) -> Booleans:
 _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")  # a number, a clock time or a date
+_VALUE = re.compile(
+    r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d"
+)  # a number, a clock time or a date
 _MOST_UNPACKED = 400 << 20  # bytes: a day at 10 Hz in text
 _PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
@@ -149,8 +158,8 @@ _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """How a table is written: the byte at which it begins, the separator, the decimal mark, and how many lines of
-    units or other names stand between the names and the first row."""
+    """How a table is written: the byte at which it begins, the separator, the decimal mark, and how
+    many lines of units or other names stand between the names and the first row."""
 
     above: int
     delimiter: str
@@ -161,10 +170,10 @@ class _Form:
 def read_csv(path: Path) -> Table:
     """Read the table of a CSV file with commas, semicolons or tabs, in UTF-8 or UTF-16.
 
-    Decimal commas are read where the separator or quotes leave no doubt. Lines of units or of second names below
-    the names are not rows; they become the units of the table. A last line that breaks off is dropped with a
-    warning. Raises BadInputError for a file that is empty or is not text, and for any other row whose length
-    differs from the first line.
+    Decimal commas are read where the separator or quotes leave no doubt. Lines of units or of
+    second names below the names are not rows; they become the units of the table. A last line that
+    breaks off is dropped with a warning. Raises BadInputError for a file that is empty or is not
+    text, and for any other row whose length differs from the first line.
     """
     text = _as_utf8(path)
     with text.open() as file:
@@ -174,7 +183,8 @@ def read_csv(path: Path) -> Table:
         _require_text(text.bytes())
     if not first_line.strip():
         raise BadInputError(
-            "the file is empty: there is no line of column names" + (", only comments" if comments else "")
+            "the file is empty: there is no line of column names"
+            + (", only comments" if comments else "")
         )
     delimiter = _delimiter(first_line)
     require_few_columns(first_line.count(delimiter.encode()) + 1)
@@ -187,13 +197,18 @@ def read_csv(path: Path) -> Table:
     warnings += _check_ragged(ragged, rows, between)
     warnings += _check_promise(header.pop(_ROWS, rows), rows)
     names, arrays = zip(*columns, strict=True)
-    units = _units([_cells(comment.encode(), delimiter) for comment in comments[-1:]] + cells[:between], len(names))
+    units = _units(
+        [_cells(comment.encode(), delimiter) for comment in comments[-1:]] + cells[:between],
+        len(names),
+    )
     return Table(tuple(name.strip() for name in names), arrays, header, tuple(warnings), units)
 
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """The UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16, that in memory."""
+    """The UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16, that in
+    memory.
+    """
 
     path: Path
     recoded: bytes | None
@@ -215,7 +230,9 @@ def _as_utf8(path: Path) -> _Text:
     if (begin if data is None else data[:2]) not in (b"\xff\xfe", b"\xfe\xff"):
         return _Text(path, data)
     try:
-        return _Text(path, (path.read_bytes() if data is None else data).decode("utf-16").encode("utf-8"))
+        return _Text(
+            path, (path.read_bytes() if data is None else data).decode("utf-16").encode("utf-8")
+        )
     except UnicodeDecodeError as error:
         raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
 
@@ -235,13 +252,15 @@ def unpacked(path: Path) -> bytes:
         raise BadInputError(f"not a complete gzip file: {error}") from error
     if len(text) > _MOST_UNPACKED:
         raise BadInputError(
-            f"the gzip file unpacks to more than {_MOST_UNPACKED >> 20} MB: unpack it and cut the log"
+            f"the gzip file unpacks to more than {_MOST_UNPACKED >> 20} MB: unpack it and cut the "
+            "log"
         )
     return text
 
 
 def _cells(line: bytes, delimiter: str) -> list[str]:
-    """Return the cells of a line; none of one that Arrow may read, or refuse with the number of its row.
+    """Return the cells of a line; none of one that Arrow may read, or refuse with the number of its
+    row.
 
     Such a line holds a carriage return that ends none, or a cell of more than 131,072 letters.
     """
@@ -281,7 +300,9 @@ def _require_text(data: bytes) -> None:
 
 
 def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
-    """Return the position at which the table begins, the comment lines above it and the line of column names."""
+    """Return the position at which the table begins, the comment lines above it and the line of
+    column names.
+    """
     comments: list[str] = []
     # Spreadsheets begin a UTF-8 file with a byte-order mark of three bytes.
     position = 3 if file.read(3) == b"\xef\xbb\xbf" else 0
@@ -292,14 +313,17 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
             comments.append(text.removeprefix("#").removeprefix(" "))
         position += len(line)
         if position > _MOST_ABOVE:
-            raise BadInputError("a megabyte of comments or blank lines stands above the table: this is no log")
+            raise BadInputError(
+                "a megabyte of comments or blank lines stands above the table: this is no log"
+            )
     return position, comments, line
 
 
 class _Utf8:
     """A file whose reading ends in a UnicodeDecodeError where its text is not UTF-8.
 
-    Arrow hands the text of a ragged row to `note`. If it is not UTF-8, Arrow prints a traceback instead.
+    Arrow hands the text of a ragged row to `note`. If it is not UTF-8, Arrow prints a traceback
+    instead.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -333,7 +357,8 @@ def _columns(text: _Text, form: _Form) -> tuple[list[tuple[str, Column]], list[A
     _require_text(data)
     table = _parse(data, form, ragged)
     return [
-        (name, to_column(values)) for name, values in zip(table.column_names, table.columns, strict=True)
+        (name, to_column(values))
+        for name, values in zip(table.column_names, table.columns, strict=True)
     ], ragged
 
 
@@ -363,7 +388,9 @@ def _parse(data: bytes, form: _Form, ragged: list[Any]) -> "pa.Table":
 
 
 def _options(form: _Form, ragged: list[Any], types: Types | None = None) -> tuple[Any, Any, Any]:
-    """Return how to read, parse and convert. Rows of another length than the first line go to `ragged`."""
+    """Return how to read, parse and convert. Rows of another length than the first line go to
+    `ragged`.
+    """
     from pyarrow import csv
 
     def note(row: Any) -> str:
@@ -375,24 +402,37 @@ def _options(form: _Form, ragged: list[Any], types: Types | None = None) -> tupl
         csv.ReadOptions(use_threads=False, block_size=BLOCK, skip_rows_after_names=form.between),
         csv.ParseOptions(delimiter=form.delimiter, invalid_row_handler=note),
         csv.ConvertOptions(
-            null_values=_EMPTY, strings_can_be_null=True, column_types=types, decimal_point=form.decimal
+            null_values=_EMPTY,
+            strings_can_be_null=True,
+            column_types=types,
+            decimal_point=form.decimal,
         ),
     )
 
 
 def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
-    """Return a warning for a last line that breaks off. Raise BadInputError for any other line of wrong length."""
+    """Return a warning for a last line that breaks off. Raise BadInputError for any other line of
+    wrong length.
+    """
     if not ragged:
         return []
     row = ragged[0]
     number = row.number - 1 - between  # Arrow counts the line of names
     if len(ragged) > 1 or number != rows + 1 or row.actual_columns > row.expected_columns:
-        commas = " (decimal commas? write decimal points)" if row.actual_columns == 2 * row.expected_columns else ""
+        commas = (
+            " (decimal commas? write decimal points)"
+            if row.actual_columns == 2 * row.expected_columns
+            else ""
+        )
         raise BadInputError(
-            f"row {number} has {row.actual_columns} columns, the first line names {row.expected_columns}{commas}; "
+            f"row {number} has {row.actual_columns} columns, the first line names "
+            f"{row.expected_columns}{commas}; "
             "correct or remove that row"
         )
-    return [f"row {number} breaks off after {row.actual_columns} of {row.expected_columns} columns: dropped"]
+    return [
+        f"row {number} breaks off after {row.actual_columns} of {row.expected_columns} columns: "
+        "dropped"
+    ]
 
 
 def to_column(column: "pa.ChunkedArray") -> Column:
@@ -406,11 +446,15 @@ def to_column(column: "pa.ChunkedArray") -> Column:
     values: Column = column.to_numpy()
     if values.dtype.kind not in "iuf":
         return values
-    return np.add(values, 0.0, dtype=np.float64)  # a copy of its own, and no minus zero, as of blocks
+    return np.add(
+        values, 0.0, dtype=np.float64
+    )  # a copy of its own, and no minus zero, as of blocks
 
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
-    """Write columns below a TOML header. Numbers have the fewest digits that read back to the same value."""
+    """Write columns below a TOML header. Numbers have the fewest digits that read back to the same
+    value.
+    """
     import pyarrow as pa
     from pyarrow import csv
 

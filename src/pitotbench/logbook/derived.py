@@ -1,8 +1,10 @@
-"""Channels computed from what a display shows: pressures from airspeed and altitude, velocity from speed and track.
+"""Channels computed from what a display shows: pressures from airspeed and altitude, velocity from
+speed and track.
 
-A display shows steps. Within a step nobody knows the value, so that half a step and less stays as a constant error
-of each reading. The header's table `display` holds the steps, from which the calibration widens its bound, and
-`accuracy` what they leave of the velocity, where the header does not state another one.
+A display shows steps. Within a step nobody knows the value, so that half a step and less stays as a
+constant error of each reading. The header's table `display` holds the steps, from which the
+calibration widens its bound, and `accuracy` what they leave of the velocity, where the header does
+not state another one.
 """
 
 from collections.abc import Mapping
@@ -38,7 +40,8 @@ _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
 
 def derive(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the channels of a log that the file holds in another form; `header` gets the accuracies of the display.
+    """Form the channels of a log that the file holds in another form; `header` gets the accuracies
+    of the display.
 
     A channel that the file holds itself is used as it is.
     """
@@ -56,15 +59,23 @@ def _take(draft: Draft, name: str) -> Array | None:
 
 def _put(draft: Draft, name: str, values: Array, source: str, unit: str = "pa") -> None:
     """Store a channel under the column it came from, which messages name."""
-    draft.channels[name], draft.columns[name], draft.suffixes[name] = values, draft.columns[source], unit
+    draft.channels[name], draft.columns[name], draft.suffixes[name] = (
+        values,
+        draft.columns[source],
+        unit,
+    )
 
 
 def _time(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the seconds of the log from its clock, local or not; a zone that is left in flight sets no clock back.
+    """Form the seconds of the log from its clock, local or not; a zone that is left in flight sets
+    no clock back.
 
-    A clock of the day, or one that counts from 1970, counts from the first row; `header` gets the moment of that.
+    A clock of the day, or one that counts from 1970, counts from the first row; `header` gets the
+    moment of that.
     """
-    clock, date, offset = (draft.channels.pop(name, None) for name in ("clock_time", "date", "utc_offset"))
+    clock, date, offset = (
+        draft.channels.pop(name, None) for name in ("clock_time", "date", "utc_offset")
+    )
     if "time" in draft.channels:
         seconds = draft.channels["time"]
         if draft.clock or _counts_from_1970(seconds):
@@ -86,7 +97,9 @@ def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
     known = seconds[np.isfinite(seconds)]
     if len(known) and START not in header:
         moment = datetime(1970, 1, 1) + timedelta(seconds=float(known[0]))
-        header[START] = moment.isoformat(" ", "seconds") if _counts_from_1970(known) else f"{moment:%H:%M:%S}"
+        header[START] = (
+            moment.isoformat(" ", "seconds") if _counts_from_1970(known) else f"{moment:%H:%M:%S}"
+        )
     return seconds - known[:1] if len(known) else seconds
 
 
@@ -95,12 +108,15 @@ def _counts_from_1970(seconds: Seconds) -> bool:
     return len(known) > 0 and _SINCE_1970[0] < float(known[0]) < _SINCE_1970[1]
 
 
-# What stands for the impact pressure where the log does not hold it, the nearest to the sensor first.
+# What stands for the impact pressure where the log does not hold it, the nearest to the sensor
+# first.
 _AIRSPEEDS = ("indicated_airspeed", "calibrated_airspeed", "mach", "true_airspeed")
 
 
 def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the impact pressure from an airspeed; a Mach number and a true airspeed need the static pressure."""
+    """Form the impact pressure from an airspeed; a Mach number and a true airspeed need the static
+    pressure.
+    """
     given = {name: values for name in _AIRSPEEDS if (values := _take(draft, name)) is not None}
     if {"impact_pressure", "total_pressure"} & set(draft.channels):
         return
@@ -111,7 +127,8 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
         _put(draft, "impact_pressure", impact, source)
         if source != "indicated_airspeed":
             draft.warnings.append(
-                f"column {draft.columns[source]!r} stands for the impact pressure: what is calibrated is the "
+                f"column {draft.columns[source]!r} stands for the impact pressure: what is "
+                "calibrated is the "
                 "output of the air data computer, and the correction is what it has left"
             )
             header[AIR_DATA] = f"computer: {source.replace('_', ' ')}"
@@ -123,7 +140,9 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
 
 
 def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
-    """Return the impact pressure of an airspeed or a Mach number, (n,); None where the log lacks what it needs."""
+    """Return the impact pressure of an airspeed or a Mach number, (n,); None where the log lacks
+    what it needs.
+    """
     static, cold, total = (
         draft.channels.get(n) for n in ("static_pressure", "air_temperature", "total_temperature")
     )
@@ -136,13 +155,20 @@ def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
     if cold is not None:
         return np.asarray(air.impact_pressure_from_true_airspeed(shown, static, cold))
     if total is not None:
-        return np.asarray(air.impact_pressure_from_mach(air.mach_from_true_airspeed(shown, total), static))
+        return np.asarray(
+            air.impact_pressure_from_mach(air.mach_from_true_airspeed(shown, total), static)
+        )
     return None
 
 
 def _altitude(draft: Draft) -> None:
-    """Form the static pressure from the pressure altitude, or from an altitude and the setting of the altimeter."""
-    pressure_altitude, indicated = _take(draft, "pressure_altitude"), _take(draft, "indicated_altitude")
+    """Form the static pressure from the pressure altitude, or from an altitude and the setting of
+    the altimeter.
+    """
+    pressure_altitude, indicated = (
+        _take(draft, "pressure_altitude"),
+        _take(draft, "indicated_altitude"),
+    )
     setting = _take(draft, "altimeter_setting")
     source = "pressure_altitude"
     if pressure_altitude is None and indicated is not None and setting is not None:
@@ -151,12 +177,17 @@ def _altitude(draft: Draft) -> None:
     if pressure_altitude is None or "static_pressure" in draft.channels:
         return
     _put(draft, "static_pressure", np.asarray(air.standard_pressure(pressure_altitude)), source)
-    if display_step(pressure_altitude, draft.suffixes[source]) > 0.0 or source == "indicated_altitude":
+    if (
+        display_step(pressure_altitude, draft.suffixes[source]) > 0.0
+        or source == "indicated_altitude"
+    ):
         draft.displayed.add("static_pressure")
 
 
 def _velocity(draft: Draft, header: dict[str, Any]) -> None:
-    speed, track, magnetic = (_take(draft, name) for name in ("ground_speed", "track", "magnetic_track"))
+    speed, track, magnetic = (
+        _take(draft, name) for name in ("ground_speed", "track", "magnetic_track")
+    )
     latitude, longitude = _take(draft, "latitude"), _take(draft, "longitude")
     if {"velocity_north", "velocity_east"} & set(draft.channels):
         return
@@ -166,8 +197,20 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
         if latitude is not None and longitude is not None and "time" in draft.channels:
             _velocity_from_position(draft, header, latitude, longitude)
         return
-    _put(draft, "velocity_north", speed * np.cos(track), "ground_speed", draft.suffixes["ground_speed"])
-    _put(draft, "velocity_east", speed * np.sin(track), "ground_speed", draft.suffixes["ground_speed"])
+    _put(
+        draft,
+        "velocity_north",
+        speed * np.cos(track),
+        "ground_speed",
+        draft.suffixes["ground_speed"],
+    )
+    _put(
+        draft,
+        "velocity_east",
+        speed * np.sin(track),
+        "ground_speed",
+        draft.suffixes["ground_speed"],
+    )
     step = display_step(speed, draft.suffixes["ground_speed"])
     if step > 0.0:
         draft.displayed.add("velocity_north")
@@ -176,7 +219,9 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
             draft.columns["gps_fresh"] = draft.columns["ground_speed"]
         header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
         if "velocity_mps" not in _table(header, "accuracy"):
-            bound = float(np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step))  # receiver and display
+            bound = float(
+                np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step)
+            )  # receiver and display
             header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
 
 
@@ -185,29 +230,38 @@ _EVEN, _FEW_ODD = 0.05, 0.01  # of the usual step, and of the steps: an even clo
 _PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
 
 
-def _velocity_from_position(draft: Draft, header: dict[str, Any], latitude: Array, longitude: Array) -> None:
+def _velocity_from_position(
+    draft: Draft, header: dict[str, Any], latitude: Array, longitude: Array
+) -> None:
     """Form the ground velocity from fixes of the position, by differences centered on each.
 
-    On the ellipsoid of WGS 84. Between fixes the velocity is held. The noise of the fixes is what the velocity
-    differs by from the mean of its neighbors; `header` gets it as the accuracy of the velocity.
+    On the ellipsoid of WGS 84. Between fixes the velocity is held. The noise of the fixes is what
+    the velocity differs by from the mean of its neighbors; `header` gets it as the accuracy of the
+    velocity.
     """
     time = draft.channels["time"]
     known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(time)
     rows = np.flatnonzero(known)
-    moved = (np.diff(latitude[rows], prepend=np.nan) != 0.0) | (np.diff(longitude[rows], prepend=np.nan) != 0.0)
+    moved = (np.diff(latitude[rows], prepend=np.nan) != 0.0) | (
+        np.diff(longitude[rows], prepend=np.nan) != 0.0
+    )
     rows = rows[moved]
     runs_on = time[rows] > np.r_[-np.inf, np.maximum.accumulate(time[rows])[:-1]]
     rows = rows[runs_on]
     if len(rows) < _FEWEST_FIXES:
         raise BadInputError(
-            f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no velocity"
+            f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no "
+            "velocity"
         )
     moments = time[rows]
     steps = np.diff(moments)
     usual = float(np.median(steps))
-    # A clock that is even but for a few steps was set there, or stood still: no speed comes from such a step.
+    # A clock that is even but for a few steps was set there, or stood still: no speed comes from
+    # such a step.
     odd = np.abs(steps / usual - 1.0) > _EVEN
-    odd = (np.diff(np.flatnonzero(runs_on)) > 1) | (odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual)
+    odd = (np.diff(np.flatnonzero(runs_on)) > 1) | (
+        odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual
+    )
     places, reach = np.arange(len(rows)), max(1, round(_HALF_BASE / usual))
     before, after = np.maximum(places - reach, 0), np.minimum(places + reach, len(rows) - 1)
     counted = np.r_[0, np.cumsum(odd)]
@@ -223,13 +277,16 @@ def _velocity_from_position(draft: Draft, header: dict[str, Any], latitude: Arra
     east = parallel * (turn[after] - turn[before]) / base
     last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
     for name, values in (("velocity_north", north), ("velocity_east", east)):
-        _put(draft, name, np.where(last >= 0, values[np.maximum(last, 0)], np.nan), "latitude", "mps")
+        _put(
+            draft, name, np.where(last >= 0, values[np.maximum(last, 0)], np.nan), "latitude", "mps"
+        )
     if "gps_fresh" not in draft.channels:
         draft.channels["gps_fresh"] = np.isin(np.arange(len(time)), rows)
         draft.columns["gps_fresh"] = draft.columns["latitude"]
     noise = max(_noise(north, 2 * reach), _noise(east, 2 * reach))
     draft.warnings.append(
-        f"the ground velocity is formed from {draft.columns['latitude']!r} and {draft.columns['longitude']!r} over "
+        f"the ground velocity is formed from {draft.columns['latitude']!r} and "
+        f"{draft.columns['longitude']!r} over "
         f"{float(np.nanmedian(base)):.2g} s: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
     if "velocity_mps" not in _table(header, "accuracy"):
@@ -238,15 +295,22 @@ def _velocity_from_position(draft: Draft, header: dict[str, Any], latitude: Arra
 
 
 def _noise(velocity: Array, apart: int) -> float:
-    """Return the 1σ of a velocity's noise by third differences of values `apart` rows apart, which share no fix."""
-    third = velocity[3 * apart :] - 3.0 * velocity[2 * apart : -apart] + 3.0 * velocity[apart : -2 * apart]
+    """Return the 1σ of a velocity's noise by third differences of values `apart` rows apart, which
+    share no fix.
+    """
+    third = (
+        velocity[3 * apart :]
+        - 3.0 * velocity[2 * apart : -apart]
+        + 3.0 * velocity[apart : -2 * apart]
+    )
     third = np.abs(third - velocity[: -3 * apart])
     third = third[np.isfinite(third)]
     return float(np.median(third) / _MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:
-    """Return the rows in which a display was renewed, (n,): on steady legs it shows the same numbers again.
+    """Return the rows in which a display was renewed, (n,): on steady legs it shows the same
+    numbers again.
 
     The shortest time between two changes is that between two fixes.
     """
@@ -274,7 +338,10 @@ def components(table: Table) -> Table:
     (speed_name, speed), (track_name, track) = found["ground_speed"], found["track"]
     changed = {speed_name: ("velocity_north_mps", speed * np.cos(track)),
                track_name: ("velocity_east_mps", speed * np.sin(track))}  # fmt: skip
-    pairs = [changed.get(name, (name, column)) for name, column in zip(table.names, table.columns, strict=True)]
+    pairs = [
+        changed.get(name, (name, column))
+        for name, column in zip(table.names, table.columns, strict=True)
+    ]
     names, columns = zip(*pairs, strict=True)
     return replace(table, names=names, columns=columns, units=())
 
@@ -283,7 +350,13 @@ def _heading(draft: Draft) -> None:
     magnetic = _take(draft, "magnetic_heading")
     if magnetic is not None and "heading" not in draft.channels:
         heading = magnetic + _variation(draft, "magnetic_heading", "so is the heading")
-        _put(draft, "heading", heading % (2.0 * np.pi), "magnetic_heading", draft.suffixes["magnetic_heading"])
+        _put(
+            draft,
+            "heading",
+            heading % (2.0 * np.pi),
+            "magnetic_heading",
+            draft.suffixes["magnetic_heading"],
+        )
     _take(draft, "magnetic_variation")
 
 
@@ -294,21 +367,28 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
         words = f"made true by {draft.columns['magnetic_variation']!r}"
         if len(known) and not any(words in told for told in draft.warnings):
             draft.warnings.append(
-                f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east positive)"
+                f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east "
+                "positive)"
             )
         return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(
-        f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: {consequence}"
+        f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: "
+        f"{consequence}"
     )
     return np.zeros(len(draft.rows))
 
 
 def display_step(values: Array, suffix: str) -> float:
-    """Return the step of a display [SI] whose numbers (n,), in the unit of `suffix`, are whole multiples of it.
+    """Return the step of a display [SI] whose numbers (n,), in the unit of `suffix`, are whole
+    multiples of it.
 
     0 where no step is seen, or where it is finer than a thousandth of the values.
     """
-    written = np.unique(np.round(from_si(values[np.isfinite(values)], suffix), 9)) if suffix else np.zeros(0)
+    written = (
+        np.unique(np.round(from_si(values[np.isfinite(values)], suffix), 9))
+        if suffix
+        else np.zeros(0)
+    )
     if len(written) < 2:
         return 0.0
     step = float(np.min(np.diff(written)))

@@ -1,4 +1,6 @@
-"""A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings."""
+"""A log while it is read: channels in SI, the columns they came from, the rows kept so far, the
+warnings.
+"""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -41,10 +43,11 @@ class MissingColumnsError(BadInputError):
 
 @dataclass(slots=True)
 class Draft:
-    """Channels by quantity [SI], (n,) each, with the column and unit suffix of each, row numbers and warnings.
+    """Channels by quantity [SI], (n,) each, with the column and unit suffix of each, row numbers
+    and warnings.
 
-    `rows` holds the numbers, from 1, that the kept rows have in the file. `strangers` are columns that are no
-    quantities, and `displayed` the channels that come from a display, in steps.
+    `rows` holds the numbers, from 1, that the kept rows have in the file. `strangers` are columns
+    that are no quantities, and `displayed` the channels that come from a display, in steps.
     """
 
     channels: dict[str, NDArray[Any]]
@@ -62,10 +65,15 @@ class Draft:
         Raises BadInputError, with the reason given last, where fewer than two rows remain.
         """
         if int(good.sum()) < _FEWEST_ROWS:
-            raise BadInputError(f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains")
+            raise BadInputError(
+                f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains"
+            )
         if good.all():
             return
-        for name, values in self.channels.items():  # one after the other: a long log is in memory once
+        for (
+            name,
+            values,
+        ) in self.channels.items():  # one after the other: a long log is in memory once
             self.channels[name] = values[good]
         self.rows = self.rows[good]
 
@@ -100,7 +108,8 @@ def draft_of(table: Table) -> Draft:
         quantity, suffix = parsed
         if quantity.name in draft.columns:
             raise BadInputError(
-                f"columns {draft.columns[quantity.name]!r} and {name!r} give one quantity in two units; keep one"
+                f"columns {draft.columns[quantity.name]!r} and {name!r} give one quantity in two "
+                "units; keep one"
             )
         draft.channels[quantity.name] = _values(quantity, suffix, name, column)
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
@@ -109,12 +118,16 @@ def draft_of(table: Table) -> Draft:
 
 
 def _is_text_beside(quantity: Channel, column: Column) -> bool:
-    """Return whether a column that most logs do not need holds texts: another way to write it than ours."""
+    """Return whether a column that most logs do not need holds texts: another way to write it than
+    ours.
+    """
     return quantity.name in BESIDE and quantity.kind == "number" and column.dtype.kind not in "fiub"
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
-    if quantity.name == "clock_time" and column.dtype.kind in "mMfiu":  # numbers are seconds of the day
+    if (
+        quantity.name == "clock_time" and column.dtype.kind in "mMfiu"
+    ):  # numbers are seconds of the day
         return column
     if quantity.kind == "text":
         return texts(column)
@@ -130,23 +143,35 @@ def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArra
 def require(draft: Draft) -> None:
     """Warn of the columns that are no quantities of a flight log.
 
-    Raises MissingColumnsError that lists every missing quantity, with the columns that may be meant for them.
+    Raises MissingColumnsError that lists every missing quantity, with the columns that may be meant
+    for them.
     """
     missing = [
-        f"{QUANTITIES[name].column}{_INSTEAD.get(name, '')}" for name in _NEEDED if name not in draft.channels
+        f"{QUANTITIES[name].column}{_INSTEAD.get(name, '')}"
+        for name in _NEEDED
+        if name not in draft.channels
     ]
     if not any(name in draft.channels for name in _EITHER):
-        missing.append(" or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"])
+        missing.append(
+            " or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"]
+        )
     if missing:
         # The cutoff is strict: a wrong guess here sends the user to the wrong column.
-        near = {m: get_close_matches(m.split()[0], draft.strangers, n=1, cutoff=0.7) for m in missing}
-        hints = "".join(f" Is {found[0]!r} meant for {m.split()[0]}?" for m, found in near.items() if found)
+        near = {
+            m: get_close_matches(m.split()[0], draft.strangers, n=1, cutoff=0.7) for m in missing
+        }
+        hints = "".join(
+            f" Is {found[0]!r} meant for {m.split()[0]}?" for m, found in near.items() if found
+        )
         raise MissingColumnsError(
-            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another unit).{hints} "
+            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another "
+            f"unit).{hints} "
             "A log with other names needs a mapping file: --mapping NAME or FILE.toml"
         )
     if draft.strangers:
-        draft.warnings.append(f"columns not used (not quantities of a flight log): {', '.join(draft.strangers)}")
+        draft.warnings.append(
+            f"columns not used (not quantities of a flight log): {', '.join(draft.strangers)}"
+        )
 
 
 def name_rows(rows: NDArray[np.intp]) -> str:
@@ -166,9 +191,11 @@ _ODD = 0.05  # share of the intervals that may be longer or shorter: a failure n
 
 
 def hold_fixes(draft: Draft) -> None:
-    """Repeat the velocity where it is blank at regular intervals, and mark the rows that hold a fix.
+    """Repeat the velocity where it is blank at regular intervals, and mark the rows that hold a
+    fix.
 
-    Rows before the first fix are dropped. Irregular blanks stay; the check for numbers handles them.
+    Rows before the first fix are dropped. Irregular blanks stay; the check for numbers handles
+    them.
     """
     fresh = np.isfinite(draft.channels["velocity_north"])
     if fresh.all() or not _regular(fresh):
@@ -181,9 +208,13 @@ def hold_fixes(draft: Draft) -> None:
         if values is not None and np.array_equal(np.isfinite(values), fresh):
             draft.channels[name] = np.where(held, values[fix], np.nan)
     if "gps_fresh" not in draft.channels:
-        draft.channels["gps_fresh"], draft.columns["gps_fresh"] = fresh, draft.columns["velocity_north"]
+        draft.channels["gps_fresh"], draft.columns["gps_fresh"] = (
+            fresh,
+            draft.columns["velocity_north"],
+        )
     draft.warnings.append(
-        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in {_interval(fresh):.0f} rows): "
+        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in "
+        f"{_interval(fresh):.0f} rows): "
         "held from fix to fix"
     )
     draft.keep(np.arange(len(fresh)) >= int(np.argmax(fresh)))
@@ -198,7 +229,9 @@ def _interval(fresh: Booleans) -> float:
 
 
 def _regular(fresh: Booleans) -> bool:
-    """Return whether fixes come every two rows or more, at intervals few of which differ much from the median."""
+    """Return whether fixes come every two rows or more, at intervals few of which differ much from
+    the median.
+    """
     if int(fresh.sum()) < 3:
         return False
     usual, steps = _interval(fresh), _steps(fresh)
@@ -206,16 +239,22 @@ def _regular(fresh: Booleans) -> bool:
     return usual >= 2.0 and float(odd.mean()) <= _ODD
 
 
-_FEW = 0.01  # share of rows for which a channel that is not needed is given up no sooner than the rows
+_FEW = (
+    0.01  # share of rows for which a channel that is not needed is given up no sooner than the rows
+)
 _MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody knows whether it is the right half
 
 
 def check_numbers(draft: Draft) -> None:
-    """Skip the rows where a needed channel is not a number; leave out other channels that often are not.
+    """Skip the rows where a needed channel is not a number; leave out other channels that often are
+    not.
 
-    Raises BadInputError where more than half of the rows would be skipped, or where the clock often stands blank.
+    Raises BadInputError where more than half of the rows would be skipped, or where the clock often
+    stands blank.
     """
-    quantities = sorted(draft.numeric(), key=lambda q: not q.essential)  # rows skipped may be those of the others
+    quantities = sorted(
+        draft.numeric(), key=lambda q: not q.essential
+    )  # rows skipped may be those of the others
     for quantity in quantities:
         bad = ~np.isfinite(draft.channels[quantity.name])
         if not bad.any():
@@ -226,7 +265,9 @@ def check_numbers(draft: Draft) -> None:
             draft.leave_out(quantity.name, words)
             continue
         if share > (_FEW if quantity.name == "time" else _MOST):
-            raise BadInputError(f"column {column!r}: {words}: too few rows remain; cut the log to a whole part")
+            raise BadInputError(
+                f"column {column!r}: {words}: too few rows remain; cut the log to a whole part"
+            )
         extent = "" if share <= _FEW else f", {share:.0%} of the log, {_seconds(draft, bad):.0f} s"
         draft.warnings.append(f"column {column!r}: {words}{extent}: those rows are dropped")
         draft.keep(~bad)

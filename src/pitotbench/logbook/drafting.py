@@ -42,8 +42,9 @@ _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """What a column may be: our quantity, the units that are possible (the likeliest first), and how well the name
-    fits, 0 to 1. `stated` says that the unit is written in the file. `factor` turns the number into the unit's."""
+    """What a column may be: our quantity, the units that are possible (the likeliest first), and
+    how well the name fits, 0 to 1. `stated` says that the unit is written in the file. `factor`
+    turns the number into the unit's."""
 
     theirs: str
     quantity: str
@@ -74,17 +75,24 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     words, written = _words(name, unit)
     found = _fitting(name, words, written, values)
     if not found and written and not unit and not _BRACKETS.search(name):
-        # The last word of the name may be no unit after all: TAT_DI_R is right of the nose, not in °R.
+        # The last word of the name may be no unit after all: TAT_DI_R is right of the nose, not in
+        # °R.
         found = _fitting(name, [*words, *written.split("/")], "", values)
     return sorted(found, key=lambda guess: -guess.score)
 
 
 def _date(name: str) -> list[Guess]:
-    return [Guess(name, "date", ("",), _EXACT, True)] if _plain(name) in SYNONYMS["date"].split() else []
+    return (
+        [Guess(name, "date", ("",), _EXACT, True)]
+        if _plain(name) in SYNONYMS["date"].split()
+        else []
+    )
 
 
 def _evenness(time: Array) -> float:
-    """Return what a clock gains or loses in score: one that never repeats and never runs back is the log's."""
+    """Return what a clock gains or loses in score: one that never repeats and never runs back is
+    the log's.
+    """
     steps = np.diff(time[np.isfinite(time)])
     if not len(steps) or np.any(steps < 0.0) or not np.any(steps > 0.0):
         return -_EXACT
@@ -93,13 +101,17 @@ def _evenness(time: Array) -> float:
 
 
 def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
-    """Return the guesses for words of a name with a unit, each with the units in which the values are plausible."""
+    """Return the guesses for words of a name with a unit, each with the units in which the values
+    are plausible.
+    """
     found: list[Guess] = []
     if _NOT_MEASURED & set(words):
         return found
     for quantity, names in SYNONYMS.items():
         score, sign = _score(words, names.split())
-        if ("rate" in words and "rate" not in quantity) or (quantity == "altitude" and _BY_PRESSURE & set(words)):
+        if ("rate" in words and "rate" not in quantity) or (
+            quantity == "altitude" and _BY_PRESSURE & set(words)
+        ):
             continue
         if score > 0.0 and quantity == "time":
             score = max(0.0, score + _evenness(values))
@@ -111,7 +123,9 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
 def _with_units(
     name: str, quantity: Channel, score: float, sign: float, written: str, values: Array
 ) -> list[Guess]:
-    """Return the guess with the units in which the values are plausible; none where there is no such unit."""
+    """Return the guess with the units in which the values are plausible; none where there is no
+    such unit.
+    """
     if written in SCALED and SCALED[written][0] in quantity.suffixes:
         suffix, factor = SCALED[written]
         return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]
@@ -121,7 +135,9 @@ def _with_units(
     if stated is not None or not quantity.unit:
         unit = stated or ""
         return (
-            [Guess(name, quantity.name, (unit,), score, True, sign)] if _plausible(quantity, values, unit) else []
+            [Guess(name, quantity.name, (unit,), score, True, sign)]
+            if _plausible(quantity, values, unit)
+            else []
         )
     usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)
     possible = tuple(s for s in usual if s in quantity.suffixes and _plausible(quantity, values, s))
@@ -132,7 +148,11 @@ def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
     """Return whether most values in a unit are those of an airplane in flight."""
     known = values[np.isfinite(values)]
     if quantity.name == "time":
-        return len(known) > 1 and bool(np.mean(np.diff(known) > 0.0) > 0.9) and _rate_fits(known, suffix)
+        return (
+            len(known) > 1
+            and bool(np.mean(np.diff(known) > 0.0) > 0.9)
+            and _rate_fits(known, suffix)
+        )
     if len(known) < 2:
         return False
     low, high = _RANGES.get(quantity.name, (quantity.low, quantity.high))
@@ -246,20 +266,24 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
     return best, sign
 
 
-# Columns that say the same in two ways: an airspeed and an impact pressure, a height and a static pressure.
-# Where both are there, the one that needs no unit by guess tells the unit of the other.
+# Columns that say the same in two ways: an airspeed and an impact pressure, a height and a static
+# pressure. Where both are there, the one that needs no unit by guess tells the unit of the other.
 
 _AIRSPEED_AGREES = 0.05  # of the airspeed: a display shows the impact pressure of its own source
 _HEIGHT_AGREES = 250.0  # m, more than a static source errs; a unit errs by kilometers
 _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
-    ("impact_pressure", ("indicated_airspeed", "calibrated_airspeed"), lambda q: air.calibrated_airspeed(q)),
+    (
+        "impact_pressure",
+        ("indicated_airspeed", "calibrated_airspeed"),
+        lambda q: air.calibrated_airspeed(q),
+    ),
     ("static_pressure", ("pressure_altitude",), lambda p: air.pressure_altitude(p)),
 )
 
 
 def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
-    """Return the guesses, with the units of pressures that agree with a display; a pressure that agrees in no unit
-    is left out, because a raw or a smoothed count looks like one."""
+    """Return the guesses, with the units of pressures that agree with a display; a pressure that
+    agrees in no unit is left out, because a raw or a smoothed count looks like one."""
     by_quantity = {guess.quantity: guess for guess in chosen}
     result = list(chosen)
     for pressure, displays, converted in _PAIRS:
@@ -274,7 +298,9 @@ def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
     return [guess for guess in result if guess.units]
 
 
-def _close(table: Table, guess: Guess, unit: str, shown: Guess, converted: Callable[[Array], Array]) -> bool:
+def _close(
+    table: Table, guess: Guess, unit: str, shown: Guess, converted: Callable[[Array], Array]
+) -> bool:
     """Return whether a pressure in a unit agrees with a display in one of its possible units."""
     pressure = to_si(numbers(guess.theirs, table.column(guess.theirs)) * guess.factor, unit)
     with np.errstate(all="ignore"):
@@ -295,10 +321,10 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
     return difference < _HEIGHT_AGREES
 
 
-# Draft a mapping for a table of unknown names, and say how sure each line is.
-# Each column goes to the quantity that its name fits best. Where the file does not state a unit, the units in
-# which the values are possible are tried on the whole log: airspeed and ground speed, height and pressure have to
-# agree.
+# Draft a mapping for a table of unknown names, and say how sure each line is. Each column goes to
+# the quantity that its name fits best. Where the file does not state a unit, the units in which the
+# values are possible are tried on the whole log: airspeed and ground speed, height and pressure
+# have to agree.
 
 _ROWS = 2000  # of a long log that are tried
 _MOST_TRIALS = 48
@@ -306,7 +332,14 @@ _MOST_COLUMNS = 1000
 _SURE = 0.7  # score of a name above which it is the field's own
 _NEEDED = (
     ("time",),
-    ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed", "mach", "true_airspeed"),
+    (
+        "impact_pressure",
+        "total_pressure",
+        "indicated_airspeed",
+        "calibrated_airspeed",
+        "mach",
+        "true_airspeed",
+    ),
     ("static_pressure", "pressure_altitude", "indicated_altitude"),
     ("velocity_north", "ground_speed", "latitude"),
     ("velocity_east", "track", "magnetic_track", "longitude"),
@@ -330,8 +363,8 @@ _SUPERSEDED = {  # a quantity that is not needed beside others
 
 @dataclass(frozen=True, slots=True)
 class DraftedLine:
-    """A line of the mapping: the guess with its unit, whether it is sure, and the question to ask where it is
-    not."""
+    """A line of the mapping: the guess with its unit, whether it is sure, and the question to ask
+    where it is not."""
 
     guess: Guess
     unit: str
@@ -340,8 +373,8 @@ class DraftedLine:
 
 @dataclass(frozen=True, slots=True)
 class DraftedMapping:
-    """The lines of a drafted mapping, the needed quantities for which no column was found, the columns that are
-    left over, and what the reader says of the log with it: empty, or a refusal."""
+    """The lines of a drafted mapping, the needed quantities for which no column was found, the
+    columns that are left over, and what the reader says of the log with it: empty, or a refusal."""
 
     lines: tuple[DraftedLine, ...]
     missing: tuple[str, ...]
@@ -355,7 +388,9 @@ class DraftedMapping:
 
     @property
     def unusable(self) -> bool:
-        """Whether the mapping cannot work as it is: it lacks something essential, or the log is refused with it."""
+        """Whether the mapping cannot work as it is: it lacks something essential, or the log is
+        refused with it.
+        """
         return bool(self.missing or self.refusal)
 
 
@@ -366,7 +401,8 @@ def draft_mapping(table: Table) -> DraftedMapping:
     """
     if len(table.names) > _MOST_COLUMNS:
         raise BadInputError(
-            f"the log has {len(table.names):,} columns; a mapping is drafted for at most {_MOST_COLUMNS:,}: "
+            f"the log has {len(table.names):,} columns; a mapping is drafted for at most "
+            f"{_MOST_COLUMNS:,}: "
             "keep those of air data and GPS"
         )
     units = table.units or ("",) * len(table.names)
@@ -375,7 +411,8 @@ def draft_mapping(table: Table) -> DraftedMapping:
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = tuple(
-        DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside)) for guess in fitted
+        DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside))
+        for guess in fitted
     )
     if not refusal and not _missing(chosen):
         refusal = _trial(table, fitted)[1]
@@ -385,7 +422,9 @@ def draft_mapping(table: Table) -> DraftedMapping:
 
 def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
     """Give each quantity to one column and each column one quantity, the best fit first."""
-    ranked = sorted((guess for options in offered for guess in options), key=lambda g: (-g.score, not g.stated))
+    ranked = sorted(
+        (guess for options in offered for guess in options), key=lambda g: (-g.score, not g.stated)
+    )
     chosen: dict[str, Guess] = {}
     used: set[str] = set()
     for guess in ranked:
@@ -406,7 +445,9 @@ def _without_superseded(chosen: list[Guess]) -> list[Guess]:
         if directed or {"latitude", "longitude"} <= here:
             chosen = [g for g in chosen if not g.quantity.startswith("velocity_")]
     if not by_components and not directed and {"latitude", "longitude"} <= here:
-        chosen = [g for g in chosen if g.quantity not in ("ground_speed", "track", "magnetic_track")]
+        chosen = [
+            g for g in chosen if g.quantity not in ("ground_speed", "track", "magnetic_track")
+        ]
     elif by_components or directed:
         chosen = [g for g in chosen if g.quantity not in ("latitude", "longitude")]
     kept = [g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here]
@@ -421,7 +462,9 @@ def _missing(chosen: Sequence[Guess]) -> tuple[str, ...]:
 
 
 def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
-    """Return the guesses with the units that bring the log together best, and why the log is refused with them."""
+    """Return the guesses with the units that bring the log together best, and why the log is
+    refused with them.
+    """
     step = max(1, len(table) // _ROWS)
     sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
     trials = [_trial(sample, units) for units in islice(_unit_choices(chosen), _MOST_TRIALS)]
@@ -430,15 +473,18 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
         return best[0], best[1]
     as_good = [each for each, refusal, doubts in trials if not refusal and doubts == best[2]]
     possible = [
-        dict.fromkeys(column) for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)
+        dict.fromkeys(column)
+        for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)
     ]
     return [replace(g, units=tuple(units)) for g, units in zip(best[0], possible, strict=True)], ""
 
 
 def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
-    """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities have one
-    unit."""
-    open_units = {g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity != "velocity_east"}
+    """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities
+    have one unit."""
+    open_units = {
+        g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity != "velocity_east"
+    }
     ranks = product(*(range(len(units)) for units in open_units.values()))
     for rank in sorted(ranks, key=sum):
         picked = dict(zip(open_units, rank, strict=True))
@@ -458,7 +504,11 @@ def _trial(sample: Table, chosen: list[Guess]) -> tuple[list[Guess], str, int]:
             log = log_of(rename(sample, MappedFile(("*",), "last", renamed)))
     except BadInputError as error:
         return chosen, str(error), 0
-    doubts = [w for w in log.header.get("warnings", []) if not w.startswith(("the header", "the recording"))]
+    doubts = [
+        w
+        for w in log.header.get("warnings", [])
+        if not w.startswith(("the header", "the recording"))
+    ]
     return chosen, "", len(doubts)
 
 
@@ -468,17 +518,33 @@ def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
         other.theirs
         for options in offered
         for other in options
-        if other.quantity == guess.quantity and other.theirs != guess.theirs and other.score > guess.score - 0.15
+        if other.quantity == guess.quantity
+        and other.theirs != guess.theirs
+        and other.score > guess.score - 0.15
     ]
 
 
 def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
-    """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by quantity."""
+    """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by
+    quantity.
+    """
     variation = beside.get("magnetic_variation")
-    if variation and guess.quantity in ("track", "heading") and "true" not in _words(guess.theirs, "")[0]:
-        return f"is it true, or magnetic as {variation!r} beside it suggests (magnetic_{guess.quantity}_deg)?"
-    if guess.quantity == "altitude" and not {"static_pressure", *_SUPERSEDED["altimeter_setting"]} & set(beside):
-        words = f"is it the height by GPS, or a pressure altitude (pressure_altitude_{guess.units[0]})?"
+    if (
+        variation
+        and guess.quantity in ("track", "heading")
+        and "true" not in _words(guess.theirs, "")[0]
+    ):
+        return (
+            f"is it true, or magnetic as {variation!r} beside it suggests "
+            f"(magnetic_{guess.quantity}_deg)?"
+        )
+    if guess.quantity == "altitude" and not {
+        "static_pressure",
+        *_SUPERSEDED["altimeter_setting"],
+    } & set(beside):
+        words = (
+            f"is it the height by GPS, or a pressure altitude (pressure_altitude_{guess.units[0]})?"
+        )
         return f"{words} {_unit_question(guess)}".rstrip()
     if guess.score < _SURE:
         return f"is this the {guess.quantity.replace('_', ' ')}?"
@@ -500,12 +566,17 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
     """Return the TOML text of a mapping for the log of a name."""
     open_lines = sum(bool(line.question) for line in drafted.lines)
     log = " ".join(log.split())
-    above = [f"# Drafted from {log}: {len(drafted.lines)} columns recognized, {open_lines} to be checked."]
+    above = [
+        f"# Drafted from {log}: {len(drafted.lines)} columns recognized, {open_lines} to be "
+        "checked."
+    ]
     above += [f"# No column was found for {name}: add a line." for name in drafted.missing]
     if drafted.refusal:
         above.append(f"# With these lines the log is refused: {' '.join(drafted.refusal.split())}")
     body = [_line(line) for line in drafted.lines]
-    unused = [" ".join(name.split()) for name in drafted.unused if name]  # a line break would end the comment
+    unused = [
+        " ".join(name.split()) for name in drafted.unused if name
+    ]  # a line break would end the comment
     below = [f"# Not used: {', '.join(unused[:_SHOWN])}"] if unused else []
     title = tomli_w.dumps({"title": f"drafted from {log}"}).strip()
     return "\n".join([*above, title, "", "[columns]", *body, "", *below]).rstrip() + "\n"
@@ -514,5 +585,9 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
 def _line(line: DraftedLine) -> str:
     guess = line.guess
     target = guess.target(line.unit)
-    value = json.dumps(target) if guess.factor == 1.0 else f'{{ name = "{target}", factor = {guess.factor!r} }}'
+    value = (
+        json.dumps(target)
+        if guess.factor == 1.0
+        else f'{{ name = "{target}", factor = {guess.factor!r} }}'
+    )
     return f"{json.dumps(guess.theirs, ensure_ascii=False)} = {value}  # {line.question or 'sure'}"

@@ -1,4 +1,6 @@
-"""The table of log formats by file suffix: readers of Parquet, MATLAB, DataFlash and ULog, and the writer."""
+"""The table of log formats by file suffix: readers of Parquet, MATLAB, DataFlash and ULog, and the
+writer.
+"""
 
 import os
 import re
@@ -32,16 +34,24 @@ from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
-# A compressed file may unpack to far more than the memory holds. Its own metadata tell how much, before it is read.
+# A compressed file may unpack to far more than the memory holds. Its own metadata tell how much,
+# before it is read.
 
-_MANY, _DENSEST = 50_000_000, 100  # values; and values a byte, of which a recorder's file holds less than ten
+_MANY, _DENSEST = (
+    50_000_000,
+    100,
+)  # values; and values a byte, of which a recorder's file holds less than ten
 
 
 def _require_unpackable(values: int, path: Path, kind: str = "numbers") -> None:
-    """Raise BadInputError for a file that unpacks to far more values than a recorder writes into so many bytes."""
+    """Raise BadInputError for a file that unpacks to far more values than a recorder writes into so
+    many bytes.
+    """
     size = path.stat().st_size
     if values > max(_MANY, _DENSEST * size):
-        raise BadInputError(f"{size:,} bytes would unpack to {values:,} {kind}: no recorder writes such a file")
+        raise BadInputError(
+            f"{size:,} bytes would unpack to {values:,} {kind}: no recorder writes such a file"
+        )
 
 
 # Read and write Parquet logs, with the TOML header in the metadata of the schema.
@@ -50,7 +60,9 @@ _KEY = b"pitotbench"
 
 
 def read_parquet(path: Path) -> Table:
-    """Read the table of a Parquet file. Raises BadInputError for any other file, and for one that is cut off."""
+    """Read the table of a Parquet file. Raises BadInputError for any other file, and for one that
+    is cut off.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -59,11 +71,16 @@ def read_parquet(path: Path) -> Table:
         require_few_columns(file.metadata.num_columns)
         _require_unpackable(file.metadata.num_rows * file.metadata.num_columns, path)
         found = file.read()
-        names, columns = tuple(found.column_names), tuple(to_column(column) for column in found.columns)
+        names, columns = (
+            tuple(found.column_names),
+            tuple(to_column(column) for column in found.columns),
+        )
     except BadInputError:
         raise
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise BadInputError(f"not a complete Parquet file: {[*str(error).splitlines(), error][0]}") from error
+        raise BadInputError(
+            f"not a complete Parquet file: {[*str(error).splitlines(), error][0]}"
+        ) from error
     stored = (found.schema.metadata or {}).get(_KEY, b"")
     header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
     return Table(names, columns, header, tuple(warnings))
@@ -84,15 +101,18 @@ _MAGIC = b"\xa3\x95"  # begins every message
 
 
 def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
-    """Return the tables of some kinds of message, or of all for none; those that the log lacks are left out.
+    """Return the tables of some kinds of message, or of all for none; those that the log lacks are
+    left out.
 
-    Of a message that several sensors send, only the first sensor's are kept. Pressures are those of the airspeed
-    that the autopilot showed, as `with_parameters` makes them. Values are in the units that the log
-    states for its fields (a latitude in degrees, not in 1e-7 of them).
-    Raises BadInputError where pymavlink is not installed or the file is not a DataFlash log.
+    Of a message that several sensors send, only the first sensor's are kept. Pressures are those of
+    the airspeed that the autopilot showed, as `with_parameters` makes them. Values are in the units
+    that the log states for its fields (a latitude in degrees, not in 1e-7 of them). Raises
+    BadInputError where pymavlink is not installed or the file is not a DataFlash log.
     """
     try:
-        from pymavlink.DFReader import DFReader_binary  # an extra: most users never read a DataFlash log
+        from pymavlink.DFReader import (
+            DFReader_binary,
+        )  # an extra: most users never read a DataFlash log
     except ImportError as error:
         raise BadInputError(
             "reading an ArduPilot DataFlash log needs pymavlink: pip install 'pitotbench[logs]'"
@@ -106,26 +126,36 @@ def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
     try:
         with _heard(said):
             log = DFReader_binary(str(path), zero_time_base=True)
-            while (message := log.recv_match(type=[*topics, "PARM"] if topics else None)) is not None:
+            while (
+                message := log.recv_match(type=[*topics, "PARM"] if topics else None)
+            ) is not None:
                 if message.get_type() == "PARM":
                     held[message.Name] = message.Value
                 elif getattr(message, _INSTANCE, 0) == 0:
                     rows.setdefault(message.get_type(), []).append(message)
     except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
-        raise BadInputError(f"not a complete DataFlash log: {error or type(error).__name__}") from error
-    ends = [log.offsets[kind][-1] + form.len for kind, form in log.formats.items() if log.offsets[kind]]
+        raise BadInputError(
+            f"not a complete DataFlash log: {error or type(error).__name__}"
+        ) from error
+    ends = [
+        log.offsets[kind][-1] + form.len for kind, form in log.formats.items() if log.offsets[kind]
+    ]
     warnings = _damage("pymavlink", said, max(ends, default=0) > log.data_len)
     tables = {}
     for kind, messages in rows.items():
         names = tuple(messages[0].get_fieldnames())
-        columns = tuple(np.array([getattr(message, name) for message in messages]) for name in names)
+        columns = tuple(
+            np.array([getattr(message, name) for message in messages]) for name in names
+        )
         tables[kind] = Table(names, columns, warnings=warnings)
     return with_parameters(tables, held)
 
 
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
-    """Keep the lines that a library prints of what it skips; its compiled part writes to the descriptor itself."""
+    """Keep the lines that a library prints of what it skips; its compiled part writes to the
+    descriptor itself.
+    """
     with TemporaryFile() as file, redirect_stdout(StringIO()) as printed, redirect_stderr(printed):
         own = os.dup(2)
         os.dup2(file.fileno(), 2)
@@ -135,14 +165,23 @@ def _heard(said: list[str]) -> Iterator[None]:
             os.dup2(own, 2)
             os.close(own)
             file.seek(0)
-            said += (printed.getvalue() + file.read().decode("utf-8", errors="replace")).splitlines()
+            said += (
+                printed.getvalue() + file.read().decode("utf-8", errors="replace")
+            ).splitlines()
 
 
 def _damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
-    """Return warnings of what a library printed of damage, and of a log whose last message breaks off."""
+    """Return warnings of what a library printed of damage, and of a log whose last message breaks
+    off.
+    """
     more = f" and {len(lines) - 1:,} more remarks" if len(lines) > 1 else ""
-    told = [f"the file is damaged, rows may be missing ({library}: {lines[0]}{more})"] if lines else []
-    return (*told, *(["the last message of the log breaks off: its end is missing"] if broken else []))
+    told = (
+        [f"the file is damaged, rows may be missing ({library}: {lines[0]}{more})"] if lines else []
+    )
+    return (
+        *told,
+        *(["the last message of the log breaks off: its end is missing"] if broken else []),
+    )
 
 
 def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
@@ -154,7 +193,9 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
     try:
         from pyulog import ULog  # an extra: most users never read a ULog
     except ImportError as error:
-        raise BadInputError("reading a ULog needs pyulog: pip install 'pitotbench[logs]'") from error
+        raise BadInputError(
+            "reading a ULog needs pyulog: pip install 'pitotbench[logs]'"
+        ) from error
     wanted = [re.sub(r"_\d+$", "", topic) for topic in topics] or None
     said: list[str] = []
     try:
@@ -176,7 +217,9 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
 
 
 class _Watched(BufferedReader):
-    """A file that knows whether the last reading met its end inside a message: the head of one is three bytes."""
+    """A file that knows whether the last reading met its end inside a message: the head of one is
+    three bytes.
+    """
 
     broken = False
 
@@ -187,7 +230,8 @@ class _Watched(BufferedReader):
         return data
 
 
-# Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and one line here.
+# Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and one
+# line here.
 
 ReadTopics = Callable[[Path, Sequence[str]], dict[str, Table]]
 
@@ -196,7 +240,8 @@ ReadTopics = Callable[[Path, Sequence[str]], dict[str, Table]]
 class TopicReader:
     """How the files of one suffix are read, and the shipped mapping that suits them.
 
-    `read_named` returns those of the wanted topics that are there; with no names, all that are there.
+    `read_named` returns those of the wanted topics that are there; with no names, all that are
+    there.
     """
 
     kind: str
@@ -208,7 +253,10 @@ class TopicReader:
 
         Raises BadInputError for a missing topic, with those that are there.
         """
-        wanted = [[pattern.removeprefix("*").removesuffix(".csv") for pattern in entry.patterns] for entry in files]
+        wanted = [
+            [pattern.removeprefix("*").removesuffix(".csv") for pattern in entry.patterns]
+            for entry in files
+        ]
         require_regular(path)
         found = self.read_named(path, [name for names in wanted for name in names])
         missing = [
@@ -218,7 +266,9 @@ class TopicReader:
         ]
         if missing:
             known = ", ".join(sorted(found)) or "none of those wanted"
-            raise BadInputError(f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}")
+            raise BadInputError(
+                f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}"
+            )
         return [next((found[name] for name in names if name in found), None) for names in wanted]
 
 
@@ -228,7 +278,8 @@ TOPIC_READERS = {
 }
 
 
-# Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra pitotbench[hdf5].
+# Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra
+# pitotbench[hdf5].
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
@@ -236,7 +287,8 @@ _CHARACTERS = b"char"
 
 
 def load_hdf5(path: Path) -> dict[str, Any]:
-    """Return the variables of a file by name: arrays as MATLAB shows them, texts, and structs as dictionaries.
+    """Return the variables of a file by name: arrays as MATLAB shows them, texts, and structs as
+    dictionaries.
 
     Raises BadInputError where h5py is not installed or the file is broken.
     """
@@ -244,7 +296,8 @@ def load_hdf5(path: Path) -> dict[str, Any]:
         import h5py  # an extra: most users never read such a file
     except ImportError as error:
         raise BadInputError(
-            "a .mat file of version 7.3 needs h5py: pip install 'pitotbench[hdf5]', or save('log.mat', '-v7')"
+            "a .mat file of version 7.3 needs h5py: pip install 'pitotbench[hdf5]', or "
+            "save('log.mat', '-v7')"
         ) from error
     try:
         with h5py.File(path, "r") as file:
@@ -261,7 +314,11 @@ def load_hdf5(path: Path) -> dict[str, Any]:
 def _fields(group: Any, held: type) -> dict[str, Any]:
     """Return what a group itself holds: a link of another kind may lead into another file."""
     names = [name for name in group if not name.startswith("#")]
-    return {name: _value(group[name], held) for name in names if isinstance(group.get(name, getlink=True), held)}
+    return {
+        name: _value(group[name], held)
+        for name in names
+        if isinstance(group.get(name, getlink=True), held)
+    }
 
 
 def _value(item: Any, held: type) -> Any:
@@ -277,13 +334,21 @@ def _value(item: Any, held: type) -> Any:
     return array.T  # MATLAB stores column by column
 
 
-# Read and write MATLAB files: one variable a column (or one struct, or one matrix of them), the header as text.
-# Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of version 5.
+# Read and write MATLAB files: one variable a column (or one struct, or one matrix of them), the
+# header as text. Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of
+# version 5.
 
 _HEADER = "header"
 _IDENTIFICATION = "fdata"
-_MATRIX, _COMPRESSED = 14, 15  # miMATRIX and miCOMPRESSED: kinds of a variable, which holds further elements
-_KINDS = {*range(1, 8), 9, *range(12, 19)}  # of the elements of a file: SciPy's reader dies of another
+_MATRIX, _COMPRESSED = (
+    14,
+    15,
+)  # miMATRIX and miCOMPRESSED: kinds of a variable, which holds further elements
+_KINDS = {
+    *range(1, 8),
+    9,
+    *range(12, 19),
+}  # of the elements of a file: SciPy's reader dies of another
 _DIMENSIONS = 5  # miINT32: the kind of the element that holds the dimensions of a variable
 _NUMERIC = range(6, 16)  # classes of a variable: double to unsigned integers of 64 bits
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of a number of each kind
@@ -293,10 +358,11 @@ _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one chan
 def read_mat(path: Path) -> Table:
     """Read the vectors of a .mat file, or of the only struct in it.
 
-    A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array `fdata` of SIDPAC
-    the other variables, which hold no samples, are left out. A struct with a field `data` (and `units`) is one
-    channel. Single numbers and texts beside the vectors are left out. Raises BadInputError for a file that is not
-    such a file, is cut off, or holds vectors of different lengths.
+    A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array
+    `fdata` of SIDPAC the other variables, which hold no samples, are left out. A struct with a
+    field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
+    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of
+    different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
@@ -311,7 +377,9 @@ def read_mat(path: Path) -> Table:
     for name, value in variables.items():
         found |= _columns_of(name, value)
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
-    lengths = {len(column): name for name, (column, _) in reversed(vectors.items())}  # the first name of each
+    lengths = {
+        len(column): name for name, (column, _) in reversed(vectors.items())
+    }  # the first name of each
     if len(lengths) > 1:
         listing = ", ".join(f"{name} {length}" for length, name in reversed(lengths.items()))
         raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
@@ -330,14 +398,18 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
-    except Exception as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
+    except (
+        Exception
+    ) as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
         raise BadInputError(f"not a complete .mat file: {error}") from error
 
 
 def _require_readable(path: Path) -> None:
-    """Raise BadInputError for a .mat file of version 5 that unpacks to too much, or has a broken variable.
+    """Raise BadInputError for a .mat file of version 5 that unpacks to too much, or has a broken
+    variable.
 
-    A variable states its size in its first eight bytes, so that it is known before the rest is unpacked.
+    A variable states its size in its first eight bytes, so that it is known before the rest is
+    unpacked.
     """
     unpacked = 0
     with path.open("rb") as file:
@@ -361,8 +433,8 @@ def _require_readable(path: Path) -> None:
 def _require_whole(elements: bytes, order: str) -> None:
     """Raise BadInputError for the elements of a variable that SciPy's reader would die of.
 
-    Those are an element of no kind, one that ends behind its variable, and numbers of another count than their
-    dimensions tell. A small element holds its data in its tag.
+    Those are an element of no kind, one that ends behind its variable, and numbers of another count
+    than their dimensions tell. A small element holds its data in its tag.
     """
     place, held = 0, list[tuple[int, bytes]]()
     while len(tag := elements[place : place + 8]) == 8 and any(tag):
@@ -372,12 +444,18 @@ def _require_whole(elements: bytes, order: str) -> None:
         else:
             data = elements[place + 8 : place + 8 + size]
         if kind not in _KINDS or len(data) < size:
-            raise BadInputError(f"not a complete .mat file: an element of the kind {kind} and {size} bytes")
+            raise BadInputError(
+                f"not a complete .mat file: an element of the kind {kind} and {size} bytes"
+            )
         if kind == _MATRIX:
             _require_whole(data, order)
         held.append((kind, data))
         place += 8 if small else 8 + -(-size // 8) * 8
-    if len(held) < 3 or len(held[0][1]) != 8 or (made := struct.unpack(f"{order}I", held[0][1][:4])[0] & 0xFF) > 16:
+    if (
+        len(held) < 3
+        or len(held[0][1]) != 8
+        or (made := struct.unpack(f"{order}I", held[0][1][:4])[0] & 0xFF) > 16
+    ):
         return  # no variable, or one of a class of MATLAB's own
     kind, data = held[1]
     if kind != _DIMENSIONS or len(data) % 4 or len(data) < 8:
@@ -386,11 +464,15 @@ def _require_whole(elements: bytes, order: str) -> None:
     if made in _NUMERIC and len(held) > 3:
         kind, data = held[3]
         if len(data) != np.prod(dimensions, dtype=float) * _BYTES.get(kind, 0):
-            raise BadInputError(f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} numbers")
+            raise BadInputError(
+                f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} numbers"
+            )
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
-    """Return the columns of a variable with their units: one of a vector or channel, several of a matrix."""
+    """Return the columns of a variable with their units: one of a vector or channel, several of a
+    matrix.
+    """
     if isinstance(value, dict):
         unit = next((str(value[key]) for key in _UNITS if key in value), "")
         return {name: (_vector(name, value[_DATA]), unit)} if _DATA in value else {}
@@ -403,7 +485,9 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
 def _vector(name: str, value: object) -> Column:
     array = np.atleast_1d(np.atleast_1d(np.asarray(value)).squeeze())
     if array.ndim != 1:
-        raise BadInputError(f"variable {name!r} has shape {array.shape}; a column of a log is a vector")
+        raise BadInputError(
+            f"variable {name!r} has shape {array.shape}; a column of a log is a vector"
+        )
     return np.char.rstrip(array) if array.dtype.kind == "U" else array
 
 
@@ -437,33 +521,44 @@ FORMATS: Catalog[Format] = Catalog(
 
 
 # Files that are read and never written.
-READ_ONLY: dict[str, Callable[[Path], Table]] = {".csv.gz": read_csv, ".igc": read_igc, ".igc.gz": read_igc}
+READ_ONLY: dict[str, Callable[[Path], Table]] = {
+    ".csv.gz": read_csv,
+    ".igc": read_igc,
+    ".igc.gz": read_igc,
+}
 
 
 def reader_of(path: Path) -> Callable[[Path], Table]:
-    """Return the reader of a file by its suffix. Raises BadInputError for a suffix that is not in the tables."""
+    """Return the reader of a file by its suffix. Raises BadInputError for a suffix that is not in
+    the tables.
+    """
     packed = next((suffix for suffix in READ_ONLY if path.name.lower().endswith(suffix)), None)
     return format_of(path).read if packed is None else READ_ONLY[packed]
 
 
 def format_of(path: Path) -> Format:
-    """Return the format of a file by its suffix. Raises BadInputError for a suffix that is not in the table."""
+    """Return the format of a file by its suffix. Raises BadInputError for a suffix that is not in
+    the table.
+    """
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise BadInputError(
-            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or convert it "
+            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or "
+            "convert it "
             f"(read only: {', '.join([*READ_ONLY, *TOPIC_READERS])})"
         )
     return FORMATS[suffix]
 
 
-# Write a FlightLog to a file, and check the places where a command will write before its work begins.
+# Write a FlightLog to a file, and check the places where a command will write before its work
+# begins.
 
 
 def write_log(log: FlightLog, path: Path | str) -> Path:
     """Write a log with canonical columns, in the format of the path's suffix, and return the path.
 
-    An error leaves no incomplete file. Raises BadInputError for an unknown suffix or an unwritable place.
+    An error leaves no incomplete file. Raises BadInputError for an unknown suffix or an unwritable
+    place.
     """
     target = Path(path)
     try:
@@ -476,7 +571,8 @@ def write_log(log: FlightLog, path: Path | str) -> Path:
     return target
 
 
-# Check the places where a command will write, before its work begins. An output is never one of the inputs.
+# Check the places where a command will write, before its work begins. An output is never one of the
+# inputs.
 
 PAGES = (".html", ".htm")
 
@@ -484,24 +580,31 @@ PAGES = (".html", ".htm")
 def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
     """Raise BadInputError unless a file can be written to `path`.
 
-    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist and be writable,
-    and `path` must not be a folder or a device.
+    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist
+    and be writable, and `path` must not be a folder or a device.
     """
     known = tuple(suffixes)
     if path.is_dir():
-        raise BadInputError(f"{path}: a folder; name a file in it that ends in {' or '.join(known)}")
+        raise BadInputError(
+            f"{path}: a folder; name a file in it that ends in {' or '.join(known)}"
+        )
     if path.suffix.lower() not in known:
         raise BadInputError(f"{path}: the name must end in {' or '.join(known)}")
     _require_no_input(path, inputs)
     if path.exists() and not path.is_file():
-        raise BadInputError(f"{path}: not a regular file, so it cannot be replaced; choose another name")
+        raise BadInputError(
+            f"{path}: not a regular file, so it cannot be replaced; choose another name"
+        )
     if not path.parent.is_dir():
-        raise BadInputError(f"{path}: the folder {path.parent} does not exist; make it or choose another")
+        raise BadInputError(
+            f"{path}: the folder {path.parent} does not exist; make it or choose another"
+        )
     _require_takes_files(path.parent, path)
 
 
 def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless files can be written to the folder `path`, which may not exist yet.
+    """Raise BadInputError unless files can be written to the folder `path`, which may not exist
+    yet.
 
     `names` are the files that will be written there; none of them may be one of the `inputs`.
     """
@@ -509,7 +612,9 @@ def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path]
     for name in names:
         _require_no_input(path / name, inputs)
         if (path / name).is_dir():
-            raise BadInputError(f"{path / name}: a folder where a file is to be written; choose another folder")
+            raise BadInputError(
+                f"{path / name}: a folder where a file is to be written; choose another folder"
+            )
     nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
     if not nearest.is_dir():
         raise BadInputError(f"{path}: {nearest} is a file, not a folder; choose another folder")
@@ -518,16 +623,23 @@ def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path]
 
 def _require_no_input(path: Path, inputs: Iterable[Path]) -> None:
     for source in inputs:
-        if path.resolve() == source.resolve() or (path.exists() and source.exists() and path.samefile(source)):
-            raise BadInputError(f"{path}: this is an input and would be overwritten; choose another name")
+        if path.resolve() == source.resolve() or (
+            path.exists() and source.exists() and path.samefile(source)
+        ):
+            raise BadInputError(
+                f"{path}: this is an input and would be overwritten; choose another name"
+            )
 
 
 def _require_takes_files(folder: Path, path: Path) -> None:
     """Raise BadInputError where a folder cannot take files."""
-    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or virtual disk.
+    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or
+    # virtual disk.
     try:
         with TemporaryFile(dir=folder):
             pass
     except OSError as error:
         reason = error.strerror or error
-        raise BadInputError(f"{path}: cannot be written: {reason}; choose another folder") from error
+        raise BadInputError(
+            f"{path}: cannot be written: {reason}; choose another folder"
+        ) from error

@@ -1,4 +1,6 @@
-"""Read a foreign log through its mapping: find its files, rename their columns, bring them onto one time base."""
+"""Read a foreign log through its mapping: find its files, rename their columns, bring them onto one
+time base.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES, Column, Table, clock_seconds, is_clock, numbers, parse_column
+from pitotbench.logbook.columns import (
+    QUANTITIES,
+    Column,
+    Table,
+    clock_seconds,
+    is_clock,
+    numbers,
+    parse_column,
+)
 from pitotbench.logbook.derived import components
 from pitotbench.logbook.formats import TOPIC_READERS
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
@@ -22,7 +32,8 @@ ReadTable = Callable[[Path], Table]
 def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
     """Read the table of a log, from one file or several, with the columns that a mapping names.
 
-    `read_table` reads one file. Raises BadInputError for a file or column that is missing or ambiguous.
+    `read_table` reads one file. Raises BadInputError for a file or column that is missing or
+    ambiguous.
     """
     topics = TOPIC_READERS.get(path.suffix.lower())
     tables: list[Table | None] = topics.read(path, mapping.files) if topics else []
@@ -49,7 +60,8 @@ def _within(part: str) -> Iterator[None]:
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
-    """Return the files of a log, given its folder or its first file; None for an optional one that is not there.
+    """Return the files of a log, given its folder or its first file; None for an optional one that
+    is not there.
 
     Raises BadInputError where a needed one is missing.
     """
@@ -59,14 +71,18 @@ def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
     lead = path.name if not path.is_dir() else _only_match(folder, first).name
     before, star, after = first.partition("*")
     if not (lead.startswith(before) and lead.endswith(after) and (star or lead == first)):
-        raise BadInputError(f"the mapping expects the folder of the log or its file {first!r}, not {lead!r}")
+        raise BadInputError(
+            f"the mapping expects the folder of the log or its file {first!r}, not {lead!r}"
+        )
     prefix = lead[len(before) : len(lead) - len(after)]
     found: list[Path | None] = []
     for entry in mapping.files:
         files = [folder / pattern.replace("*", prefix) for pattern in entry.patterns]
         found.append(next((file for file in files if file.is_file()), None))
         if found[-1] is None and not entry.optional:
-            raise BadInputError(f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there")
+            raise BadInputError(
+                f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there"
+            )
     return found
 
 
@@ -83,22 +99,27 @@ def _only_match(folder: Path, pattern: str) -> Path:
 
 
 def rename(table: Table, entry: MappedFile) -> Table:
-    """Return the mapped columns under our names; of several columns for one quantity, the first that is there.
+    """Return the mapped columns under our names; of several columns for one quantity, the first
+    that is there.
 
-    A missing column gives a warning where it is neither essential nor optional. Raises BadInputError where an
-    essential column is missing or the mapping names an unknown quantity.
+    A missing column gives a warning where it is neither essential nor optional. Raises
+    BadInputError where an essential column is missing or the mapping names an unknown quantity.
     """
     quantities: dict[Renamed, Channel] = {}
     for target in entry.columns:
         parsed = parse_column(target.name)
         if parsed is None:
-            raise BadInputError(f"the mapping names {target.name!r}, which is no column of a flight log")
+            raise BadInputError(
+                f"the mapping names {target.name!r}, which is no column of a flight log"
+            )
         quantities[target] = parsed[0]
     present = {quantities[target] for target in entry.columns if target.theirs in table.names}
     found: dict[Channel, tuple[str, Column]] = {}
     lost = []
     for target, quantity in quantities.items():
-        if target.theirs not in table.names and (target.optional or quantity in present or not quantity.essential):
+        if target.theirs not in table.names and (
+            target.optional or quantity in present or not quantity.essential
+        ):
             if not target.optional and quantity not in present:
                 lost.append(target.theirs)
             continue
@@ -108,7 +129,10 @@ def rename(table: Table, entry: MappedFile) -> Table:
         if target.factor != 1.0 or target.offset != 0.0:
             column = numbers(target.theirs, column) * target.factor + target.offset
         found[quantity] = (target.name, column)
-    warnings = (*table.warnings, *(f"the mapping's column {name!r} is not in the file" for name in lost))
+    warnings = (
+        *table.warnings,
+        *(f"the mapping's column {name!r} is not in the file" for name in lost),
+    )
     names, columns = zip(*found.values(), strict=True) if found else ((), ())
     return replace(table, names=names, columns=columns, warnings=warnings, units=())
 
@@ -125,7 +149,9 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     end = min([time[-1], *(clock[-1] for clock in clocks)])
     inside = (time >= start) & (time <= end)
     if not inside.any():
-        raise BadInputError("the files of the log do not overlap in time; check the mapping's time columns")
+        raise BadInputError(
+            "the files of the log do not overlap in time; check the mapping's time columns"
+        )
     names, columns = list(base.names), [column[inside] for column in base.columns]
     warnings = list(base.warnings)
     for (table, join), clock in zip(others, clocks, strict=True):
@@ -139,8 +165,12 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
 
 
 def _time(table: Table) -> Array:
-    """Return the time column in seconds. Raises BadInputError unless it increases, as interpolation needs."""
-    name = next((n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None)
+    """Return the time column in seconds. Raises BadInputError unless it increases, as interpolation
+    needs.
+    """
+    name = next(
+        (n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None
+    )
     if name is None:
         raise BadInputError("each file of a mapping needs a time column")
     column = table.column(name)
@@ -155,7 +185,9 @@ def _time(table: Table) -> Array:
 
 
 def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Column:
-    """Return a column, sampled at `clock`, at other times: interpolated, or the last or nearest value."""
+    """Return a column, sampled at `clock`, at other times: interpolated, or the last or nearest
+    value.
+    """
     if join == "linear" and column.dtype.kind == "f":
         parsed = parse_column(name)
         if parsed is not None and parsed[0].wraps:  # between 359° and 1° lies 0°, not 180°

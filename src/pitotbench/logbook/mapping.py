@@ -1,4 +1,6 @@
-"""Read mapping files, which give the columns of a foreign log our names. The log may be in several files."""
+"""Read mapping files, which give the columns of a foreign log our names. The log may be in several
+files.
+"""
 
 import tomllib
 from collections.abc import Iterable
@@ -15,8 +17,8 @@ from pitotbench.records import BadInputError
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """One column of a foreign log and its name here: value = theirs * factor + offset. It may be absent if
-    optional."""
+    """One column of a foreign log and its name here: value = theirs * factor + offset. It may be
+    absent if optional."""
 
     theirs: str
     name: str
@@ -27,7 +29,8 @@ class Renamed:
 
 @dataclass(frozen=True, slots=True)
 class MappedFile:
-    """One file of a log: its name patterns, how it is brought onto the time base (see `JOINS`), its columns.
+    """One file of a log: its name patterns, how it is brought onto the time base (see `JOINS`), its
+    columns.
 
     The first pattern for which there is a file counts. An `optional` file may be absent.
     """
@@ -45,7 +48,8 @@ class MappedFile:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """A mapping: its files, and calibration choices that suit such logs. The first file gives the time base.
+    """A mapping: its files, and calibration choices that suit such logs. The first file gives the
+    time base.
 
     `recognize` holds the columns by which such a log is known; none where it is not.
     """
@@ -63,13 +67,16 @@ def shipped() -> Catalog[str]:
     """Return the mappings that come with the bench, as TOML texts by name."""
     folder = resources.files("pitotbench.logbook") / "mappings"
     files = sorted((f for f in folder.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name)
-    return Catalog("mapping", {f.name.removesuffix(".toml"): f.read_text(encoding="utf-8") for f in files})
+    return Catalog(
+        "mapping", {f.name.removesuffix(".toml"): f.read_text(encoding="utf-8") for f in files}
+    )
 
 
 def find_mapping(name: str | Path) -> Mapping:
     """Return the mapping of a shipped name or of a TOML file.
 
-    Raises UnknownNameError for a name that is not shipped, BadInputError for a file that is missing or wrong.
+    Raises UnknownNameError for a name that is not shipped, BadInputError for a file that is missing
+    or wrong.
     """
     path = Path(name)
     if path.suffix != ".toml":
@@ -101,9 +108,16 @@ def parse_mapping(name: str, text: str) -> Mapping:
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
     for file in document.files:
         if file.join not in JOINS:
-            raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
+            raise BadInputError(
+                f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}"
+            )
     mapped = tuple(
-        MappedFile((f.file,) if isinstance(f.file, str) else tuple(f.file), f.join, _renamed(f.columns), f.optional)
+        MappedFile(
+            (f.file,) if isinstance(f.file, str) else tuple(f.file),
+            f.join,
+            _renamed(f.columns),
+            f.optional,
+        )
         for f in document.files
     ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
     return Mapping(document.title, mapped, document.calibrate, tuple(document.recognize))
@@ -121,7 +135,9 @@ def recognized(names: Iterable[str]) -> str | None:
 
 @cache
 def _document() -> Any:
-    """Return the model of a mapping file: its tables and keys. Made when asked for: pydantic is slow to load."""
+    """Return the model of a mapping file: its tables and keys. Made when asked for: pydantic is
+    slow to load.
+    """
     from pydantic import BaseModel, ConfigDict
 
     class Target(BaseModel):

@@ -22,9 +22,10 @@ from pitotbench.records.log import Caution
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 
-# Airspeed against ground speed: what impact pressure the ground speed asks for, in a wind that is found with it.
-# Over all headings a wind cannot look like a factor. On one heading it can: then the standard error of the
-# factor, with the wind's usual size as knowledge, is large, and nothing is said.
+# Airspeed against ground speed: what impact pressure the ground speed asks for, in a wind that is
+# found with it. Over all headings a wind cannot look like a factor. On one heading it can: then the
+# standard error of the factor, with the wind's usual size as knowledge, is large, and nothing is
+# said.
 
 _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
@@ -36,13 +37,17 @@ _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as 
 _GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
-_SCALE_SPREAD = 10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
+_SCALE_SPREAD = (
+    10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
+)
 _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
 
 
 @dataclass(frozen=True, slots=True)
 class FlownRows:
-    """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in the draft."""
+    """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in
+    the draft.
+    """
 
     rows: NDArray[np.intp]
     time: Array
@@ -55,11 +60,15 @@ class FlownRows:
     @property
     def shared(self) -> float:
         """Samples for each that counts: gusts last, and samples within one say the same."""
-        return max(1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING))
+        return max(
+            1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING)
+        )
 
     @property
     def window(self) -> NDArray[np.intp]:
-        """The number of the window of each row, (n,): all in one where one wind holds for the flight."""
+        """The number of the window of each row, (n,): all in one where one wind holds for the
+        flight.
+        """
         since = self.time - self.time[0]
         return np.asarray(since // (_WINDOW if since[-1] > _ONE_WIND else np.inf), dtype=np.intp)
 
@@ -68,10 +77,10 @@ class FlownRows:
 class Factor:
     """What the ground speed says of the impact pressure q_c: true ≈ `scale` · q_c + `zero`.
 
-    `excess` is true over measured, less one, at low, usual and high q_c, with standard errors `spread`; `wind`
-    (2, n) [m/s] toward north and east on each row; `misfit` the rms of ground speed less wind against airspeed,
-    over airspeed. `change` is that of the factor from the first to the second half of the log, with its standard
-    error.
+    `excess` is true over measured, less one, at low, usual and high q_c, with standard errors
+    `spread`; `wind` (2, n) [m/s] toward north and east on each row; `misfit` the rms of ground
+    speed less wind against airspeed, over airspeed. `change` is that of the factor from the first
+    to the second half of the log, with its standard error.
     """
 
     scale: float
@@ -85,7 +94,9 @@ class Factor:
 
 
 def flown_rows(draft: Draft) -> FlownRows | None:
-    """The rows to compare; None where too few are in flight and below the end of the sensor's range."""
+    """The rows to compare; None where too few are in flight and below the end of the sensor's
+    range.
+    """
     c = draft.channels
     north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
     flying = np.hypot(north, east) > _FLYING
@@ -97,13 +108,19 @@ def flown_rows(draft: Draft) -> FlownRows | None:
         return None
     rows = rows[:: max(1, len(rows) // _ROWS)]
     static = c["static_pressure"][rows]
-    warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(draft, some(draft, "static_pressure"))
+    warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(
+        draft, some(draft, "static_pressure")
+    )
     return FlownRows(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
 
 
 def find_factor(flown: FlownRows) -> Factor:
-    """Fit the winds, scale, zero and a change of the scale at half time, by least squares with weak priors."""
-    from scipy.optimize import least_squares  # slow to load, and a log without ground speed does not need it
+    """Fit the winds, scale, zero and a change of the scale at half time, by least squares with weak
+    priors.
+    """
+    from scipy.optimize import (
+        least_squares,
+    )  # slow to load, and a log without ground speed does not need it
 
     late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
@@ -176,7 +193,8 @@ def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
             other = replace(flown, **{axis: getattr(flown, axis) * times})
             if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
                 raise BadInputError(
-                    f"column {draft.columns[name]!r}: this component alone looks like {SUFFIXES[suffix].words}: "
+                    f"column {draft.columns[name]!r}: this component alone looks like "
+                    f"{SUFFIXES[suffix].words}: "
                     f"name the column {name}_{suffix}"
                 )
 
@@ -185,9 +203,11 @@ def _check_misfit(draft: Draft, factor: Factor) -> None:
     if factor.misfit <= LIMITS.misfit_doubted:
         return
     words = (
-        f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ by "
+        f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ "
+        "by "
         f"{factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
-        f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the air data"
+        f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the "
+        "air data"
     )
     if factor.misfit > LIMITS.misfit_refused:
         raise BadInputError(words)
@@ -199,8 +219,10 @@ def _check_change(draft: Draft, factor: Factor) -> None:
     if doubted <= 0.0 or abs(factor.change) <= LIMITS.change_doubted:
         return
     words = (
-        f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by {factor.change:+.0%} "
-        "from the first to the second half of the log, against the measured one: did a unit, a gain or a source "
+        f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by "
+        f"{factor.change:+.0%} "
+        "from the first to the second half of the log, against the measured one: did a unit, a "
+        "gain or a source "
         "change in flight?"
     )
     if doubted > LIMITS.change_refused:
@@ -217,11 +239,13 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
     fits = _fits(draft, flown)
     words = (
-        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken off: "
+        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken "
+        "off: "
         f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
     )
     absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
-    # A unit that fits explains more than a zero does, where the difference is more than that of a zero.
+    # A unit that fits explains more than a zero does, where the difference is more than that of a
+    # zero.
     named = bool(fits) and size[1] > max(LIMITS.curve_refused, LIMITS.zero_allowed / impact[1])
     if named or bool(np.all(absurd)):
         raise BadInputError(words)
@@ -229,7 +253,9 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 
 
 def _fits(draft: Draft, flown: FlownRows) -> list[str]:
-    """The mistakes of unit that fit, with the columns to write: each is tried with a new fit of the wind."""
+    """The mistakes of unit that fit, with the columns to write: each is tried with a new fit of the
+    wind.
+    """
     fits = []
     for suffix, times in other_units(draft, "velocity_north"):
         if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
@@ -240,7 +266,10 @@ def _fits(draft: Draft, flown: FlownRows) -> list[str]:
         return fits  # formed from a total pressure: another unit of it would have been refused
     for suffix, times in other_units(draft, "impact_pressure"):
         if _explains(replace(flown, impact=flown.impact * times)):
-            fits.append(f"{column!r} looks like {SUFFIXES[suffix].words}: name the column impact_pressure_{suffix}")
+            fits.append(
+                f"{column!r} looks like {SUFFIXES[suffix].words}: name the column "
+                f"impact_pressure_{suffix}"
+            )
     return fits
 
 
@@ -259,21 +288,26 @@ def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list
     ]
     offset = _offset(factor, impact_pressure)
     if abs(offset) > _SMALL_ZERO:
-        guesses.append(f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero")
+        guesses.append(
+            f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero"
+        )
     return guesses or [f"check units and zero of {impact!r} and {north!r}"]
 
 
 def _offset(factor: Factor, impact_pressure: float) -> float:
-    """The zero offset that would explain the difference [Pa]; 0 where none does that a gauge may have."""
+    """The zero offset that would explain the difference [Pa]; 0 where none does that a gauge may
+    have.
+    """
     if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * impact_pressure:
         return -factor.zero
     offset = -float(factor.excess[1]) * impact_pressure
     return offset if abs(offset) <= LIMITS.zero_allowed else 0.0
 
 
-# Velocity against heading, where the log holds it: signs, exchanged or turned axes.
-# With z = north + i·east, the velocity over ground is a·V·e^(iψ) + wind, and a is near 1. A velocity with
-# exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says which.
+# Velocity against heading, where the log holds it: signs, exchanged or turned axes. With z = north
+# + i·east, the velocity over ground is a·V·e^(iψ) + wind, and a is near 1. A velocity with
+# exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says
+# which.
 
 Complex = NDArray[np.complex128]
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
@@ -286,8 +320,8 @@ _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """Velocity against heading: the angle from one to the other [deg], its standard error [deg], and the rms of
-    what does not fit, over the airspeed."""
+    """Velocity against heading: the angle from one to the other [deg], its standard error [deg],
+    and the rms of what does not fit, over the airspeed."""
 
     angle: float
     spread: float
@@ -295,14 +329,19 @@ class Alignment:
 
 
 def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Warn where the velocity does not follow the heading; leave out a heading that stands still in turns."""
+    """Warn where the velocity does not follow the heading; leave out a heading that stands still in
+    turns.
+    """
     heading = draft.channels.get("heading")
     if heading is None:
         return
     psi = heading[flown.rows]
     track = np.arctan2(flown.east, flown.north)
     if _turning(psi) < LIMITS.headings_spread:
-        if _turning(track) > LIMITS.headings_spread and _turning(psi) < 0.1 * LIMITS.headings_spread:
+        if (
+            _turning(track) > LIMITS.headings_spread
+            and _turning(psi) < 0.1 * LIMITS.headings_spread
+        ):
             draft.leave_out("heading", "it does not turn while the GPS track does; check its unit")
         return
     found = _disagreement(flown, factor, psi, track)
@@ -341,30 +380,43 @@ def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) ->
         return Caution(text, "heading", size=min(direct.misfit, mirror.misfit))
     if mirror.misfit < LIMITS.mirror_better * direct.misfit:
         quarter = round(mirror.angle / 90.0) * 90
-        text = f"{_MIRRORED[180 if abs(quarter) == 180 else quarter]}, or the heading is counted the wrong way"
+        text = (
+            f"{_MIRRORED[180 if abs(quarter) == 180 else quarter]}, or the heading is counted "
+            "the wrong way"
+        )
         return Caution(text, "mirrored", size=mirror.angle)
     if min(direct.misfit, mirror.misfit) > LIMITS.misfit_doubted:
         text = (
-            f"the velocity does not follow the heading (they differ by {direct.misfit:.0%} rms): does one of its "
+            f"the velocity does not follow the heading (they differ by {direct.misfit:.0%} rms): "
+            "does one of its "
             "components lack its sign?"
         )
         return Caution(text, "heading", size=direct.misfit)
-    # Where the latency is known, `calibrate` withdraws this (reduction), and `reconcile` where a part explains it.
+    # Where the latency is known, `calibrate` withdraws this (reduction), and `reconcile` where a
+    # part explains it.
     if abs(direct.angle) - LIMITS.sigmas * direct.spread > LIMITS.angle_doubted:
         text = (
-            f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them magnetic, the heading "
+            f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them "
+            "magnetic, the heading "
             "not the airplane's, a sign wrong, or one of them late in the turns?"
         )
         if abs(direct.angle) > 150.0:
             text = "both velocities have the wrong sign, or the heading is that of the tail"
         return Caution(text, "axes turned", size=direct.angle)
     if _is_reckoned(flown, factor):
-        return Caution("the velocity repeats the noise of the airspeed: it is made of the air data", "reckoned")
-    return Caution("the heading is the track over ground" if _is_track(flown, factor, psi, track) else "", "track")
+        return Caution(
+            "the velocity repeats the noise of the airspeed: it is made of the air data", "reckoned"
+        )
+    return Caution(
+        "the heading is the track over ground" if _is_track(flown, factor, psi, track) else "",
+        "track",
+    )
 
 
 def _is_reckoned(flown: FlownRows, factor: Factor) -> bool:
-    """Whether the velocity is made of airspeed and heading: a receiver does not know the noise of the air data."""
+    """Whether the velocity is made of airspeed and heading: a receiver does not know the noise of
+    the air data.
+    """
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     through = np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])
     wiggles = np.diff([airspeed, through], 2, axis=1)
@@ -377,22 +429,34 @@ def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> boo
     difference = np.angle(np.exp(1j * (psi - track)))
     if float(np.sqrt(np.mean(difference**2))) > LIMITS.track_equal * DEGREE:
         return False
-    wind = float(np.median(np.hypot(*factor.wind))) / float(np.median(np.hypot(flown.north, flown.east)))
+    wind = float(np.median(np.hypot(*factor.wind))) / float(
+        np.median(np.hypot(flown.north, flown.east))
+    )
     return wind >= 4.0 * LIMITS.track_equal * DEGREE
 
 
-_SPAN = 4.0  # s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn
+_SPAN = (
+    4.0  # s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn
+)
 
 
 def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Leave out a roll or pitch in another unit than its column says; warn of one with the wrong sign."""
+    """Leave out a roll or pitch in another unit than its column says; warn of one with the wrong
+    sign.
+    """
     forward, right = _accelerations(flown, factor.wind)
     if "roll" in draft.channels:
-        _compare(draft, "roll", np.arctan(right / STANDARD_GRAVITY), draft.channels["roll"][flown.rows], False)
+        _compare(
+            draft,
+            "roll",
+            np.arctan(right / STANDARD_GRAVITY),
+            draft.channels["roll"][flown.rows],
+            False,
+        )
     if "pitch" in draft.channels and "specific_force_x" in draft.channels:
         force = draft.channels["specific_force_x"][flown.rows] - forward
-        # In a turn of bank φ the force along the airplane is that of the angle of attack times the load factor,
-        # 1/cos φ, and the pitch is cos φ of the angle of attack.
+        # In a turn of bank φ the force along the airplane is that of the angle of attack times the
+        # load factor, 1/cos φ, and the pitch is cos φ of the angle of attack.
         in_level_flight = force / (1.0 + (right / STANDARD_GRAVITY) ** 2)
         expected = np.arcsin(np.clip(in_level_flight / STANDARD_GRAVITY, -0.9, 0.9))
         _compare(draft, "pitch", expected, draft.channels["pitch"][flown.rows], True)
@@ -409,7 +473,10 @@ def _accelerations(flown: FlownRows, wind: Array) -> tuple[Array, Array]:
 
 
 def _rate(time: Array, values: Array) -> Array:
-    before, after = np.maximum(time - _SPAN / 2.0, time[0]), np.minimum(time + _SPAN / 2.0, time[-1])
+    before, after = (
+        np.maximum(time - _SPAN / 2.0, time[0]),
+        np.minimum(time + _SPAN / 2.0, time[-1]),
+    )
     change = np.interp(after, time, values) - np.interp(before, time, values)
     return np.asarray(change / np.maximum(after - before, 1e-3))
 
@@ -433,14 +500,23 @@ def _compare(draft: Draft, name: str, expected: Array, measured: Array, about_me
             for suffix, times in other_units(draft, name)
             if LIMITS.slope_low < abs(slope) * times < LIMITS.slope_high
         ]
-        way_out = f"; it would fit {' or '.join(fits)}: name the column so" if fits else "; check its unit"
-        draft.leave_out(name, f"the motion asks for {1.0 / abs(slope):.2g} times the angle{way_out}")
+        way_out = (
+            f"; it would fit {' or '.join(fits)}: name the column so"
+            if fits
+            else "; check its unit"
+        )
+        draft.leave_out(
+            name, f"the motion asks for {1.0 / abs(slope):.2g} times the angle{way_out}"
+        )
     elif slope < 0.0:
-        draft.warnings.append(f"column {column!r}: the angle has the wrong sign against the motion of the airplane")
+        draft.warnings.append(
+            f"column {column!r}: the angle has the wrong sign against the motion of the airplane"
+        )
 
 
-# The checks run in this order, because each trusts what those before it have looked at: static pressure and
-# temperature give the density with which airspeeds are formed. All arrays are SI, one value for each row.
+# The checks run in this order, because each trusts what those before it have looked at: static
+# pressure and temperature give the density with which airspeeds are formed. All arrays are SI, one
+# value for each row.
 
 __all__ = ["LIMITS", "check_plausibility"]
 
@@ -454,7 +530,8 @@ def check_plausibility(draft: Draft) -> None:
     if flown is None:
         return
     factor = find_factor(flown)
-    # Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly one can.
+    # Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly
+    # one can.
     _check_axes(draft, flown, factor)
     _check_misfit(draft, factor)
     _check_change(draft, factor)

@@ -1,4 +1,6 @@
-"""The limits of what a log may show: range ends, and static pressure and temperature against height."""
+"""The limits of what a log may show: range ends, and static pressure and temperature against
+height.
+"""
 
 from dataclasses import dataclass
 
@@ -17,42 +19,73 @@ from pitotbench.units import SUFFIXES, Array, Booleans, Pascal, from_si, to_si
 class Limits:
     """Where a log is doubted (a warning) and where it is refused; SI, ratios without unit."""
 
-    # Height. Sea-level pressure lies between 970 and 1050 hPa nearly always: 350 m of pressure altitude.
+    # Height. Sea-level pressure lies between 970 and 1050 hPa nearly always: 350 m of pressure
+    # altitude.
     height_doubted: float = 350.0  # m
-    height_share: float = 0.03  # of the height: the air below is not as warm as the probe at height says
-    sea_level_band: float = 5000.0  # Pa about 1013.25 hPa in which a pressure reduced to sea level lies
-    sea_level_height: float = 600.0  # m, above which no such pressure is that of the height: 7 % less
-    total_slope: float = 0.5  # dp_s/dq_c: midway between a static source (below 0.1 in size) and a total tube (1)
+    height_share: float = (
+        0.03  # of the height: the air below is not as warm as the probe at height says
+    )
+    sea_level_band: float = (
+        5000.0  # Pa about 1013.25 hPa in which a pressure reduced to sea level lies
+    )
+    sea_level_height: float = (
+        600.0  # m, above which no such pressure is that of the height: 7 % less
+    )
+    total_slope: float = (
+        0.5  # dp_s/dq_c: midway between a static source (below 0.1 in size) and a total tube (1)
+    )
 
-    # Temperature. Between a polar winter and a desert in summer the standard day is 60 K off at most.
+    # Temperature. Between a polar winter and a desert in summer the standard day is 60 K off at
+    # most.
     temperature_doubted: float = 30.0  # K
     temperature_refused: float = 60.0  # K
-    rise_low: float = 0.7  # of the adiabatic rise: a total-temperature probe recovers 0.9 of it or more
+    rise_low: float = (
+        0.7  # of the adiabatic rise: a total-temperature probe recovers 0.9 of it or more
+    )
     rise_high: float = 1.4
     rise_of_air: float = 0.4  # an air temperature should not rise with speed at all
     rise_known: float = 0.1  # standard error of the rise above which nothing is said
 
-    # Speed. q_c is what the ground speed asks for, over what was measured, less one: minus the error of the system.
+    # Speed. q_c is what the ground speed asks for, over what was measured, less one: minus the
+    # error of the system.
     curve_doubted: float = 0.1  # 5 kt at 100 kt: the largest error that FAR 23.1323 accepts
     curve_refused: float = 0.2  # no source errs by a fifth of the impact pressure
-    zero_allowed: float = 150.0  # Pa: a cheap differential gauge may have this zero, and it may be taken off later
+    zero_allowed: float = (
+        150.0  # Pa: a cheap differential gauge may have this zero, and it may be taken off later
+    )
     zero_spread: float = 100.0  # Pa, 1σ of the zero before the log is looked at
-    wind_spread: float = 12.0  # m/s, 1σ of a component of the wind before the log is looked at, low down
-    wind_share: float = 0.1  # of the airspeed, added to it: who flies fast flies high, where winds are strong
+    wind_spread: float = (
+        12.0  # m/s, 1σ of a component of the wind before the log is looked at, low down
+    )
+    wind_share: float = (
+        0.1  # of the airspeed, added to it: who flies fast flies high, where winds are strong
+    )
     change_doubted: float = 0.13  # of q_c, from one part of the log to the next
     change_refused: float = 0.5
     misfit_doubted: float = 0.15  # rms of ground speed less wind against airspeed, over airspeed
     misfit_refused: float = 0.3  # gusts of 3 m/s about an airplane of 10 m/s
     axes_misfit: float = 0.1  # above which a unit of one component alone is tried
-    axes_better: float = 0.4  # share of the misfit that must remain with it: gusts and the curve remain
-    unit_fits: float = 0.15  # of q_c, that may remain after a unit is corrected: the error of the system itself
+    axes_better: float = (
+        0.4  # share of the misfit that must remain with it: gusts and the curve remain
+    )
+    unit_fits: float = (
+        0.15  # of q_c, that may remain after a unit is corrected: the error of the system itself
+    )
     sigmas: float = 3.0  # standard errors by which a limit must be passed
 
     # Direction.
-    angle_doubted: float = 5.0  # degrees between heading and velocity less wind: above an attitude system's error
-    headings_spread: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns or out and back
-    mirror_better: float = 0.5  # share of the misfit that a mirrored velocity may have to be believed
-    wiggles_apart: float = 0.2  # of the airspeed's second differences: two sensors have 0.37 or more in real logs
+    angle_doubted: float = (
+        5.0  # degrees between heading and velocity less wind: above an attitude system's error
+    )
+    headings_spread: float = (
+        0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns or out and back
+    )
+    mirror_better: float = (
+        0.5  # share of the misfit that a mirrored velocity may have to be believed
+    )
+    wiggles_apart: float = (
+        0.2  # of the airspeed's second differences: two sensors have 0.37 or more in real logs
+    )
     track_equal: float = 1.0  # degrees rms: a heading so near the track in a wind is the track
 
     # Attitude.
@@ -68,23 +101,34 @@ _ROWS = 20_000  # that medians and slopes are taken over: more would only take t
 
 
 def some(draft: Draft, name: str) -> Array:
-    """Evenly spaced values of a channel, (k,), at most about `_ROWS`; of all channels the same rows."""
+    """Evenly spaced values of a channel, (k,), at most about `_ROWS`; of all channels the same
+    rows.
+    """
     return draft.channels[name][:: max(1, len(draft.rows) // _ROWS)]
 
 
 def other_units(draft: Draft, name: str) -> list[tuple[str, float]]:
     """The other units of a quantity: the suffix, and that unit over the one written."""
     written = SUFFIXES[draft.suffixes[name]].factor
-    return [(s, SUFFIXES[s].factor / written) for s in QUANTITIES[name].suffixes if s != draft.suffixes[name]]
+    return [
+        (s, SUFFIXES[s].factor / written)
+        for s in QUANTITIES[name].suffixes
+        if s != draft.suffixes[name]
+    ]
 
 
-_BLOCK = 5.0  # s, over which values are averaged: longer than the probe, the gauge and the receiver lag
-_LASTING = 4.0  # blocks for which weather and gusts last: as many times fewer blocks count for the error
+_BLOCK = (
+    5.0  # s, over which values are averaged: longer than the probe, the gauge and the receiver lag
+)
+_LASTING = (
+    4.0  # blocks for which weather and gusts last: as many times fewer blocks count for the error
+)
 
 
 def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float]:
-    """The coefficient of the second row of `design`, (m, n), in a least-squares fit to `values`, (n,), over means
-    of blocks of time, and its standard error; infinite where the log is too short."""
+    """The coefficient of the second row of `design`, (m, n), in a least-squares fit to `values`,
+    (n,), over means of blocks of time, and its standard error; infinite where the log is too short.
+    """
     number = np.unique(np.floor(time / _BLOCK), return_inverse=True)[1]
     count = np.bincount(number)
     columns = np.stack([np.bincount(number, row) / count for row in design])
@@ -109,7 +153,9 @@ _SHOULD_MOVE = 0.5  # K, standard deviation: a probe that should move by more ca
 
 
 def check_temperature(draft: Draft) -> None:
-    """Refuse a temperature that no day has; warn of one far from a standard day, or of a probe that never moves."""
+    """Refuse a temperature that no day has; warn of one far from a standard day, or of a probe that
+    never moves.
+    """
     for name in TEMPERATURES:
         if name in draft.channels:
             _check_level(draft, name)
@@ -117,14 +163,17 @@ def check_temperature(draft: Draft) -> None:
 
 
 def check_rise(draft: Draft) -> None:
-    """Warn where the temperature rises with the airspeed as that of the other name would, or of another unit."""
+    """Warn where the temperature rises with the airspeed as that of the other name would, or of
+    another unit.
+    """
     for name in TEMPERATURES:
         if name in draft.channels and np.ptp(draft.channels[name]) > 0.0:
             _check_rise(draft, name)
 
 
 def warmth(draft: Draft, static_pressure: Array) -> float:
-    """The air's temperature over that of the standard day, (k,), at a static pressure [Pa] of `some` rows, (k,).
+    """The air's temperature over that of the standard day, (k,), at a static pressure [Pa] of
+    `some` rows, (k,).
 
     1 without a temperature, or with one that no day has.
     """
@@ -141,7 +190,9 @@ def _standard(static_pressure: Array) -> Array:
 
 
 def _mach(draft: Draft) -> Array:
-    return air.mach_from_impact_pressure(some(draft, "impact_pressure"), some(draft, "static_pressure"))
+    return air.mach_from_impact_pressure(
+        some(draft, "impact_pressure"), some(draft, "static_pressure")
+    )
 
 
 def _excess(draft: Draft, name: str, values: Array, static_pressure: Array) -> float:
@@ -158,7 +209,8 @@ def _check_level(draft: Draft, name: str) -> None:
     fits = likely_temperatures(draft, name)
     way_out = f"; it would fit {' or '.join(fits)}" if fits else "; check its unit"
     words = (
-        f"column {draft.columns[name]!r}: the air is {abs(excess):.0f} K {'warmer' if excess > 0 else 'colder'} "
+        f"column {draft.columns[name]!r}: the air is {abs(excess):.0f} K "
+        f"{'warmer' if excess > 0 else 'colder'} "
         f"than on a standard day at this pressure{way_out}"
     )
     if abs(excess) > LIMITS.temperature_refused:
@@ -167,7 +219,9 @@ def _check_level(draft: Draft, name: str) -> None:
 
 
 def likely_temperatures(draft: Draft, name: str) -> list[str]:
-    """Columns of a temperature in whose unit the air would be about that of a standard day, the nearest first."""
+    """Columns of a temperature in whose unit the air would be about that of a standard day, the
+    nearest first.
+    """
     written = from_si(some(draft, name), draft.suffixes[name])
     static = np.clip(some(draft, "static_pressure"), QUANTITIES["static_pressure"].low, None)
     found = []
@@ -189,7 +243,8 @@ def _check_still(draft: Draft, name: str) -> None:
         expected = air.total_temperature(expected, _mach(draft))
     if float(np.std(expected)) > _SHOULD_MOVE:
         draft.warnings.append(
-            f"column {draft.columns[name]!r} never changes, though a probe would: is it stuck, or a number written "
+            f"column {draft.columns[name]!r} never changes, though a probe would: is it stuck, or "
+            "a number written "
             "by hand? A constant of the air belongs into a column air_temperature"
         )
 
@@ -201,7 +256,11 @@ def _check_rise(draft: Draft, name: str) -> None:
     slow = [standard - np.mean(standard), time - np.mean(time)]
     design = np.stack([np.ones_like(time), rise, *slow])
     found = next(
-        (s for d in (design, design[[0, 1, 3]]) if np.isfinite((s := block_slope(time, d, some(draft, name)))[1])),
+        (
+            s
+            for d in (design, design[[0, 1, 3]])
+            if np.isfinite((s := block_slope(time, d, some(draft, name)))[1])
+        ),
         None,
     )
     if found is None or found[1] > LIMITS.rise_known:
@@ -210,21 +269,28 @@ def _check_rise(draft: Draft, name: str) -> None:
     margin = LIMITS.sigmas * error
     total = name == "total_temperature"
     if total and (slope < LIMITS.rise_low - margin or slope > LIMITS.rise_high + margin):
-        likely = "air_temperature" if slope < 0.5 * LIMITS.rise_low else "total_temperature in another unit"
+        likely = (
+            "air_temperature"
+            if slope < 0.5 * LIMITS.rise_low
+            else "total_temperature in another unit"
+        )
         draft.warnings.append(
-            f"column {draft.columns[name]!r}: a total temperature rises with the airspeed, this one {slope:.2f} "
+            f"column {draft.columns[name]!r}: a total temperature rises with the airspeed, this "
+            f"one {slope:.2f} "
             f"times as much as it should: it looks like {likely}"
         )
     if not total and slope > LIMITS.rise_of_air + margin:
         draft.warnings.append(
-            f"column {draft.columns[name]!r}: an air temperature does not rise with the airspeed, this one rises "
+            f"column {draft.columns[name]!r}: an air temperature does not rise with the airspeed, "
+            "this one rises "
             f"{slope:.2f} times as much as a total temperature: name the column "
             f"total_temperature_{draft.suffixes[name]}"
         )
 
 
 def check_height(draft: Draft) -> None:
-    """Refuse a static pressure that another unit, or a pressure reduced to sea level, would bring to the height.
+    """Refuse a static pressure that another unit, or a pressure reduced to sea level, would bring
+    to the height.
 
     A static pressure that nothing explains is warned of; a height in another unit is not used.
     Raises BadInputError, which names the column to write.
@@ -235,22 +301,32 @@ def check_height(draft: Draft) -> None:
     _refuse_total(draft, static, height)
     if _fits(draft, static, height):
         return
-    column, pressure_height = draft.columns["static_pressure"], float(np.median(air.pressure_altitude(static)))
+    column, pressure_height = (
+        draft.columns["static_pressure"],
+        float(np.median(air.pressure_altitude(static))),
+    )
     words = (
         f"the static pressure of column {column!r} is that of {pressure_height:.0f} m, column "
         f"{draft.columns['altitude']!r} says {float(np.median(height)):.0f} m"
     )
     other_static = [
-        s for s in _others(draft, "static_pressure") if _fits(draft, _read_as(draft, "static_pressure", s), height)
+        s
+        for s in _others(draft, "static_pressure")
+        if _fits(draft, _read_as(draft, "static_pressure", s), height)
     ]
-    other_height = [s for s in _others(draft, "altitude") if _fits(draft, static, _read_as(draft, "altitude", s))]
+    other_height = [
+        s
+        for s in _others(draft, "altitude")
+        if _fits(draft, static, _read_as(draft, "altitude", s))
+    ]
     if other_static:
         names = " or ".join(f"static_pressure_{s}" for s in other_static)
         raise BadInputError(f"{words}; the pressure would fit {names}: name the column so")
     near = abs(float(np.median(static)) - air.SEA_LEVEL_PRESSURE) < LIMITS.sea_level_band
     if near and float(np.median(height)) > LIMITS.sea_level_height:
         raise BadInputError(
-            f"{words}; it looks reduced to sea level (QNH) or constant: record the pressure at the airplane"
+            f"{words}; it looks reduced to sea level (QNH) or constant: record the pressure at the "
+            "airplane"
         )
     if other_height:
         names = " or ".join(f"altitude_{s}" for s in other_height)
@@ -260,7 +336,8 @@ def check_height(draft: Draft) -> None:
 
 
 def _fits(draft: Draft, static: Array, height: Array) -> bool:
-    # A column of warm air is taller than its pressure altitude says, in the ratio of the temperatures.
+    # A column of warm air is taller than its pressure altitude says, in the ratio of the
+    # temperatures.
     expected = air.pressure_altitude(np.maximum(static, 100.0)) * warmth(draft, static)
     distance = abs(float(np.median(expected - height)))
     return distance <= LIMITS.height_doubted + LIMITS.height_share * abs(float(np.median(height)))
@@ -282,22 +359,28 @@ def _refuse_total(draft: Draft, static: Array, height: Array) -> None:
     slope, error = block_slope(time, design, excess)
     if slope - LIMITS.sigmas * error > LIMITS.total_slope:
         raise BadInputError(
-            f"column {draft.columns['static_pressure']!r}: the pressure rises with the impact pressure at one "
-            f"height ({slope:.2f} times as much): it looks like total pressure; name the column total_pressure_"
+            f"column {draft.columns['static_pressure']!r}: the pressure rises with the impact "
+            "pressure at one "
+            f"height ({slope:.2f} times as much): it looks like total pressure; name the column "
+            "total_pressure_"
             f"{draft.suffixes['static_pressure']} and give the static pressure"
         )
 
 
 _FEWEST = 10.0  # new samples at the greatest value; sensor noise reaches its greatest value once
-_STANDS_OUT = 5.0  # times the samples one step lower; those of a smooth peak are at most 2.4 times as many
+_STANDS_OUT = (
+    5.0  # times the samples one step lower; those of a smooth peak are at most 2.4 times as many
+)
 _COARSEST = 5.0  # Pa; with coarser steps many rows share the greatest value without a ceiling
 
 
 def at_ceiling(impact_pressure: Pascal) -> Booleans:
-    """Return the rows in which the indicated impact pressure [Pa], (n,), stands at the end of its range, (n,).
+    """Return the rows in which the indicated impact pressure [Pa], (n,), stands at the end of its
+    range, (n,).
 
-    The pressure there is the end of the range or more, and nothing is known beyond that. No row is returned where
-    the log shows no such end, and for a reading in steps above 5 Pa, in which a steady speed looks the same.
+    The pressure there is the end of the range or more, and nothing is known beyond that. No row is
+    returned where the log shows no such end, and for a reading in steps above 5 Pa, in which a
+    steady speed looks the same.
     """
     top = float(np.max(impact_pressure))
     rows: Booleans = impact_pressure >= top

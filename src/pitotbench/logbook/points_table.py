@@ -39,7 +39,13 @@ _OF_SHEET = {
     "gps ground speed": "ground_speed_kt",
     "true track": "track_deg",
 }
-_QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
+_QUANTITIES = (
+    "indicated_airspeed",
+    "pressure_altitude",
+    "air_temperature",
+    "ground_speed",
+    "track",
+)
 # The steps of usual displays, where the numbers of a short card show none [SI].
 _ROUND_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 _FLY_BY_STEPS = {
@@ -49,13 +55,19 @@ _FLY_BY_STEPS = {
     "tower_pressure": 0.01 * INCH_OF_MERCURY,
     "tower_temperature": 1.0,
 }
-_OF_TOWER = {"grid_height": "length", "tower_pressure": "pressure", "tower_temperature": "temperature"}
+_OF_TOWER = {
+    "grid_height": "length",
+    "tower_pressure": "pressure",
+    "tower_temperature": "temperature",
+}
 
 _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 
 def is_points_table(path: Path) -> bool:
-    """Return whether a file is a points table: a CSV with a column `point` and none of time, or fly-bys."""
+    """Return whether a file is a points table: a CSV with a column `point` and none of time, or
+    fly-bys.
+    """
     names = _names(path)
     return (POINT in names or is_fly_by_card(path)) and not any(
         n.startswith(("time_", "clock_time")) for n in names
@@ -86,7 +98,8 @@ def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
 
 
 def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
-    """Return the passes of a card of tower fly-bys, and the step [SI] in which each quantity was read, by name.
+    """Return the passes of a card of tower fly-bys, and the step [SI] in which each quantity was
+    read, by name.
 
     Raises BadInputError as `read_points` does.
     """
@@ -118,31 +131,49 @@ def _rows(
     missing = [column for column in columns if column.rpartition("_")[0] not in values]
     if missing:
         raise BadInputError(
-            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} of a points table"
+            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} of a points "
+            "table"
         )
     blank = ~np.all([np.isfinite(values[name]) for name in quantities], axis=0)
     if blank.any():
-        raise BadInputError(f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg")
+        raise BadInputError(
+            f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg"
+        )
     count = len(table)
-    points = _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]
-    configurations = _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
+    points = (
+        _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]
+    )
+    configurations = (
+        _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
+    )
     rows = [
-        {"row": i + 1, "point": point, "configuration": name, **{n: float(values[n][i]) for n in quantities}}
+        {
+            "row": i + 1,
+            "point": point,
+            "configuration": name,
+            **{n: float(values[n][i]) for n in quantities},
+        }
         for i, (point, name) in enumerate(zip(points, configurations, strict=True))
     ]
     # The step of a usual display, where a short card shows a coarser one or none.
     steps = {name: display_step(values[name], suffixes[name]) for name in quantities}
-    return rows, {n: step if _FINEST * usual[n] <= step < usual[n] else usual[n] for n, step in steps.items()}
+    return rows, {
+        n: step if _FINEST * usual[n] <= step < usual[n] else usual[n] for n, step in steps.items()
+    }
 
 
 def _parsed(name: str) -> tuple[str, str]:
-    """Return the quantity of a column and its suffix; empty for another. Raises BadInputError for a wrong unit."""
+    """Return the quantity of a column and its suffix; empty for another. Raises BadInputError for a
+    wrong unit.
+    """
     name = _OF_SHEET.get(name.partition("[")[0].strip().lower(), name)
     for quantity, dimension in _OF_TOWER.items():
         if name.startswith(quantity):
             suffix = name[len(quantity) + 1 :]
             if suffix not in SUFFIXES or SUFFIXES[suffix].dimension != dimension:
-                known = ", ".join(f"{quantity}_{s}" for s, unit in SUFFIXES.items() if unit.dimension == dimension)
+                known = ", ".join(
+                    f"{quantity}_{s}" for s, unit in SUFFIXES.items() if unit.dimension == dimension
+                )
                 raise BadInputError(f"column {name!r}: a {dimension}; name it {known}")
             return quantity, suffix
     parsed = None if name in (POINT, CONFIGURATION) else parse_column(name)

@@ -17,12 +17,13 @@ from pitotbench.records.log import FlightLog
 def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     """Read a flight log from a file.
 
-    `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it, a log of a
-    format that a shipped mapping recognizes is read by that mapping, whose name is then `log.header["mapping"]`.
-    `log.header["warnings"]` lists, with row numbers, what was dropped and what looks wrong.
+    `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
+    a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
+    `log.header["mapping"]`. `log.header["warnings"]` lists, with row numbers, what was dropped and
+    what looks wrong.
 
-    Raises BadInputError for a log that cannot be used (the message begins with the file), UnknownNameError for a
-    mapping that is not shipped.
+    Raises BadInputError for a log that cannot be used (the message begins with the file),
+    UnknownNameError for a mapping that is not shipped.
     """
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
@@ -33,7 +34,8 @@ def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
 
 
 def table_of(path: Path) -> Table:
-    """Return the table of a file under our column names as far as they are known, without a mapping by the user.
+    """Return the table of a file under our column names as far as they are known, without a mapping
+    by the user.
 
     Raises BadInputError for a file that cannot be read.
     """
@@ -52,7 +54,8 @@ def table_of(path: Path) -> Table:
 
 
 def needs_mapping(path: Path) -> str:
-    """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it. Empty where it does.
+    """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it.
+    Empty where it does.
 
     Raises BadInputError for a file that cannot be read.
     """
@@ -79,15 +82,20 @@ def log_of(table: Table) -> FlightLog:
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:
-        # Each once: a log written and read again repeats them. The last of equal texts has the finding beside it.
+        # Each once: a log written and read again repeats them. The last of equal texts has the
+        # finding beside it.
         header[WARNINGS] = list({text: text for text in warnings}.values())
     return FlightLog(**draft.channels, header=header)
 
 
 def read_table(path: Path) -> Table:
-    """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or holds no row."""
+    """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or
+    holds no row.
+    """
     if path.is_dir():
-        raise BadInputError("a folder, not a log; name its file, or give the mapping of a log in several files")
+        raise BadInputError(
+            "a folder, not a log; name its file, or give the mapping of a log in several files"
+        )
     read = reader_of(path)
     require_regular(path)
     try:
@@ -100,4 +108,6 @@ def read_table(path: Path) -> Table:
     if len(table) == 0:
         raise BadInputError("the log has column names but no rows")
     # A mapping that the file names was not applied by this reading.
-    return replace(table, header={name: value for name, value in table.header.items() if name != MAPPING})
+    return replace(
+        table, header={name: value for name, value in table.header.items() if name != MAPPING}
+    )

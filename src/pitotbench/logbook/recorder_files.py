@@ -1,4 +1,6 @@
-"""Read the files of flight recorders of gliders: IGC (FAI Technical Specification for GNSS Flight Recorders)."""
+"""Read the files of flight recorders of gliders: IGC (FAI Technical Specification for GNSS Flight
+Recorders).
+"""
 
 import re
 from datetime import datetime, timedelta
@@ -23,8 +25,9 @@ _DATE = re.compile(rb"^HFDTE(?:DATE:)?\s*(\d\d)(\d\d)(\d\d)", re.MULTILINE)
 _EXTENSION = re.compile(rb"(\d\d)(\d\d)([A-Z]{3})")
 _KEPT = {"glider": rb"^H.GTY[^:\r\n]*:([^\r\n]*)", "recorder": rb"^H.FTY[^:\r\n]*:([^\r\n]*)"}
 
-# The extensions that are channels: our column, and the digits before the decimal point. The records state no unit
-# and no point; recorders write km/h, degrees and °C, and more digits where they know them better.
+# The extensions that are channels: our column, and the digits before the decimal point. The records
+# state no unit and no point; recorders write km/h, degrees and °C, and more digits where they know
+# them better.
 _CHANNELS: dict[str, tuple[str, int]] = {
     "IAS": ("indicated_airspeed_kmh", 3),
     "TAS": ("true_airspeed_kmh", 3),
@@ -40,8 +43,9 @@ _CHANNELS: dict[str, tuple[str, int]] = {
 def read_igc(path: Path) -> Table:
     """Return the fixes of a recorder, packed or not, as columns of ours.
 
-    Rows without a fix of three dimensions are left out, with a warning. Of the header only the types of glider and
-    recorder are kept: it names people. Raises BadInputError for a file without fixes.
+    Rows without a fix of three dimensions are left out, with a warning. Of the header only the
+    types of glider and recorder are kept: it names people. Raises BadInputError for a file without
+    fixes.
     """
     data = unpacked(path)
     lines = data.split(b"\n")
@@ -60,7 +64,8 @@ def read_igc(path: Path) -> Table:
     warnings = ["read as the IGC file of a flight recorder"]
     if len(whole) < len(written) or not valid.all():
         warnings.append(
-            f"{len(written) - int(valid.sum())} of {len(written)} fixes are left out: broken off, or without height"
+            f"{len(written) - int(valid.sum())} of {len(written)} fixes are left out: broken off, "
+            "or without height"
         )
     fixes = fixes[valid]
     columns = _columns(fixes, extensions)
@@ -77,7 +82,8 @@ def read_igc(path: Path) -> Table:
 def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) -> dict[str, Array]:
     hours, minutes, seconds = (_numbers(fixes, span) for span in _CLOCK)
     latitude, longitude = (
-        _numbers(fixes, degrees) + (_numbers(fixes, span) + _tail(fixes, extensions.get(more))) / 60e3
+        _numbers(fixes, degrees)
+        + (_numbers(fixes, span) + _tail(fixes, extensions.get(more))) / 60e3
         for (degrees, span), more in ((_LATITUDE, "LAD"), (_LONGITUDE, "LOD"))
     )
     time = 3600.0 * hours + 60.0 * minutes + seconds + _tail(fixes, extensions.get("TDS"))
@@ -93,14 +99,22 @@ def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) 
         if code in extensions:
             first, end = extensions[code]
             values = _numbers(fixes, (first, end)) * 10.0 ** (digits - (end - first))
-            if np.ptp(values) > 0.0:  # a field that a recorder reserves and never fills stands at zero
+            if (
+                np.ptp(values) > 0.0
+            ):  # a field that a recorder reserves and never fills stands at zero
                 columns[name] = values
     return columns
 
 
 def _tail(fixes: NDArray[np.bytes_], span: tuple[int, int] | None) -> Array:
-    """Return further decimals of a number as a fraction of its last digit; zero where there are none."""
-    return np.zeros(len(fixes)) if span is None else _numbers(fixes, span) * 10.0 ** (span[0] - span[1])
+    """Return further decimals of a number as a fraction of its last digit; zero where there are
+    none.
+    """
+    return (
+        np.zeros(len(fixes))
+        if span is None
+        else _numbers(fixes, span) * 10.0 ** (span[0] - span[1])
+    )
 
 
 def _numbers(fixes: NDArray[np.bytes_], span: tuple[int, int]) -> Array:
@@ -112,9 +126,15 @@ def _numbers(fixes: NDArray[np.bytes_], span: tuple[int, int]) -> Array:
     try:
         return cells.astype(np.float64)
     except ValueError as error:
-        raise BadInputError(f"a fix holds no number at bytes {span[0] + 1} to {span[1]}: {error}") from error
+        raise BadInputError(
+            f"a fix holds no number at bytes {span[0] + 1} to {span[1]}: {error}"
+        ) from error
 
 
 def _header(data: bytes) -> dict[str, Any]:
     found = {name: re.search(pattern, data, re.MULTILINE) for name, pattern in _KEPT.items()}
-    return {name: match[1].decode("utf-8", errors="replace").strip() for name, match in found.items() if match}
+    return {
+        name: match[1].decode("utf-8", errors="replace").strip()
+        for name, match in found.items()
+        if match
+    }

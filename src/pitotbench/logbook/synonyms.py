@@ -1,62 +1,90 @@
 """The names that the field gives to the quantities of a flight log, and the words for its units.
 
-Sources: parameter lists of instrumented airplanes (JMOSS, SIDPAC), of research airplanes (IWG1, NCAR, FAAM), of
-flight recorders (ARINC 717), of displays (Garmin, Dynon, Avidyne), and of autopilots (PX4, ArduPilot, INAV).
+Sources: parameter lists of instrumented airplanes (JMOSS, SIDPAC), of research airplanes (IWG1,
+NCAR, FAAM), of flight recorders (ARINC 717), of displays (Garmin, Dynon, Avidyne), and of
+autopilots (PX4, ArduPilot, INAV).
 """
 
 from pitotbench.units import SUFFIXES
 
-# Quantity: names without unit, in lower case, words without separators. The first is the plainest. A name with a
-# minus sign counts the other way.
+# Quantity: names without unit, in lower case, words without separators. The first is the plainest.
+# A name with a minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
-    "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc utctime gpstime "
-    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime "
-    "zeit uhrzeit temps heure tiempo hora millis lcltime logtime systemtime elapsed boottime simtime simt totltime",
+    "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc "
+    "utctime gpstime "
+    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow "
+    "utcsec missntime "
+    "zeit uhrzeit temps heure tiempo hora millis lcltime logtime systemtime elapsed boottime "
+    "simtime simt totltime",
     "date": "date localdate lcldate utcdate day datum fecha",
-    "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress differentialpressure "
-    "diffpress diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr qciadc "
+    "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress "
+    "differentialpressure "
+    "diffpress diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr "
+    "qciadc "
     "airspeedpressure pfwdsmoothed",
-    "total_pressure": "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 pto "
+    "total_pressure": "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 "
+    "pto "
     "pitottotalpressure",
-    "static_pressure": "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress staticpres "
-    "baropressure ambientpressure barometricpressure abspressure absolutepressure p press pressure psrvsm psfrd "
+    "static_pressure": "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress "
+    "staticpres "
+    "baropressure ambientpressure barometricpressure abspressure absolutepressure p press pressure "
+    "psrvsm psfrd "
     "pamb",
-    "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts airspeedic "
+    "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts "
+    "airspeedic "
     "airspeed vindkias vind viadc",
-    "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal airspeedcas vcadc",
-    "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa pressalitude "
-    "pressheight pressureheight pressurehgt dadcalt adcalt dadcaltitude adcaltitude altitudepressure "
+    "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal "
+    "airspeedcas vcadc",
+    "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa "
+    "pressalitude "
+    "pressheight pressureheight pressurehgt dadcalt adcalt dadcaltitude adcaltitude "
+    "altitudepressure "
     "pressaltitude altpressure altitudeic bcalt zp alt29 altstd altitudeqne hic "
     "baroaltstd",
     "true_airspeed": "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue",
     "mach": "mach machnumber machno machnum",
-    "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude baroaltcorrected altbaro "
+    "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude "
+    "baroaltcorrected altbaro "
     "altitudeqnh",
-    "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter barometersetting",
-    "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 tatdir "
+    "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter "
+    "barometersetting",
+    "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 "
+    "tatdir "
     "totalairtemp rat",
-    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature "
-    "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb temperature airtemp "
+    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp "
+    "ambienttemperature "
+    "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb "
+    "temperature airtemp "
     "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
-    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velnorth nvel vns "
-    "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps",
-    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew ewvel ewvelocity "
+    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln "
+    "velnorth nvel vns "
+    "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn "
+    "vngps",
+    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew "
+    "ewvel ewvelocity "
     "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
-    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin downspeed gpsveld "
+    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin "
+    "downspeed gpsveld "
     "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
-    "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog gpsgroundspeed "
+    "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog "
+    "gpsgroundspeed "
     "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
     "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
-    "courseoverground course truecourse coursetrue gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse "
+    "courseoverground course truecourse coursetrue gcrs gpstrack gpscourse groundcourse tk tka "
+    "gpsgroundcourse "
     "gpsgroundtrack ttrk trackangletr",
-    "magnetic_track": "magnetictrack magneticcourse coursemag coursemagnetic magcourse trackmag trkm trkmag "
+    "magnetic_track": "magnetictrack magneticcourse coursemag coursemagnetic magcourse trackmag "
+    "trkm trkmag "
     "magtrack trackmagnetic trackanglemag",
-    "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin hdggin",
-    "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag headingmagnetic",
+    "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin "
+    "hdggin",
+    "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag "
+    "headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
     "latitude": "latitude lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
     "longitude": "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo",
-    "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl geometricaltitude "
+    "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl "
+    "geometricaltitude "
     "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
     "roll": "roll phi bank rollangle bankangle rollatt rollattitude rollgin rolldeg",
     "pitch": "pitch theta pitchangle pitchatt pitchattitude ptchgin pitchgin pitchdeg",
@@ -68,7 +96,8 @@ SYNONYMS: dict[str, str] = {
     "mass": "mass weight grossweight gw grosswt aircraftmass",
 }
 
-# Unit suffix: how else than by its suffix, symbol or name the field writes it, in lower case without blanks.
+# Unit suffix: how else than by its suffix, symbol or name the field writes it, in lower case
+# without blanks.
 _SPELLINGS: dict[str, str] = {
     "s": "sec secs second",
     "ms": "msec millis",
@@ -103,7 +132,9 @@ UNIT_WORDS: dict[str, list[str]] = {
     for suffix, more in _SPELLINGS.items()
     for unit in (SUFFIXES[suffix],)
 }
-SCALED: dict[str, tuple[str, float]] = {  # units of no suffix: the suffix, and its size in that unit's
+SCALED: dict[
+    str, tuple[str, float]
+] = {  # units of no suffix: the suffix, and its size in that unit's
     "us": ("s", 1e-6),
     "usec": ("s", 1e-6),
     "microseconds": ("s", 1e-6),

@@ -12,9 +12,12 @@ from pitotbench.pressure_error.models import SplineModel as SplineModel
 from pitotbench.pressure_error.models import TableCurve as TableCurve
 from pitotbench.pressure_error.models import spline_between as spline_between
 
-REFERENCE_PRESSURE = 1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one
+REFERENCE_PRESSURE = (
+    1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one
+)
 
 MODELS: Catalog[PressureErrorModel] = Catalog(
-    "pressure-error model", {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE)}
+    "pressure-error model",
+    {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE)},
 )
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9

@@ -1,4 +1,6 @@
-"""The models of a pressure error (Martos, Kiszely and Foster 2011, Fig 4), a spline, and curves of them."""
+"""The models of a pressure error (Martos, Kiszely and Foster 2011, Fig 4), a spline, and curves of
+them.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -23,7 +25,9 @@ Term = Callable[[Array], Array]
 
 @dataclass(frozen=True, slots=True)
 class TermModel:
-    """A model of Δp/q_c that is linear in its parameters. `terms` holds a term and its slope for each parameter."""
+    """A model of Δp/q_c that is linear in its parameters. `terms` holds a term and its slope for
+    each parameter.
+    """
 
     name: str
     parameter_names: tuple[str, ...]
@@ -31,7 +35,9 @@ class TermModel:
     formula: str
 
     def basis(self, x: Array) -> Array:
-        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-], k being the number of parameters."""
+        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-], k being the number of
+        parameters.
+        """
         return _columns([term for term, _ in self.terms], x)
 
     def basis_slope(self, x: Array) -> Array:
@@ -64,18 +70,21 @@ INVERSE = TermModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
 INVERSE_PLUS = TermModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")
 
 
-# A model without a formula: a natural cubic spline in ln x, for curves that no formula of the table follows.
-# Its parameters are the values of Δp/q_c at the knots (the cardinal basis: de Boor, A Practical Guide to Splines,
-# 1978, ch. IV), so they can be read off a plot. Beyond the outer knots the curve is a straight line in ln x.
+# A model without a formula: a natural cubic spline in ln x, for curves that no formula of the table
+# follows. Its parameters are the values of Δp/q_c at the knots (the cardinal basis: de Boor, A
+# Practical Guide to Splines, 1978, ch. IV), so they can be read off a plot. Beyond the outer knots
+# the curve is a straight line in ln x.
 
 _LEAST = 1e-3  # of the first knot: the smallest x used, so that a bad iterate still has a logarithm
 
 
 @dataclass(frozen=True, slots=True)
 class SplineModel:
-    """A natural cubic spline in ln x through one value at each knot; knots are values of x = q_ci/q_ref.
+    """A natural cubic spline in ln x through one value at each knot; knots are values of x =
+    q_ci/q_ref.
 
-    Raises ValueError for fewer than three knots, and for knots that are not positive and increasing.
+    Raises ValueError for fewer than three knots, and for knots that are not positive and
+    increasing.
     """
 
     name: str
@@ -83,7 +92,10 @@ class SplineModel:
 
     def __post_init__(self) -> None:
         if len(self.knots) < 3 or self.knots[0] <= 0.0 or not np.all(np.diff(self.knots) > 0.0):
-            raise ValueError(f"a spline needs at least three knots that increase from above zero, got {self.knots}")
+            raise ValueError(
+                "a spline needs at least three knots that increase from above zero, got "
+                f"{self.knots}"
+            )
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -93,12 +105,17 @@ class SplineModel:
     @property
     def formula(self) -> str:
         """The model in words, with the place of every parameter's knot."""
-        places = ", ".join(f"{k} at {x:.2f}" for k, x in zip(self.parameter_names, self.knots, strict=True))
+        places = ", ".join(
+            f"{k} at {x:.2f}" for k, x in zip(self.parameter_names, self.knots, strict=True)
+        )
         return f"natural cubic in ln x through {places}"
 
     def basis(self, x: Array) -> Array:
-        """Return the cardinal functions at x, (n,), as an array (n, k): each is 1 at its knot, 0 at the others."""
-        # Outside the knots the curve continues with the slope at the last knot; inside, `beyond` is zero.
+        """Return the cardinal functions at x, (n,), as an array (n, k): each is 1 at its knot, 0 at
+        the others.
+        """
+        # Outside the knots the curve continues with the slope at the last knot; inside, `beyond` is
+        # zero.
         place, inside = self._places(x)
         spline = _cardinal(self.knots)
         values = spline(inside)
@@ -113,7 +130,9 @@ class SplineModel:
         return np.asarray(_cardinal(self.knots)(inside, 1) / x[..., None])
 
     def spread_over(self, low: float, high: float) -> "SplineModel":
-        """Return a spline with the same number of knots, evenly spaced in ln x between low and high."""
+        """Return a spline with the same number of knots, evenly spaced in ln x between low and
+        high.
+        """
         return spline_between(low, high, len(self.knots))
 
     def _places(self, x: Array) -> tuple[Array, Array]:
@@ -133,11 +152,14 @@ def _cardinal(knots: tuple[float, ...]) -> "CubicSpline":
     return CubicSpline(np.log(knots), np.eye(len(knots)), bc_type="natural")
 
 
-SPLINE = spline_between(0.5, 4.0, 5)  # about 70 to 200 KIAS; a calibration replaces it by the range of its log
+SPLINE = spline_between(
+    0.5, 4.0, 5
+)  # about 70 to 200 KIAS; a calibration replaces it by the range of its log
 PressureErrorModel = TermModel | SplineModel
 
 
-# A pressure-error curve, with parameters or as a table: from indicated to true impact pressure and back.
+# A pressure-error curve, with parameters or as a table: from indicated to true impact pressure and
+# back.
 
 _ITERATIONS = 60
 _TOLERANCE = 1e-12
@@ -162,7 +184,8 @@ class _Curve(ABC):
         return q_ci / (1.0 - self.normalized(q_ci))
 
     def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Return the indicated impact pressure of a true one [Pa], (n,): solve q_ci = q_c (1 − f(q_ci)).
+        """Return the indicated impact pressure of a true one [Pa], (n,): solve q_ci = q_c (1 −
+        f(q_ci)).
 
         Raises PressureErrorRangeError where no solution is found, because f is close to 1 or above.
         """
@@ -171,9 +194,11 @@ class _Curve(ABC):
 
 @dataclass(frozen=True, slots=True)
 class PressureErrorCurve(_Curve):
-    """A pressure-error curve Δp/q_c = f(q_ci/q_ref); Δp = q_c − q_ci, the sign of Martos et al. (2011).
+    """A pressure-error curve Δp/q_c = f(q_ci/q_ref); Δp = q_c − q_ci, the sign of Martos et al.
+    (2011).
 
-    `reference_pressure` is q_ref [Pa]. Raises ValueError where the number of parameters does not fit the model.
+    `reference_pressure` is q_ref [Pa]. Raises ValueError where the number of parameters does not
+    fit the model.
     """
 
     model: PressureErrorModel
@@ -183,7 +208,9 @@ class PressureErrorCurve(_Curve):
     def __post_init__(self) -> None:
         if len(self.parameters) != len(self.model.parameter_names):
             wanted = ", ".join(self.model.parameter_names)
-            raise ValueError(f"model {self.model.name!r} takes the parameters {wanted}, got {self.parameters}")
+            raise ValueError(
+                f"model {self.model.name!r} takes the parameters {wanted}, got {self.parameters}"
+            )
 
     def normalized(self, indicated_impact_pressure: Pascal) -> Array:
         """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
@@ -192,12 +219,15 @@ class PressureErrorCurve(_Curve):
 
 
 def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pascal:
-    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), by the secant method, each sample separately.
+    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), by the secant method, each sample
+    separately.
 
-    `normalized` is f as a function of q_ci [Pa]. Raises PressureErrorRangeError where no solution is found.
+    `normalized` is f as a function of q_ci [Pa]. Raises PressureErrorRangeError where no solution
+    is found.
     """
     q_c = np.asarray(impact_pressure, dtype=np.float64)
-    # Two starting points for the secant: no error, and one step of the fixed-point iteration from there.
+    # Two starting points for the secant: no error, and one step of the fixed-point iteration from
+    # there.
     old = q_c.copy()
     gap_old = q_c * (1.0 - normalized(old)) - old
     new = old + gap_old
@@ -208,20 +238,26 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
         if np.all(np.abs(gap) <= _TOLERANCE * q_c):
             return new
         step = new - old
-        # Without a usable slope (a step near zero, a flat difference) take −1, which is right for small f.
-        slope = np.divide(gap - gap_old, step, out=np.full_like(step, -1.0), where=np.abs(step) > 1e-9 * q_c)
+        # Without a usable slope (a step near zero, a flat difference) take −1, which is right for
+        # small f.
+        slope = np.divide(
+            gap - gap_old, step, out=np.full_like(step, -1.0), where=np.abs(step) > 1e-9 * q_c
+        )
         old, gap_old = new, gap
         new = new - gap / np.where(np.abs(slope) < 0.1, -1.0, slope)
     low, high = float(np.min(q_c)), float(np.max(q_c))
     raise PressureErrorRangeError(
-        f"the pressure error has no indicated impact pressure for q_c between {low:.0f} and {high:.0f} Pa; "
-        "it must stay well below 1 and vary slowly there: check its parameters and reference pressure"
+        f"the pressure error has no indicated impact pressure for q_c between {low:.0f} and "
+        f"{high:.0f} Pa; "
+        "it must stay well below 1 and vary slowly there: check its parameters and reference "
+        "pressure"
     )
 
 
 @dataclass(frozen=True, slots=True)
 class TableCurve(_Curve):
-    """Δp/q_c [-] over indicated airspeed [m/s], linear between two or more increasing airspeeds, held at the ends.
+    """Δp/q_c [-] over indicated airspeed [m/s], linear between two or more increasing airspeeds,
+    held at the ends.
 
     Raises ValueError for fewer points, or airspeeds that do not increase.
     """
@@ -231,7 +267,9 @@ class TableCurve(_Curve):
 
     def __post_init__(self) -> None:
         if len(self.airspeed) < 2 or len(self.airspeed) != len(self.values):
-            raise ValueError("a pressure-error table needs at least two airspeeds, and one value for each")
+            raise ValueError(
+                "a pressure-error table needs at least two airspeeds, and one value for each"
+            )
         if not np.all(np.diff(self.airspeed) > 0.0):
             raise ValueError("the airspeeds of a pressure-error table must increase")
 

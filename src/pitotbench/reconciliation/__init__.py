@@ -1,4 +1,6 @@
-"""From a measured log to the effect that the model lacks: check, locate, name, close, patch, advise."""
+"""From a measured log to the effect that the model lacks: check, locate, name, close, patch,
+advise.
+"""
 
 from pitotbench.reconciliation.free_parameters import AnalysisSetting as AnalysisSetting
 from pitotbench.reconciliation.layout import check_log as check_log

@@ -1,10 +1,10 @@
 """Compare a measured log with the same card flown again by the simulator, segment by segment.
 
-The autopilot flies the simulator to the same targets. A missing effect therefore shows in the power and the pitch
-that hold them, and in quantities that are not held (deceleration, times). Both sides are logs of the same data
-system, and both pass through the same functions. The tolerances are 40 % of those that a flight simulator must meet
-against flight (14 CFR Part 60, Appendix A, Attachment 2: 3 kt, 1.5° pitch, 2° bank, 3° heading). This share is
-required of one simulator against another.
+The autopilot flies the simulator to the same targets. A missing effect therefore shows in the power
+and the pitch that hold them, and in quantities that are not held (deceleration, times). Both sides
+are logs of the same data system, and both pass through the same functions. The tolerances are 40 %
+of those that a flight simulator must meet against flight (14 CFR Part 60, Appendix A, Attachment 2:
+3 kt, 1.5° pitch, 2° bank, 3° heading). This share is required of one simulator against another.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +27,9 @@ SHORTEST = 5.0  # s of a segment that is summed up
 
 HAND = ("bank", "pitch", "heading")  # what a pilot's hand moves to and fro
 STILL = 0.01  # ° or m/s²; less than this is the noise of a sensor
-CURVED = 3  # degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
+CURVED = (
+    3  # degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
+)
 
 Parts = Mapping[str, FlightLog]  # the segments of a log by their labels
 
@@ -43,26 +45,37 @@ QUANTITIES: dict[str, tuple[str, Callable[[FlightLog], Array | None]]] = {
     "heading": ("°", lambda log: None if log.heading is None else np.unwrap(log.heading) / DEGREE),
     "manifold pressure": (
         "inHg",
-        lambda log: None if log.manifold_pressure_left is None else log.manifold_pressure_left / INCH_OF_MERCURY,
+        lambda log: (
+            None
+            if log.manifold_pressure_left is None
+            else log.manifold_pressure_left / INCH_OF_MERCURY
+        ),
     ),
 }
 
 
-def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]) -> FlownAgain:
+def compare_cards(
+    measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]
+) -> FlownAgain:
     """Return features, tolerances and histories of a measured log and of flights of the simulator.
 
-    `simulated` are flights without and `patched` with the patch: at least two of each, which differ by gusts and
-    noise alone. Where the logs have no segments in common, only the reason is returned.
+    `simulated` are flights without and `patched` with the patch: at least two of each, which differ
+    by gusts and noise alone. Where the logs have no segments in common, only the reason is
+    returned.
     """
     flights = (*simulated, *patched)
     labels = _common(measured, flights)
     if not labels:
-        return FlownAgain(skipped="the log names no segments that the simulator's flight of the card has as well")
+        return FlownAgain(
+            skipped="the log names no segments that the simulator's flight of the card has as well"
+        )
     flown = _parts(measured, labels)
     before, after = ([_parts(log, labels) for log in group] for group in (simulated, patched))
     features = [f for label in labels for f in _features(label, flown, before, after)]
     begin = float(measured.time[0])
-    histories = [h for label in labels for h in _histories(label, begin, flown, before[0], after[0])]
+    histories = [
+        h for label in labels for h in _histories(label, begin, flown, before[0], after[0])
+    ]
     limits = [_tolerance(name, labels, flown, before, after) for name in LIMITS]
     return FlownAgain(tuple(features), tuple(t for t in limits if t is not None), tuple(histories))
 
@@ -70,9 +83,10 @@ def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: 
 def hand_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
     """Return how far the hand that flew a log is from that of some flights of its card.
 
-    It is the root mean square, over bank, pitch and heading, of the logarithm of how much more they move to and fro
-    within the segments. Two flights by one hand are some 0.15 apart, the autopilot alone and a good pilot 0.6, a
-    good pilot and a busy one 0.4 (three flights each of three cards). 0 where the logs have no segments in common.
+    It is the root mean square, over bank, pitch and heading, of the logarithm of how much more they
+    move to and fro within the segments. Two flights by one hand are some 0.15 apart, the autopilot
+    alone and a good pilot 0.6, a good pilot and a busy one 0.4 (three flights each of three cards).
+    0 where the logs have no segments in common.
     """
     labels = _common(measured, flights)
     own, others = _to_and_fro(measured, labels), [_to_and_fro(log, labels) for log in flights]
@@ -82,10 +96,12 @@ def hand_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
 
 
 def gusts_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
-    """Return how much more the load factor of a log shakes than that of some flights of its card, as a logarithm.
+    """Return how much more the load factor of a log shakes than that of some flights of its card,
+    as a logarithm.
 
-    Gusts shake it within a second, and no hand does. It is 0.35 between smooth air and light turbulence, and 1.0
-    between light and moderate turbulence (circles of 20 Hz). Infinite where a log has no load factor.
+    Gusts shake it within a second, and no hand does. It is 0.35 between smooth air and light
+    turbulence, and 1.0 between light and moderate turbulence (circles of 20 Hz). Infinite where a
+    log has no load factor.
     """
     own, others = _shaking(measured), [_shaking(log) for log in flights]
     if own is None or any(each is None for each in others):
@@ -143,22 +159,38 @@ def _parts(log: FlightLog, labels: Sequence[str]) -> Parts:
     return {label: log.select(rows[runs[label]]) for label in labels}
 
 
-def _features(label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]) -> list[Feature]:
-    """The features of one segment; their deviation is that of flights of one airplane around their mean."""
+def _features(
+    label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]
+) -> list[Feature]:
+    """The features of one segment; their deviation is that of flights of one airplane around their
+    mean.
+    """
     in_flight = features_of(measured[label])
     before = [features_of(parts[label]) for parts in simulated]
     after = [features_of(parts[label]) for parts in patched]
     features = []
     for (name, unit), value in in_flight.items():
         sides = [
-            np.array([each[name, unit] for each in group if (name, unit) in each]) for group in (before, after)
+            np.array([each[name, unit] for each in group if (name, unit) in each])
+            for group in (before, after)
         ]
         if all(len(side) > 1 for side in sides):
             freedom = sum(len(side) - 1 for side in sides)
-            chance = np.sqrt(sum(float(np.sum((side - side.mean()) ** 2)) for side in sides) / freedom)
+            chance = np.sqrt(
+                sum(float(np.sum((side - side.mean()) ** 2)) for side in sides) / freedom
+            )
             spread = float(chance * np.sqrt(1.0 + 1.0 / len(sides[0])))
             features.append(
-                Feature(label, name, unit, value, float(sides[0].mean()), float(sides[1].mean()), spread, freedom)
+                Feature(
+                    label,
+                    name,
+                    unit,
+                    value,
+                    float(sides[0].mean()),
+                    float(sides[1].mean()),
+                    spread,
+                    freedom,
+                )
             )
     return features
 
@@ -210,11 +242,15 @@ def _tolerance(
     ]
     if any(share is None for group in shares for share in group):
         return None
-    before, after, chance = (float(np.mean([s for s in group if s is not None])) for group in shares)
+    before, after, chance = (
+        float(np.mean([s for s in group if s is not None])) for group in shares
+    )
     return Tolerance(name, unit, half, before, after, chance)
 
 
-def _within(name: str, half: float, labels: Sequence[str], one: Parts, other: Parts) -> float | None:
+def _within(
+    name: str, half: float, labels: Sequence[str], one: Parts, other: Parts
+) -> float | None:
     """Share of the common time of all segments in which two logs differ by at most a half width."""
     inside, total = 0, 0
     for label in labels:
@@ -234,7 +270,11 @@ def _pair(name: str, one: FlightLog, other: FlightLog) -> tuple[Seconds, Array, 
         return None
     since, then = one.time - one.time[0], other.time - other.time[0]
     inside = since <= then[-1]
-    return since[inside], _smooth(since, first)[inside], np.interp(since[inside], then, _smooth(then, second))
+    return (
+        since[inside],
+        _smooth(since, first)[inside],
+        np.interp(since[inside], then, _smooth(then, second)),
+    )
 
 
 def _smooth(time: Seconds, values: Array) -> Array:
@@ -244,8 +284,12 @@ def _smooth(time: Seconds, values: Array) -> Array:
     return np.asarray(np.convolve(values, weights, "same")[: len(values)] / total[: len(values)])
 
 
-def _histories(label: str, begin: float, measured: Parts, simulated: Parts, patched: Parts) -> list[History]:
-    """Measured, simulated and patched quantities over one segment of a log that begins at a time [s]."""
+def _histories(
+    label: str, begin: float, measured: Parts, simulated: Parts, patched: Parts
+) -> list[History]:
+    """Measured, simulated and patched quantities over one segment of a log that begins at a time
+    [s].
+    """
     parts = [flight[label] for flight in (measured, simulated, patched)]
     histories = []
     for name, (unit, _) in QUANTITIES.items():
@@ -255,6 +299,9 @@ def _histories(label: str, begin: float, measured: Parts, simulated: Parts, patc
             offset = parts[0].time[0] - begin
             sides = (before[1][:count], before[2][:count], after[2][:count])
             if name == "heading":
-                sides = (sides[0], *(s + 360.0 * np.round((sides[0][0] - s[0]) / 360.0) for s in sides[1:]))
+                sides = (
+                    sides[0],
+                    *(s + 360.0 * np.round((sides[0][0] - s[0]) / 360.0) for s in sides[1:]),
+                )
             histories.append(History(name, unit, before[0][:count] + offset, *sides))
     return histories

@@ -1,4 +1,6 @@
-"""The normal equations of whitened columns, the noise that whitens them, and the closure of an explanation."""
+"""The normal equations of whitened columns, the noise that whitens them, and the closure of an
+explanation.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,10 +15,10 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
 
-# The normal equations of a log: inner products of whitened columns, block by block of time.
-# Columns are the free parameters, the signatures of effects, the cells, and the residuals. Every fit, joint fit
-# and held-out fit is then algebra on small matrices (generalized least squares; priors enter as rows of data:
-# Rasmussen and Williams 2006, §2.7).
+# The normal equations of a log: inner products of whitened columns, block by block of time. Columns
+# are the free parameters, the signatures of effects, the cells, and the residuals. Every fit, joint
+# fit and held-out fit is then algebra on small matrices (generalized least squares; priors enter as
+# rows of data: Rasmussen and Williams 2006, §2.7).
 
 BLOCKS = 8  # of time: each is left out once, and holds a phase of a maneuver
 SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
@@ -26,7 +28,8 @@ ROUNDING = 1e-13  # singular values below this share of the largest are rounding
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Sizes of some columns, (k,), with their covariance, (k, k), fitted together with the free parameters.
+    """Sizes of some columns, (k,), with their covariance, (k, k), fitted together with the free
+    parameters.
 
     `gain` is the fall of the sum of squares by these columns.
     """
@@ -46,9 +49,9 @@ class Fit:
 class NormalEquations:
     """Inner products by block of time, (b, m, m).
 
-    The first `free` columns are the free parameters, with the prior precisions `prior`, (k,). Signatures and cells
-    follow; the residual is last. `inner` holds the sums over all blocks after elimination of the free parameters,
-    so that its columns count from the first signature.
+    The first `free` columns are the free parameters, with the prior precisions `prior`, (k,).
+    Signatures and cells follow; the residual is last. `inner` holds the sums over all blocks after
+    elimination of the free parameters, so that its columns count from the first signature.
     """
 
     products: Array
@@ -80,19 +83,23 @@ class NormalEquations:
         return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
 
     def remaining(self, columns: Sequence[int]) -> float:
-        """Return the sum of squares that remains after a fit of the free parameters and some columns."""
+        """Return the sum of squares that remains after a fit of the free parameters and some
+        columns.
+        """
         return float(self.inner[-1, -1] - _solve(self.inner, columns)[2])
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
-        """Return the fall of the sum of squares by some columns in blocks that the fit does not use.
+        """Return the fall of the sum of squares by some columns in blocks that the fit does not
+        use.
 
-        For each block, sizes and free parameters are fitted to the other blocks. The fall in the priors, which are
-        data of no block, is added once.
+        For each block, sizes and free parameters are fitted to the other blocks. The fall in the
+        priors, which are data of no block, is added once.
         """
         total = self.products.sum(axis=0)
         in_priors = self.free_sizes(given) ** 2 - self.free_sizes([*given, *columns]) ** 2
         return float(self.prior @ in_priors) + sum(
-            self._misfit(here, total - here, given) - self._misfit(here, total - here, [*given, *columns])
+            self._misfit(here, total - here, given)
+            - self._misfit(here, total - here, [*given, *columns])
             for here in self.products
         )
 
@@ -103,7 +110,9 @@ class NormalEquations:
         normal = others[np.ix_(used, used)]
         normal[np.arange(k), np.arange(k)] += self.prior
         sizes = _solve_scaled(normal, others[used, -1])
-        return float(here[-1, -1] - 2.0 * sizes @ here[used, -1] + sizes @ here[np.ix_(used, used)] @ sizes)
+        return float(
+            here[-1, -1] - 2.0 * sizes @ here[used, -1] + sizes @ here[np.ix_(used, used)] @ sizes
+        )
 
     def free_sizes(self, columns: Sequence[int] = ()) -> Array:
         """Return the sizes of the free parameters, (k,), fitted together with some columns."""
@@ -116,7 +125,9 @@ class NormalEquations:
 
 
 def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:
-    """Return the equations of inner products, (b, m, m), and the prior deviations of the free parameters, (k,)."""
+    """Return the equations of inner products, (b, m, m), and the prior deviations of the free
+    parameters, (k,).
+    """
     prior = 1.0 / deviations**2
     total, k = products.sum(axis=0), free
     normal = total[:k, :k] + np.diag(prior)
@@ -125,12 +136,16 @@ def equations_from(products: Array, free: int, deviations: Array) -> NormalEquat
 
 
 def inner_products(columns: Array, residual: Array, blocks: int = BLOCKS) -> Array:
-    """Return inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the residual (n, c)."""
+    """Return inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the
+    residual (n, c).
+    """
     return products_of(np.concatenate([columns, residual[:, :, None]], axis=2), blocks)
 
 
 def products_of(every: Array, blocks: int = BLOCKS) -> Array:
-    """Return inner products by block, (b, m, m), of whitened columns, (n, c, m); the residual is the last."""
+    """Return inner products by block, (b, m, m), of whitened columns, (n, c, m); the residual is
+    the last.
+    """
     parts = [part.reshape(-1, every.shape[2]) for part in np.array_split(every, blocks)]
     return np.stack([part.T @ part for part in parts])
 
@@ -164,46 +179,62 @@ SAME_SHAPE = 1e-9  # singular value of the cells' shapes below which two of them
 def noise_residuals(layout: Layout) -> Array:
     """Return the residuals without free parameters, (n, c), from which the noise is learned."""
     used = layout.used
-    return np.where(used, fit_free_parameters(layout.residuals.values, layout.free, used).residuals, 0.0)
+    return np.where(
+        used, fit_free_parameters(layout.residuals.values, layout.free, used).residuals, 0.0
+    )
 
 
 def noise_of_log(layout: Layout) -> NoiseModel:
-    """Return the noise that the log itself shows, once free parameters and the means of the cells are fitted.
+    """Return the noise that the log itself shows, once free parameters and the means of the cells
+    are fitted.
 
-    So a gap that has a place does not count as noise. In a short log the cells take a part of what wanders.
+    So a gap that has a place does not count as noise. In a short log the cells take a part of what
+    wanders.
     """
-    return learned(layout.residuals.names, [(_without_cells(layout), layout.grid, layout.residuals.slack)])
+    return learned(
+        layout.residuals.names, [(_without_cells(layout), layout.grid, layout.residuals.slack)]
+    )
 
 
 def shortness_of(layout: Layout) -> float:
-    """Return how many times longer a log should be for the noise that it shows itself: 1 is some 350 instants."""
+    """Return how many times longer a log should be for the noise that it shows itself: 1 is some
+    350 instants.
+    """
     wanted = THRESHOLDS.instants_a_size * (layout.shapes.shape[1] + ORDER)
     return float(wanted / len(layout.grid))
 
 
 def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:
-    """Return a noise model with the level of innovations of this log, by their median, where that is higher."""
+    """Return a noise model with the level of innovations of this log, by their median, where that
+    is higher.
+    """
     innovations = noise.innovations(_without_cells(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
     level = robust_deviation(used)
     most = THRESHOLDS.noise_above_null
-    if layout.setting.pressure_step:  # a coarse pressure rests for long, then steps: no median shows it
+    if (
+        layout.setting.pressure_step
+    ):  # a coarse pressure rests for long, then steps: no median shows it
         level, most = np.maximum(level, used.std(axis=0)), np.inf
     return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, most))
 
 
-def whitened_equations(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> NormalEquations:
+def whitened_equations(
+    layout: Layout, noise: NoiseModel, with_cells: bool = True
+) -> NormalEquations:
     """Return the normal equations of a log under a noise model.
 
-    Columns are the free parameters, the signatures in their order, and the cells in theirs. The cells are four of
-    five columns: who asks nothing of them leaves them out.
+    Columns are the free parameters, the signatures in their order, and the cells in theirs. The
+    cells are four of five columns: who asks nothing of them leaves them out.
     """
     products = products_of(whitened_columns(layout, noise, with_cells))
     return equations_from(products, layout.free.columns.shape[2], layout.free.deviations)
 
 
 def whitened_columns(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> Array:
-    """Return the free parameters, the signatures, the cells and, last, the residuals, all whitened, (n, c, m)."""
+    """Return the free parameters, the signatures, the cells and, last, the residuals, all whitened,
+    (n, c, m).
+    """
     place = layout.grid, layout.residuals.slack
     whiten = noise.whitener(*place)
     columns = [s.column[:, :, None] for s in layout.signatures]
@@ -220,7 +251,9 @@ def _without_cells(layout: Layout) -> Array:
     residuals = noise_residuals(layout)
     used = layout.used[:, :1].astype(np.float64)
     shapes = np.concatenate([layout.shapes, np.ones((len(residuals), 1))], axis=1) * used
-    return np.asarray(residuals - shapes @ np.linalg.lstsq(shapes, residuals * used, rcond=SAME_SHAPE)[0])
+    return np.asarray(
+        residuals - shapes @ np.linalg.lstsq(shapes, residuals * used, rcond=SAME_SHAPE)[0]
+    )
 
 
 # The closure: how much of the explainable gap an explanation closes.
@@ -234,13 +267,15 @@ def closure_of(
     covariance: Array | None = None,
     beside: Sequence[int] = (),
 ) -> Closure:
-    """Return the closure by effects of given sizes; the free parameters are fitted anew, the sizes are not.
+    """Return the closure by effects of given sizes; the free parameters are fitted anew, the sizes
+    are not.
 
-    `covariance` is that of the sizes, (k, k), where they come from another log. The columns `beside` are fitted
-    freely, before as well as after: an event of this log is no part of what another log can close.
+    `covariance` is that of the sizes, (k, k), where they come from another log. The columns
+    `beside` are fitted freely, before as well as after: an event of this log is no part of what
+    another log can close.
 
-    The sum of squares that noise leaves is that of a fit with free sizes and with every significant cell. So an
-    explanation that leaves a gap elsewhere does not close all of it.
+    The sum of squares that noise leaves is that of a fit with free sizes and with every significant
+    cell. So an explanation that leaves a gap elsewhere does not close all of it.
     """
     before = equations.remaining(beside)
     after, chance = before, 0.0
@@ -250,7 +285,9 @@ def closure_of(
         squares = inner[np.ix_(chosen, chosen)]
         left = inner[free, -1] - inner[np.ix_(free, chosen)] @ s
         taken = left @ np.linalg.lstsq(inner[np.ix_(free, free)], left, rcond=None)[0]
-        after = float(equations.remaining(()) - 2.0 * s @ inner[chosen, -1] + s @ squares @ s - taken)
+        after = float(
+            equations.remaining(()) - 2.0 * s @ inner[chosen, -1] + s @ squares @ s - taken
+        )
         chance = 0.0 if covariance is None else float(np.sum(squares * covariance))
     used = [*columns, *beside]
     for _ in range(THRESHOLDS.gap_cells_most if len(cells) else 0):
@@ -260,10 +297,14 @@ def closure_of(
             break
         used.append(cells[worst])
     noise = equations.remaining(used) + len(used)
-    return Closure(before, after, min(noise, before, after) if len(columns) else min(noise, before), chance)
+    return Closure(
+        before, after, min(noise, before, after) if len(columns) else min(noise, before), chance
+    )
 
 
 def with_form_error(covariance: Array, sizes: Sequence[float]) -> Array:
-    """Return the covariance of sizes, (k, k), with the error that another log's form and the method add to each."""
+    """Return the covariance of sizes, (k, k), with the error that another log's form and the method
+    add to each.
+    """
     share = np.hypot(THRESHOLDS.form_error, THRESHOLDS.size_error)
     return np.asarray(covariance + np.diag((share * np.asarray(sizes)) ** 2))

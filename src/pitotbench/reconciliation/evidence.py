@@ -1,4 +1,6 @@
-"""The evidence of a log for sets of effects: sizes with priors, errors of form, wander of null flights, a rest."""
+"""The evidence of a log for sets of effects: sizes with priors, errors of form, wander of null
+flights, a rest.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,18 +20,19 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.units import Array
 
-# The evidence for linear Gaussian models: how probable a log is when some columns have sizes with priors.
-# A log is a vector r = X s + noise with white noise of variance 1 and sizes s of prior N(0, P). With A = XᵀX and
-# b = Xᵀr, its probability relative to that without the columns is
-#     ln Z = ½ bᵀ (P⁻¹ + A)⁻¹ b − ½ ln det(I + P A),
-# the gain of a ridge regression less an Occam factor (MacKay, Information Theory, Inference, and Learning
-# Algorithms, 2003, ch. 28; Rasmussen and Williams 2006, §2.7). Columns that every model shares are eliminated
-# first.
+# The evidence for linear Gaussian models: how probable a log is when some columns have sizes with
+# priors. A log is a vector r = X s + noise with white noise of variance 1 and sizes s of prior N(0,
+# P). With A = XᵀX and b = Xᵀr, its probability relative to that without the columns is ln Z = ½ bᵀ
+# (P⁻¹ + A)⁻¹ b − ½ ln det(I + P A), the gain of a ridge regression less an Occam factor (MacKay,
+# Information Theory, Inference, and Learning Algorithms, 2003, ch. 28; Rasmussen and Williams 2006,
+# §2.7). Columns that every model shares are eliminated first.
 
 
 @dataclass(frozen=True, slots=True)
 class SizePosterior:
-    """The posterior of some sizes: mean, (k,), covariance, (k, k), and the logarithm of the evidence."""
+    """The posterior of some sizes: mean, (k,), covariance, (k, k), and the logarithm of the
+    evidence.
+    """
 
     mean: Array
     covariance: Array
@@ -38,7 +41,9 @@ class SizePosterior:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """The inner products of a log, (m + 1, m + 1): columns in units of the noise, and the residual last."""
+    """The inner products of a log, (m + 1, m + 1): columns in units of the noise, and the residual
+    last.
+    """
 
     inner: Array
 
@@ -49,7 +54,9 @@ class Evidence:
         factor, right, scale = self._factored(columns, deviations)
         solved = _solved(factor, right)
         covariance = _solved(factor, np.eye(len(scale))) * (scale[:, None] * scale)
-        return SizePosterior(solved * scale, covariance, _log_evidence(factor, float(right @ solved)))
+        return SizePosterior(
+            solved * scale, covariance, _log_evidence(factor, float(right @ solved))
+        )
 
     def log_evidence_of(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> float:
         """Return the logarithm of the evidence for some columns with these prior deviations, (k,).
@@ -61,7 +68,9 @@ class Evidence:
         factor, right, _ = self._factored(columns, deviations)
         return _log_evidence(factor, float(right @ _solved(factor, right)))
 
-    def _factored(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> tuple[Array, Array, Array]:
+    def _factored(
+        self, columns: Sequence[int], deviations: Sequence[float] | Array
+    ) -> tuple[Array, Array, Array]:
         """The Cholesky factor of I + PA, b in units of the deviations, and these deviations."""
         chosen, scale = np.asarray(columns, dtype=np.intp), np.asarray(deviations, dtype=np.float64)
         scaled = self.inner[chosen[:, None], chosen] * (scale[:, None] * scale)
@@ -69,9 +78,13 @@ class Evidence:
         return _factor(scaled), self.inner[chosen, -1] * scale, scale
 
     def given(
-        self, columns: Sequence[int], deviations: Sequence[float] | Array, kept: Sequence[int] | None = None
+        self,
+        columns: Sequence[int],
+        deviations: Sequence[float] | Array,
+        kept: Sequence[int] | None = None,
     ) -> tuple["Evidence", float]:
-        """Return the evidence with some columns eliminated, and the logarithm of their own evidence.
+        """Return the evidence with some columns eliminated, and the logarithm of their own
+        evidence.
 
         Only the columns `kept` remain, all of them by default; the columns keep their order.
         """
@@ -86,15 +99,20 @@ class Evidence:
         return Evidence(whole - removed), _log_evidence(factor, float(removed[-1, -1]))
 
     def tempered(self, power: float) -> "Evidence":
-        """Return the evidence of the likelihood to some power: that of noise 1/√power times as large."""
+        """Return the evidence of the likelihood to some power: that of noise 1/√power times as
+        large.
+        """
         return Evidence(power * self.inner)
 
     def __add__(self, other: "Evidence") -> "Evidence":
-        """Return the evidence of two logs with the same columns and the same sizes: the inner products add up."""
+        """Return the evidence of two logs with the same columns and the same sizes: the inner
+        products add up.
+        """
         return Evidence(self.inner + other.inner)
 
 
-# LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the arithmetic.
+# LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the
+# arithmetic.
 def _factor(matrix: Array) -> Array:
     """The lower Cholesky factor, (k, k); what stands above its diagonal is of no use."""
     factor, failed = dpotrf(matrix, lower=True, clean=False)
@@ -112,14 +130,16 @@ def _log_evidence(factor: Array, fall: float) -> float:
     return 0.5 * fall - float(np.sum(np.log(factor.diagonal())))
 
 
-# Form error: the directions in which a real effect differs from its entry in the table.
-# No entry has exactly the form of the real effect, and at 100σ a difference of 5 % stands at 5σ. It does not lie
-# just anywhere: it is a share of the effect's own signature in one channel, its signature a little earlier or
-# later, one that grows with airspeed, bank, power, altitude or time, or one that is not linear in its size. These
-# directions are free parameters of the effect, with a prior in proportion to its size (model discrepancy: Kennedy
-# and O'Hagan 2001).
+# Form error: the directions in which a real effect differs from its entry in the table. No entry
+# has exactly the form of the real effect, and at 100σ a difference of 5 % stands at 5σ. It does not
+# lie just anywhere: it is a share of the effect's own signature in one channel, its signature a
+# little earlier or later, one that grows with airspeed, bank, power, altitude or time, or one that
+# is not linear in its size. These directions are free parameters of the effect, with a prior in
+# proportion to its size (model discrepancy: Kennedy and O'Hagan 2001).
 
-LEAST_SHARE = 0.02  # of the whitened sum of squares that a channel must hold to have a direction of its own
+LEAST_SHARE = (
+    0.02  # of the whitened sum of squares that a channel must hold to have a direction of its own
+)
 SHIFT = 1.0  # s; the shift in time that counts like a change by the whole size
 TINY = 1e-300  # so that an empty column can be scaled
 
@@ -152,11 +172,16 @@ def _variables(layout: Layout) -> Array:
     """The variables of the cells, (n, v), each of mean 0 and deviation 1."""
     count = len({cell.where for cell in layout.cells})
     first = layout.cells[:count]
-    chosen = [i for i, cell in enumerate(first) if cell.variable and not cell.variable.startswith("heading")]
+    chosen = [
+        i
+        for i, cell in enumerate(first)
+        if cell.variable and not cell.variable.startswith("heading")
+    ]
     return layout.shapes[:, chosen]
 
 
-# Score an explanation: how well one or several effects explain a gap, for the number of their sizes.
+# Score an explanation: how well one or several effects explain a gap, for the number of their
+# sizes.
 
 
 def merit(fit: Fit) -> float:
@@ -176,16 +201,22 @@ def significance(fit: Fit) -> float:
 
 
 def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
-    """Return the fitted sizes by the names of their parameters; the bound includes the error of the method."""
+    """Return the fitted sizes by the names of their parameters; the bound includes the error of the
+    method.
+    """
     fitted = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
     return tuple(
-        Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, THRESHOLDS.size_error * s)))
+        Estimate(
+            signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, THRESHOLDS.size_error * s))
+        )
         for c, s, d in fitted
     )
 
 
 def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
-    """Return the sizes that are beyond their own bound of zero; the largest in its bound where none is."""
+    """Return the sizes that are beyond their own bound of zero; the largest in its bound where none
+    is.
+    """
     beyond = tuple(size for size in sizes if abs(size.value) > size.two_sigma)
     return beyond or tuple(sorted(sizes, key=lambda size: -abs(size.value) / size.two_sigma)[:1])
 
@@ -195,7 +226,9 @@ LOWEST = 1e-12  # of a deviation, so that it can be divided by
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """The prior of the sizes of one effect: typical values, plausible ranges and least scales, (k,) each."""
+    """The prior of the sizes of one effect: typical values, plausible ranges and least scales, (k,)
+    each.
+    """
 
     typical: Array
     low: Array
@@ -217,11 +250,13 @@ class Weighed:
 
 
 def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence[Prior]) -> Weighed:
-    """Return the evidence of some effects, each with the columns of its sizes, for all their sizes together.
+    """Return the evidence of some effects, each with the columns of its sizes, for all their sizes
+    together.
 
-    The prior of an effect's sizes is a mixture of normal distributions, N(0, (λ typical)²), over a ladder of scales
-    λ, cut at the plausible range. So no order of magnitude of a size is preferred to another. A size that defines
-    its effect has no λ below 1: where it vanishes, the effect is another one of the table.
+    The prior of an effect's sizes is a mixture of normal distributions, N(0, (λ typical)²), over a
+    ladder of scales λ, cut at the plausible range. So no order of magnitude of a size is preferred
+    to another. A size that defines its effect has no λ below 1: where it vanishes, the effect is
+    another one of the table.
     """
     scales, used = THRESHOLDS.size_scales, [c for each in columns for c in each]
     if not used:
@@ -229,13 +264,22 @@ def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence
     low, high = (np.concatenate([getattr(p, end) for p in priors]) for end in ("low", "high"))
     ladders = product(*_ladders(evidence, used, priors))
     deviations = np.array(
-        [np.concatenate([p.deviations(s) for s, p in zip(chosen, priors, strict=True)]) for chosen in ladders]
+        [
+            np.concatenate([p.deviations(s) for s, p in zip(chosen, priors, strict=True)])
+            for chosen in ladders
+        ]
     )
     found = [evidence.of(used, each) for each in deviations]
     means, covariances = np.array([f.mean for f in found]), np.array([f.covariance for f in found])
     spread = np.sqrt(np.maximum(np.diagonal(covariances, axis1=1, axis2=2), LOWEST**2))
-    inside = _log_inside(means, spread, low, high) - _log_inside(np.zeros_like(means), deviations, low, high)
-    logs = np.array([f.log_evidence for f in found]) + inside.sum(axis=1) - len(priors) * np.log(len(scales))
+    inside = _log_inside(means, spread, low, high) - _log_inside(
+        np.zeros_like(means), deviations, low, high
+    )
+    logs = (
+        np.array([f.log_evidence for f in found])
+        + inside.sum(axis=1)
+        - len(priors) * np.log(len(scales))
+    )
     total = float(np.logaddexp.reduce(logs))
     weights = np.exp(logs - total)
     mean = np.sum(weights[:, None] * means, axis=0)
@@ -243,7 +287,9 @@ def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence
     return Weighed(total, mean, covariance)
 
 
-def _ladders(evidence: Evidence, columns: Sequence[int], priors: Sequence[Prior]) -> list[tuple[float, ...]]:
+def _ladders(
+    evidence: Evidence, columns: Sequence[int], priors: Sequence[Prior]
+) -> list[tuple[float, ...]]:
     """The scales to be tried for each effect: all for a single one; else the two next to its size.
 
     With a smaller scale the prior excludes the size, and a larger one costs only its Occam factor.
@@ -264,13 +310,16 @@ def _ladders(evidence: Evidence, columns: Sequence[int], priors: Sequence[Prior]
 def _log_inside(mean: Array, spread: Array, low: Array, high: Array) -> Array:
     """Logarithm of the probability that normal numbers lie in their ranges."""
     upper, lower = (high - mean) / spread, (low - mean) / spread
-    flip = lower > 0.0  # both in the upper tail: take the mirror image, where the logarithms are exact
+    flip = (
+        lower > 0.0
+    )  # both in the upper tail: take the mirror image, where the logarithms are exact
     upper, lower = np.where(flip, -lower, upper), np.where(flip, -upper, lower)
     above, below = log_ndtr(upper), log_ndtr(lower)
     return np.asarray(above + np.log1p(-np.exp(np.minimum(below - above, -LOWEST))))
 
 
-# The evidence of one log for sets of effects, with their form error, the wander of null flights, and a rest.
+# The evidence of one log for sets of effects, with their form error, the wander of null flights,
+# and a rest.
 
 ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 SMALLEST = 1e-300
@@ -281,7 +330,9 @@ SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """A smooth discrepancy of unknown form: its place, its cells with their prior deviations, and its own prior."""
+    """A smooth discrepancy of unknown form: its place, its cells with their prior deviations, and
+    its own prior.
+    """
 
     place: str
     columns: tuple[int, ...]
@@ -292,10 +343,10 @@ class Rest:
 class LogEvidence:
     """What one log says of every set of effects.
 
-    Free parameters are eliminated, and so are the wander that null flights have in the cells, the sizes that
-    effects have there (`null_scores`), and the form error of the effects that are in the model. Directions of form
-    error are added when an effect first needs them. `least_bayes_factor` is the logarithm of the Bayes factor from
-    which the log shows a gap.
+    Free parameters are eliminated, and so are the wander that null flights have in the cells, the
+    sizes that effects have there (`null_scores`), and the form error of the effects that are in the
+    model. Directions of form error are added when an effect first needs them. `least_bayes_factor`
+    is the logarithm of the Bayes factor from which the log shows a gap.
     """
 
     def __init__(
@@ -321,7 +372,9 @@ class LogEvidence:
         self._wander = wander
         self._null_scores = null_scores or ScoreScale({}, {}, {}, {})
         self.labels = tuple(size_label(s.effect, s.parameter) for s in layout.signatures)
-        self.typical = np.array([abs(FITTED[s.effect].parameter(s.parameter).typical) for s in self.signatures])
+        self.typical = np.array(
+            [abs(FITTED[s.effect].parameter(s.parameter).typical) for s in self.signatures]
+        )
         self._power = self._power_by_channel()
         self._directions: dict[int, tuple[int, ...]] = {}
         self._cells = self._places()
@@ -338,7 +391,9 @@ class LogEvidence:
         return tuple(self.columns)
 
     def directions(self, columns: Iterable[int]) -> tuple[tuple[int, ...], Array]:
-        """Return the columns of form error of some signatures, and the signature that each belongs to, (d,)."""
+        """Return the columns of form error of some signatures, and the signature that each belongs
+        to, (d,).
+        """
         wanted = list(columns)
         new = [c for c in wanted if c not in self._directions]
         if new:
@@ -348,7 +403,9 @@ class LogEvidence:
 
     def _add(self, new: Sequence[int]) -> None:
         parts = form_directions(self.layout, self._noise, [self.signatures[c].column for c in new])
-        places = self._append(np.concatenate([part.reshape(-1, part.shape[2]) for part in parts], axis=1))
+        places = self._append(
+            np.concatenate([part.reshape(-1, part.shape[2]) for part in parts], axis=1)
+        )
         for column, part in zip(new, parts, strict=True):
             self._directions[column] = tuple(next(places) for _ in range(part.shape[2]))
         self._update()
@@ -367,11 +424,15 @@ class LogEvidence:
         return iter(range(first, first + count))
 
     def _add_fluctuations(self) -> dict[int, float]:
-        """Add what every cell leaves of the signatures that gusts imitate, and return their null scores by place.
+        """Add what every cell leaves of the signatures that gusts imitate, and return their null
+        scores by place.
 
-        An elevator that answers a gust moves with the pitching of the gust, as one of another effectiveness would.
+        An elevator that answers a gust moves with the pitching of the gust, as one of another
+        effectiveness would.
         """
-        surplus = [self._null_scores.fluctuation.get(label, 1.0) ** 2 - 1.0 for label in self.labels]
+        surplus = [
+            self._null_scores.fluctuation.get(label, 1.0) ** 2 - 1.0 for label in self.labels
+        ]
         imitated = [i for i, more in enumerate(surplus) if more > 0.0]
         if not imitated:
             return {}
@@ -384,7 +445,9 @@ class LogEvidence:
         reproduced = scale[:, None] * np.linalg.lstsq(normal, across, rcond=SINGULAR)[0]
         rows = self._blocks[0]
         places = self._append(rows[:, columns] - rows[:, beside] @ reproduced)
-        return {place: float(np.sqrt(surplus[i])) for place, i in zip(places, imitated, strict=True)}
+        return {
+            place: float(np.sqrt(surplus[i])) for place, i in zip(places, imitated, strict=True)
+        }
 
     def _update(self) -> None:
         k = len(self._free)
@@ -393,7 +456,11 @@ class LogEvidence:
         without_sizes, _ = plain.given(*self._null_sizes(plain))
         base, _ = without_sizes.given(*self._null_wander(plain))
         for label, score in self._null_scores.left_over.items():
-            base = without_score(base, self.labels.index(label), score) if label in self.labels else base
+            base = (
+                without_score(base, self.labels.index(label), score)
+                if label in self.labels
+                else base
+            )
         self.base, _ = base.given(*self._model_error)
 
     def _power_by_channel(self) -> dict[str, Array]:
@@ -404,9 +471,11 @@ class LogEvidence:
         return dict(zip(self.layout.residuals.names, power, strict=True))
 
     def form_error(self, sizes: Mapping[tuple[str, str], float]) -> tuple[list[int], Array]:
-        """Return the columns of the form error of effects of these sizes, and their prior deviations, (d,).
+        """Return the columns of the form error of effects of these sizes, and their prior
+        deviations, (d,).
 
-        They are the directions of each effect, and a smooth discrepancy in each channel that it acts on.
+        They are the directions of each effect, and a smooth discrepancy in each channel that it
+        acts on.
         """
         index = {(s.effect, s.parameter): i for i, s in enumerate(self.signatures)}
         own = {index[k]: abs(float(v)) for k, v in sizes.items() if k in index}
@@ -415,7 +484,8 @@ class LogEvidence:
         directions, owner = self.directions(own)
         columns = list(directions)
         power = np.diag(self.base.inner)
-        # What the free parameters leave of a direction is at most as long as what they leave of the effect.
+        # What the free parameters leave of a direction is at most as long as what they leave of the
+        # effect.
         length = np.sqrt(power[owner] / np.maximum(power[list(directions)], LEAST_POWER))
         sized = np.array([own[c] for c in owner.tolist()]) * np.minimum(1.0, length)
         deviations = (THRESHOLDS.form_error * sized).tolist()
@@ -442,7 +512,8 @@ class LogEvidence:
     def _null_wander(self, plain: Evidence) -> tuple[list[int], Array]:
         """The cells with the prior deviations that the wander of null flights asks for.
 
-        The surplus of the squared scores of a channel over 1 is shared among its cells, which overlap.
+        The surplus of the squared scores of a channel over 1 is shared among its cells, which
+        overlap.
         """
         columns, deviations = [], []
         for channel, cells in self._cells.items():
@@ -459,21 +530,26 @@ class LogEvidence:
         return columns, np.array(deviations)
 
     def _null_sizes(self, plain: Evidence) -> tuple[list[int], Array]:
-        """The columns of effects that null flights show, with the prior deviations of their sizes there.
+        """The columns of effects that null flights show, with the prior deviations of their sizes
+        there.
 
-        A size like that of null flights is no evidence; only what exceeds it is. For the fluctuating part of each
-        signature this is what null flights have beyond noise. A vane reads gusts whole, and so do the residuals: it
-        seems to have a wrong scale, and a flight of another day has other gusts, so that twice that size is usual.
+        A size like that of null flights is no evidence; only what exceeds it is. For the
+        fluctuating part of each signature this is what null flights have beyond noise. A vane reads
+        gusts whole, and so do the residuals: it seems to have a wrong scale, and a flight of
+        another day has other gusts, so that twice that size is usual.
         """
         spreads = [self._null_scores.fluctuation.get(label, 1.0) for label in self.labels]
-        vanes = [c for c, s in enumerate(self.signatures) if reads_gusts(s.effect) and spreads[c] > 1.0]
+        vanes = [
+            c for c, s in enumerate(self.signatures) if reads_gusts(s.effect) and spreads[c] > 1.0
+        ]
         scores = self._fluctuating | {c: THRESHOLDS.null_size_margin * spreads[c] for c in vanes}
         powers = np.diag(plain.inner)
         usable = [c for c in scores if powers[c] > SMALLEST]
         return usable, np.array([scores[c] for c in usable]) / np.sqrt(powers[usable])
 
     def beyond(self, sizes: Mapping[tuple[str, str], float], power: float = 1.0) -> Evidence:
-        """Return the evidence with effects of about these sizes eliminated, and their form error with them.
+        """Return the evidence with effects of about these sizes eliminated, and their form error
+        with them.
 
         It is that of the likelihood to some power.
         """
@@ -481,22 +557,30 @@ class LogEvidence:
         own = {index[k]: abs(v) for k, v in sizes.items() if k in index}
         directions, errors = self.form_error(sizes)
         deviations = [max(value, float(self.typical[column])) for column, value in own.items()]
-        return self.base.tempered(power).given([*own, *directions], np.concatenate([deviations, errors]))[0]
+        return self.base.tempered(power).given(
+            [*own, *directions], np.concatenate([deviations, errors])
+        )[0]
 
     @cached_property
     def rests(self) -> list[Rest]:
-        """The smooth discrepancies: of one channel, of a family of channels, and of all, in several sizes."""
+        """The smooth discrepancies: of one channel, of a family of channels, and of all, in several
+        sizes.
+        """
         sizes = THRESHOLDS.rest_sizes
         families = {room: [c for c in self._cells if _room(c) == room] for room in ROOMS}
         alone = 0.5 / len(self._cells)
-        groups: list[tuple[tuple[str, ...], float]] = [((channel,), alone) for channel in self._cells]
+        groups: list[tuple[tuple[str, ...], float]] = [
+            ((channel,), alone) for channel in self._cells
+        ]
         shown = {name: tuple(each) for name, each in families.items() if len(each) > 1}
         groups += [(each, 0.25 / len(shown)) for each in shown.values()]
         groups += [(tuple(self._cells), 0.25)]
         found = []
         power = np.diag(self.base.inner)
         for channels, prior in groups:
-            columns = [c for channel in channels for c in self._cells[channel] if power[c] > SMALLEST]
+            columns = [
+                c for channel in channels for c in self._cells[channel] if power[c] > SMALLEST
+            ]
             if not columns:
                 continue
             unit = 1.0 / np.sqrt(power[columns] * len(columns))
@@ -505,14 +589,19 @@ class LogEvidence:
                 if len(channels) == 1
                 else ("all" if len(channels) == len(self._cells) else _room(channels[0]))
             )
-            found += [Rest(place, tuple(columns), s * unit, float(np.log(prior / len(sizes)))) for s in sizes]
+            found += [
+                Rest(place, tuple(columns), s * unit, float(np.log(prior / len(sizes))))
+                for s in sizes
+            ]
         return found
 
 
 def without_score(evidence: Evidence, column: int, score: float) -> Evidence:
-    """Return the evidence with the size of a column eliminated as far as flights without it seem to have it.
+    """Return the evidence with the size of a column eliminated as far as flights without it seem to
+    have it.
 
-    `score` is the root mean square of its score there: what remains of a score is that many times smaller.
+    `score` is the root mean square of its score there: what remains of a score is that many times
+    smaller.
     """
     power = float(evidence.inner[column, column])
     if power <= SMALLEST:

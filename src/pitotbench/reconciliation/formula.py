@@ -6,7 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.effects.effect import SensorEffect
-from pitotbench.effects.formula import AXES, FORCE_AXES, FORMULAS, READINGS, TERMS, channels_of, term_of, values_of
+from pitotbench.effects.formula import (
+    AXES,
+    FORCE_AXES,
+    FORMULAS,
+    READINGS,
+    TERMS,
+    channels_of,
+    term_of,
+    values_of,
+)
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import (
@@ -29,7 +38,8 @@ from pitotbench.records.gap import FormulaTerm, FoundFormula
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
 
-# Stepwise selection of terms by the gain on parts of the log that the coefficients are not fitted to.
+# Stepwise selection of terms by the gain on parts of the log that the coefficients are not fitted
+# to.
 
 TERMS_MOST = 4  # more would be a fit of anything to anything, and no sentence
 SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
@@ -39,16 +49,16 @@ FIRST_GAIN = 41.0  # fall of the SS by a first term: 6.4σ, as for what remains 
 FURTHER_GAIN = 25.0  # by a further term: 5σ, for some 400 terms are tried again
 FURTHER_SHARE = 0.02  # of all that is explained: less is the error of the form of the terms before
 HELD_OUT_LEAST = 0.5  # share of the gain that must be there in the parts left out as well
-NUISANCE_LEAVES = (
-    0.0025  # share of a term that wind, curve and biases must leave: 5 % of its length, the error of a signature
-)
+NUISANCE_LEAVES = 0.0025  # share of a term that wind, curve and biases must leave: 5 % of its length, the error of a signature
 ALIKE = 0.03  # of all that is explained: a term that explains so little less does as well
 ALIKE_GAIN = 9.0  # fall of the SS (3σ) by which two terms are told apart in any case
 
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """The columns of the chosen terms in their order, and for each the columns that would do as well."""
+    """The columns of the chosen terms in their order, and for each the columns that would do as
+    well.
+    """
 
     columns: tuple[int, ...]
     alike: tuple[tuple[int, ...], ...]
@@ -56,7 +66,9 @@ class Chosen:
 
 
 def folded_equations(layout: Layout, noise: NoiseModel) -> NormalEquations:
-    """Return the normal equations of a log whose blocks are sets of short segments from all over it."""
+    """Return the normal equations of a log whose blocks are sets of short segments from all over
+    it.
+    """
     every = whitened_columns(layout, noise)
     time = layout.track.time[layout.grid.rows]
     fold = ((time - time[0]) / SEGMENT).astype(np.intp) % FOLDS
@@ -77,7 +89,9 @@ def offered(equations: NormalEquations, count: int) -> list[int]:
 
 
 def choose_terms(equations: NormalEquations, columns: Sequence[int]) -> Chosen | None:
-    """Return the few columns that explain the gap best where they were not fitted; None where none does."""
+    """Return the few columns that explain the gap best where they were not fitted; None where none
+    does.
+    """
     chosen: list[int] = []
     while len(chosen) < TERMS_MOST:
         best = _best_addition(equations, columns, chosen)
@@ -91,7 +105,9 @@ def choose_terms(equations: NormalEquations, columns: Sequence[int]) -> Chosen |
     return Chosen(tuple(chosen), alike, equations.held_out_gain(chosen) / gain)
 
 
-def _best_addition(equations: NormalEquations, columns: Sequence[int], chosen: Sequence[int]) -> int | None:
+def _best_addition(
+    equations: NormalEquations, columns: Sequence[int], chosen: Sequence[int]
+) -> int | None:
     """The column with the largest held-out gain beside the chosen ones, where it is large enough."""
     held = {c: equations.held_out_gain([c], chosen) for c in _leading(equations, columns, chosen)}
     if not held:
@@ -103,7 +119,9 @@ def _best_addition(equations: NormalEquations, columns: Sequence[int], chosen: S
     return best if gain > least and held[best] > HELD_OUT_LEAST * gain else None
 
 
-def _leading(equations: NormalEquations, columns: Sequence[int], chosen: Sequence[int]) -> list[int]:
+def _leading(
+    equations: NormalEquations, columns: Sequence[int], chosen: Sequence[int]
+) -> list[int]:
     free = [c for c in columns if c not in chosen]
     scores = np.abs(equations.scores(free, chosen))
     return [free[i] for i in np.argsort(-scores)[:TRIED]]
@@ -129,16 +147,23 @@ def _exchanged(equations: NormalEquations, columns: Sequence[int], chosen: list[
     return chosen
 
 
-def _alike(equations: NormalEquations, columns: Sequence[int], chosen: Sequence[int], own: int) -> tuple[int, ...]:
+def _alike(
+    equations: NormalEquations, columns: Sequence[int], chosen: Sequence[int], own: int
+) -> tuple[int, ...]:
     """The columns that explain as much in the place of a chosen one, the best first."""
     others = [c for c in chosen if c != own]
     whole = equations.fit(chosen).gain
     least = whole - max(ALIKE_GAIN, ALIKE * whole)
-    gains = {c: equations.fit([*others, c]).gain for c in _leading(equations, columns, others) if c != own}
+    gains = {
+        c: equations.fit([*others, c]).gain
+        for c in _leading(equations, columns, others)
+        if c != own
+    }
     return tuple(c for c in sorted(gains, key=lambda c: -gains[c]) if gains[c] > least)
 
 
-# The signatures of the terms of all formulas: what a unit of each coefficient changes in the residuals.
+# The signatures of the terms of all formulas: what a unit of each coefficient changes in the
+# residuals.
 
 LOAD = 100.0  # lb: the lift that is put on the force meter to measure what a pound of it changes
 
@@ -147,7 +172,9 @@ Sizes = Mapping[tuple[str, str], float]  # by formula and coefficient
 
 def term_signatures(scene: Scene) -> tuple[Signature, ...]:
     """Return the signatures of all terms that a log can show, each at its typical coefficient."""
-    wanted = [(name, p.name, p.typical) for name, formula in FORMULAS.items() for p in formula.parameters]
+    wanted = [
+        (name, p.name, p.typical) for name, formula in FORMULAS.items() for p in formula.parameters
+    ]
     return tuple(_signatures(scene, wanted))
 
 
@@ -176,7 +203,9 @@ def _of_sensor(scene: Scene, formula: SensorEffect, parameter: str, size: float)
 
 
 class _Forces:
-    """The changes by formulas of force: a pound along each axis times the formula's pounds in every state."""
+    """The changes by formulas of force: a pound along each axis times the formula's pounds in every
+    state.
+    """
 
     def __init__(self, scene: Scene) -> None:
         assert scene.force_model is not None
@@ -187,19 +216,26 @@ class _Forces:
         self.units = {**self.model.units.changes, "LIFT": _unit_lift(self.model)}
 
     def change(self, name: str, parameter: str, size: float) -> Array | None:
-        """Return the change of the residuals by one term, (n, c); None where the log lacks a channel of it."""
+        """Return the change of the residuals by one term, (n, c); None where the log lacks a
+        channel of it.
+        """
         if not all(channel in self.signals for channel in channels_of(TERMS[parameter])):
             return None
         axis, known = FORCE_AXES[name], self.model.units.properties
         pounds = (
-            known["aero/qbar-psf"] * known["metrics/Sw-sqft"] * size * values_of(TERMS[parameter], self.signals)
+            known["aero/qbar-psf"]
+            * known["metrics/Sw-sqft"]
+            * size
+            * values_of(TERMS[parameter], self.signals)
         )
         if AXES[axis].length:
             pounds = pounds * known[AXES[axis].length]
         lost = np.zeros((len(self.rows), len(REACTION_NAMES)))
         lost[:, :6] = -self.units[axis] * pounds[:, None]
         scene, every = self.scene, self.model.replay.rows
-        return change_by_answer(scene.base.names, scene.clean, scene.grid, every, spread(every, self.rows, lost))
+        return change_by_answer(
+            scene.base.names, scene.clean, scene.grid, every, spread(every, self.rows, lost)
+        )
 
 
 def _unit_lift(model: ForceModel) -> Array:
@@ -256,7 +292,9 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
             )
         )
     return FoundFormula(
-        tuple(terms), closure_of(equations, columns, fit.sizes.tolist(), _cells(fitted)), chosen.held_out_ratio
+        tuple(terms),
+        closure_of(equations, columns, fit.sizes.tolist(), _cells(fitted)),
+        chosen.held_out_ratio,
     )
 
 
@@ -266,8 +304,11 @@ def closure_on(layout: Layout, null: NullDistribution, formula: FoundFormula) ->
     return closure_of(equations, range(len(sizes)), sizes, _cells(trial))
 
 
-def free_sizes_beside(layout: Layout, null: NullDistribution, formula: FoundFormula) -> dict[str, float]:
-    """Return the free parameters of a log by name, fitted together with the coefficients of a formula.
+def free_sizes_beside(
+    layout: Layout, null: NullDistribution, formula: FoundFormula
+) -> dict[str, float]:
+    """Return the free parameters of a log by name, fitted together with the coefficients of a
+    formula.
 
     Without the formula the error curve and the temperature would take what they can of the gap.
     """
@@ -279,7 +320,9 @@ def free_sizes_beside(layout: Layout, null: NullDistribution, formula: FoundForm
 def _trial_of(
     layout: Layout, null: NullDistribution, formula: FoundFormula
 ) -> tuple[Layout, NormalEquations, list[float]]:
-    """A layout with the terms of a formula as its signatures, its normal equations, and the coefficients."""
+    """A layout with the terms of a formula as its signatures, its normal equations, and the
+    coefficients.
+    """
     sizes: Sizes = {(t.effect, t.size.name): t.size.value for t in formula.terms}
     trial = replace(layout, signatures=signatures_at(layout.scene, sizes))
     equations = folded_equations(trial, scaled_to(null.noise, trial))
@@ -290,10 +333,14 @@ def _cells(layout: Layout) -> Sequence[int]:
     return [i for i, _ in layout.places]
 
 
-def _term(signature: Signature, size: Estimate, significance: float, alternatives: tuple[str, ...]) -> FormulaTerm:
+def _term(
+    signature: Signature, size: Estimate, significance: float, alternatives: tuple[str, ...]
+) -> FormulaTerm:
     quantity, symbol, unit = described(signature.effect)
     term = term_of(signature.parameter, unit).symbol
-    return FormulaTerm(signature.effect, size, quantity, symbol, unit, term, significance, alternatives)
+    return FormulaTerm(
+        signature.effect, size, quantity, symbol, unit, term, significance, alternatives
+    )
 
 
 def described(formula: str) -> tuple[str, str, str]:

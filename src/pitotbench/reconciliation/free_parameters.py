@@ -12,9 +12,9 @@ from pitotbench.reconciliation.residuals import Scene
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans
 
-# They are unknown in every log and must not pass for an effect. Each is a column of the regression with a prior
-# standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and temperature), the accuracy
-# class of the usual instrument for a bias.
+# They are unknown in every log and must not pass for an effect. Each is a column of the regression
+# with a prior standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and
+# temperature), the accuracy class of the usual instrument for a bias.
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
 CURVE = MODELS["inverse+"]  # the error curve that every log may have
@@ -29,7 +29,9 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
 # The free parameters of the vanes: the channel and the kind of each.
-VANE_PARAMETERS = {f"{name} {kind}": (name, kind) for name in ANGLE_SCALE for kind in ("bias", "scale")}
+VANE_PARAMETERS = {
+    f"{name} {kind}": (name, kind) for name in ANGLE_SCALE for kind in ("bias", "scale")
+}
 FOREIGN = 5.0  # times these deviations, for a log whose instruments are not known
 OFFSETS = {  # prior deviation of a residual channel [its unit]
     "pressure_height": 500.0,
@@ -39,8 +41,14 @@ OFFSETS = {  # prior deviation of a residual channel [its unit]
     "specific_force_y": 0.02,
     "specific_force_z": 0.02,
 }
-FREE_THRUST = {"specific_force_x": 3.0, "pitch_acceleration": 0.5}  # m/s², rad/s²: full thrust of any airplane
-REPORTED = {"pressure_height": 3.0, "temperature": 0.3}  # m (0.36 hPa), K: the day's air from a weather report
+FREE_THRUST = {
+    "specific_force_x": 3.0,
+    "pitch_acceleration": 0.5,
+}  # m/s², rad/s²: full thrust of any airplane
+REPORTED = {
+    "pressure_height": 3.0,
+    "temperature": 0.3,
+}  # m (0.36 hPa), K: the day's air from a weather report
 WITH_HEIGHT = {"pressure_height": 0.05, "temperature": 0.005}  # a meter of height: the day's lapse
 EARTH_RATE = 1.5e-4  # rad/s, twice the earth's rate; the latitude decides which share of it acts
 ROUNDING_DEVIATION = float(1.0 / np.sqrt(12.0))  # of a number rounded to whole steps, in steps
@@ -52,8 +60,8 @@ BIAS_STEP, SCALE_STEP, CURVE_STEP = 0.002, 0.01, 0.01  # rad, share, share
 class FreeParameters:
     """The free parameters as columns of the regression.
 
-    `columns` holds the change of the residuals by one unit of each, (n, c, k); `deviations` their prior standard
-    deviations, (k,).
+    `columns` holds the change of the residuals by one unit of each, (n, c, k); `deviations` their
+    prior standard deviations, (k,).
     """
 
     names: tuple[str, ...]
@@ -61,7 +69,9 @@ class FreeParameters:
     deviations: Array
 
     def beyond(self, names: Sequence[str]) -> dict[str, tuple[Array, float]]:
-        """Return the parameters that are not among some names, each with its column, (n, c), and deviation."""
+        """Return the parameters that are not among some names, each with its column, (n, c), and
+        deviation.
+        """
         return {
             name: (self.columns[:, :, i], float(self.deviations[i]))
             for i, name in enumerate(self.names)
@@ -69,7 +79,9 @@ class FreeParameters:
         }
 
     def with_columns(self, further: Mapping[str, tuple[Array, float]]) -> "FreeParameters":
-        """Return these and further parameters: by name the change of the residuals, (n, c), and the deviation."""
+        """Return these and further parameters: by name the change of the residuals, (n, c), and the
+        deviation.
+        """
         if not further:
             return self
         columns, deviations = zip(*further.values(), strict=True)
@@ -84,10 +96,11 @@ class FreeParameters:
 class AnalysisSetting:
     """Facts about a log that its rows do not hold.
 
-    `day_known`: pressure and temperature of the air are those of a weather report. `instruments_known`: the
-    instruments are of the usual class, as they are wherever the day is known. `static_error`: the error curve sits
-    in the static pressure, not in the impact pressure alone. Instants above `mach_max` are not used.
-    `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
+    `day_known`: pressure and temperature of the air are those of a weather report.
+    `instruments_known`: the
+    instruments are of the usual class, as they are wherever the day is known. `static_error`: the
+    error curve sits in the static pressure, not in the impact pressure alone. Instants above
+    `mach_max` are not used. `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
     """
 
     day_known: bool = False
@@ -99,7 +112,9 @@ class AnalysisSetting:
 
 @dataclass(frozen=True, slots=True)
 class _Column:
-    """Change of the residuals by one unit, (n, c), and the prior standard deviation of the parameter."""
+    """Change of the residuals by one unit, (n, c), and the prior standard deviation of the
+    parameter.
+    """
 
     values: Array
     deviation: float
@@ -111,7 +126,9 @@ Columns = dict[str, _Column]
 
 @dataclass(frozen=True, slots=True)
 class _Variation:
-    """A change of the track by a step of a parameter, and the prior standard deviation of the parameter."""
+    """A change of the track by a step of a parameter, and the prior standard deviation of the
+    parameter.
+    """
 
     change: Change
     step: float
@@ -160,10 +177,14 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
     wider = 1.0 if setting.day_known or setting.instruments_known else FOREIGN
     for name, deviation in ANGLE_BIAS.items():
         if name in clean:
-            variations[f"{name} bias"] = _Variation(_shifted(name, BIAS_STEP), BIAS_STEP, wider * deviation)
+            variations[f"{name} bias"] = _Variation(
+                _shifted(name, BIAS_STEP), BIAS_STEP, wider * deviation
+            )
     for name, deviation in ANGLE_SCALE.items():
         if name in clean:
-            variations[f"{name} scale"] = _Variation(_scaled(name, 1.01), SCALE_STEP, wider * deviation)
+            variations[f"{name} scale"] = _Variation(
+                _scaled(name, 1.01), SCALE_STEP, wider * deviation
+            )
     return variations
 
 
@@ -180,17 +201,23 @@ def without_curve(track: Track, sizes: Mapping[str, float], setting: AnalysisSet
 def with_vane_angles(track: Track, sizes: Mapping[str, float]) -> Track:
     """Return a track whose vanes have a scale and a zero of these sizes."""
     names = [name for name in ANGLE_SCALE if f"{name} bias" in sizes]
-    return track.replaced({n: (1.0 + sizes[f"{n} scale"]) * track[n] + sizes[f"{n} bias"] for n in names})
+    return track.replaced(
+        {n: (1.0 + sizes[f"{n} scale"]) * track[n] + sizes[f"{n} bias"] for n in names}
+    )
 
 
 def without_vane_angles(track: Track, sizes: Mapping[str, float]) -> Track:
     """Return the track from which `with_vane_angles` gives this one."""
     names = [name for name in ANGLE_SCALE if f"{name} bias" in sizes]
-    return track.replaced({n: (track[n] - sizes[f"{n} bias"]) / (1.0 + sizes[f"{n} scale"]) for n in names})
+    return track.replaced(
+        {n: (track[n] - sizes[f"{n} bias"]) / (1.0 + sizes[f"{n} scale"]) for n in names}
+    )
 
 
 def curve_of(impact_pressure: Array, rounds: Iterable[Mapping[str, float]]) -> Array:
-    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of curves that were taken out one after the other."""
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of curves that were taken out one
+    after the other.
+    """
     true = impact_pressure
     for sizes in rounds:
         true = _true_pressure(true, sizes)
@@ -198,11 +225,15 @@ def curve_of(impact_pressure: Array, rounds: Iterable[Mapping[str, float]]) -> A
 
 
 def _true_pressure(indicated: Array, sizes: Mapping[str, float]) -> Array:
-    return np.asarray(indicated / (1.0 - np.clip(curve_share(indicated, sizes), -LARGEST_ERROR, LARGEST_ERROR)))
+    return np.asarray(
+        indicated / (1.0 - np.clip(curve_share(indicated, sizes), -LARGEST_ERROR, LARGEST_ERROR))
+    )
 
 
 def curve_share(impact_pressure: Array, sizes: Mapping[str, float]) -> Array:
-    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of a curve of these sizes; it ignores other names."""
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of a curve of these sizes; it ignores
+    other names.
+    """
     basis = CURVE.basis(impact_pressure / REFERENCE_PRESSURE)
     share = np.zeros(len(impact_pressure))
     for i, name in enumerate(CURVE.parameter_names):
@@ -220,7 +251,8 @@ def _curved(term: Array, static_error: bool) -> Change:
         error = CURVE_STEP * term * track["impact_pressure"]
         changed = {"impact_pressure": track["impact_pressure"] - error}
         return track.replaced(
-            changed | ({"static_pressure": track["static_pressure"] + error} if static_error else {})
+            changed
+            | ({"static_pressure": track["static_pressure"] + error} if static_error else {})
         )
 
     return change
@@ -236,7 +268,9 @@ def _shifted(name: str, step: float) -> Change:
 
 def _wind(scene: Scene) -> Columns:
     columns = {}
-    for i, (name, deviation) in enumerate(zip(("north", "east", "down"), WIND_DEVIATION, strict=True)):
+    for i, (name, deviation) in enumerate(
+        zip(("north", "east", "down"), WIND_DEVIATION, strict=True)
+    ):
         toward = np.zeros((len(scene.grid), 3))
         toward[:, i] = 1.0
         columns[f"wind {name}"] = _Column(residuals_of_wind(toward, scene), deviation)
@@ -255,12 +289,16 @@ def _offsets(scene: Scene, day_known: bool) -> Columns:
     units = {"temperature": air.total_temperature(ones, grid.smooth(mach_number(clean)))}
     for name, deviation in (OFFSETS | (REPORTED if day_known else {})).items():
         if name in names:
-            columns[f"{name} offset"] = _Column(_in_channel(scene, name, units.get(name, ones)), deviation)
+            columns[f"{name} offset"] = _Column(
+                _in_channel(scene, name, units.get(name, ones)), deviation
+            )
     if "altitude" in clean:
         height = grid.smooth(clean["altitude"])
         for name, deviation in WITH_HEIGHT.items():
             if name in names:
-                columns[f"{name} lapse"] = _Column(_in_channel(scene, name, height - height.mean()), deviation)
+                columns[f"{name} lapse"] = _Column(
+                    _in_channel(scene, name, height - height.mean()), deviation
+                )
     return columns
 
 
@@ -286,7 +324,8 @@ def _coriolis(scene: Scene) -> Columns:
 
 
 def _thrust(scene: Scene) -> Columns:
-    """Columns for a thrust that the force meter does not know: a polynomial in throttle and airspeed.
+    """Columns for a thrust that the force meter does not know: a polynomial in throttle and
+    airspeed.
 
     It pushes forward, and pitches by its line.
     """
@@ -312,7 +351,9 @@ def _thrust(scene: Scene) -> Columns:
 
 
 def _turned_into(scene: Scene, vectors: Array, family: str, axes: tuple[str, str, str]) -> Array:
-    """Vectors toward north, east, down, (n, 3), in the channels of a family along, across and down the track."""
+    """Vectors toward north, east, down, (n, 3), in the channels of a family along, across and down
+    the track.
+    """
     column = scene.blank()
     parts = scene.frame.turned(vectors, f"{family}_down" in scene.base.names)
     for i, axis in enumerate(axes[: parts.shape[1]]):
@@ -346,8 +387,8 @@ class ParameterFit:
 def fit_free_parameters(values: Array, free: FreeParameters, usable: Booleans) -> ParameterFit:
     """Fit the free parameters to residuals (n, c) by least squares with priors.
 
-    Only instants and channels that are `usable`, (n, c), enter. Each channel is scaled by the robust deviation of
-    its remaining residuals.
+    Only instants and channels that are `usable`, (n, c), enter. Each channel is scaled by the
+    robust deviation of its remaining residuals.
     """
     columns, remaining, scale = free.columns, values, values.std(axis=0) + TINY
     sizes = np.zeros(columns.shape[2])

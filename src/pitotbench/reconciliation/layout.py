@@ -1,4 +1,6 @@
-"""Check a log and lay it out for judgment: residuals, free parameters, signatures, cells of the gap."""
+"""Check a log and lay it out for judgment: residuals, free parameters, signatures, cells of the
+gap.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -51,8 +53,8 @@ from pitotbench.records.verdict import Candidate, Check, where
 from pitotbench.timeline import gaps, in_outage, interval
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, Array, Booleans
 
-# Check a log without a model: repeated samples, gaps, clock, quantization, ceilings.
-# A recording fault that is found here is named here and does not enter the comparison: repeated samples are not
+# Check a log without a model: repeated samples, gaps, clock, quantization, ceilings. A recording
+# fault that is found here is named here and does not enter the comparison: repeated samples are not
 # new ones, and rows at the ceiling hold no measurement.
 
 AIR_DATA = numbers_from("air")
@@ -91,10 +93,12 @@ def _counted(effect: str, size: Estimate) -> Candidate:
 
 
 def _repeats(log: FlightLog) -> Booleans:
-    """Rows on which every air-data channel repeats its previous value, where that is more often than by chance.
+    """Rows on which every air-data channel repeats its previous value, where that is more often
+    than by chance.
 
-    The two pressures count as one: a slow bus, or a static pressure that both are made with, repeats them together.
-    A temperature that comes in coarse steps repeats at its own times, and a constant one says nothing.
+    The two pressures count as one: a slow bus, or a static pressure that both are made with,
+    repeats them together. A temperature that comes in coarse steps repeats at its own times, and a
+    constant one says nothing.
     """
     present = {name: values for name in AIR_DATA if (values := getattr(log, name)) is not None}
     each = {name: np.diff(values) == 0.0 for name, values in present.items()}
@@ -130,15 +134,22 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
         return Check("repeated samples", "failed", f"air data{where[1:]}"), ()
     lengths = np.diff(np.flatnonzero(~repeated))
     share = float(np.mean(lost))
-    spread = 2.0 * float(np.sqrt(share * max(1.0, float(lengths[lengths > 1].mean()) - 1.0) / len(log)))
-    why = f"{100.0 * share:.1f} % of the rows repeat the air data of the row before: lost samples, filled in{where}"
+    spread = 2.0 * float(
+        np.sqrt(share * max(1.0, float(lengths[lengths > 1].mean()) - 1.0) / len(log))
+    )
+    why = (
+        f"{100.0 * share:.1f} % of the rows repeat the air data of the row before: lost "
+        f"samples, filled in{where}"
+    )
     return Check("repeated samples", "failed", why), (
         _counted("dropped_samples", Estimate("fraction", share, spread)),
     )
 
 
 def _slow_bus(log: FlightLog) -> Check:
-    """Whether the pressures alone are held between samples: a slower bus, on which the comparison does not rest."""
+    """Whether the pressures alone are held between samples: a slower bus, on which the comparison
+    does not rest.
+    """
     new = np.flatnonzero(np.any([np.diff(getattr(log, name)) != 0.0 for name in PRESSURES], axis=0))
     held = float(np.median(np.diff(new))) * interval(log.time) if len(new) > 1 else 0.0
     if held < SLOW_BUS * interval(log.time):
@@ -157,9 +168,14 @@ def _steps(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, 
     ]
     listed = " and ".join(f"{step:.3g}" for step in steps)
     if not any(coarse):
-        return Check("quantization", "passed", f"pressures come in steps of {listed} Pa, below their noise"), ()
+        return Check(
+            "quantization", "passed", f"pressures come in steps of {listed} Pa, below their noise"
+        ), ()
     worst = max(steps)
-    why = f"pressures come in steps of {listed} Pa, above their noise of {noise[0]:.2g} and {noise[1]:.2g} Pa"
+    why = (
+        f"pressures come in steps of {listed} Pa, above their noise of {noise[0]:.2g} and "
+        f"{noise[1]:.2g} Pa"
+    )
     return Check("quantization", "failed", why), (
         _counted("quantization", Estimate("step_pa", worst, 0.02 * worst)),
     )
@@ -182,7 +198,9 @@ def _ceiling(log: FlightLog) -> tuple[Check, tuple[Candidate, ...]]:
         return Check("saturation", "passed", "impact pressure does not stand at a ceiling"), ()
     top = float(log.impact_pressure.max())
     why = f"impact pressure stands at {top:.1f} Pa on {int(capped.sum())} rows"
-    return Check("saturation", "failed", why), (_counted("saturation", Estimate("ceiling_pa", top, 1.0)),)
+    return Check("saturation", "failed", why), (
+        _counted("saturation", Estimate("ceiling_pa", top, 1.0)),
+    )
 
 
 def _clock(log: FlightLog) -> Check:
@@ -191,7 +209,9 @@ def _clock(log: FlightLog) -> Check:
     odd = float(np.mean(np.abs(step - typical) > THRESHOLDS.clock_odd_step * typical))
     if odd > THRESHOLDS.clock_odd_share:
         return Check(
-            "clock", "failed", f"{100.0 * odd:.1f} % of the time steps differ from the median of {typical:.4g} s"
+            "clock",
+            "failed",
+            f"{100.0 * odd:.1f} % of the time steps differ from the median of {typical:.4g} s",
         )
     return Check("clock", "passed", f"rows every {typical:.4g} s")
 
@@ -212,7 +232,9 @@ def _gps(log: FlightLog) -> Check:
     if held.any():
         return Check("GPS", "failed", f"fixes {_outages(log, held)}")
     period = interval(log.time[fresh])
-    return Check("GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between")
+    return Check(
+        "GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between"
+    )
 
 
 def _outages(log: FlightLog, held: Booleans) -> str:
@@ -224,12 +246,14 @@ def _outages(log: FlightLog, held: Booleans) -> str:
     return f"stand still for {lasted:.1f} s in all, from {places}{more} s after the start: not used"
 
 
-# Lay out a log for judgment: residuals, free parameters, signatures, and the cells in which a gap is located.
+# Lay out a log for judgment: residuals, free parameters, signatures, and the cells in which a gap
+# is located.
 
-# Locate the gap: cells, which are columns without physics, one a channel and phase of flight or variable.
-# They are fitted as the effects are, so that both have significances in the same units: a gap that cells show and
-# no effect explains is real, with an unknown cause. Phases and variables come from the clean track, because a
-# variable that contains the gusts, such as the angle of attack, is correlated with the residuals by its noise.
+# Locate the gap: cells, which are columns without physics, one a channel and phase of flight or
+# variable. They are fitted as the effects are, so that both have significances in the same units: a
+# gap that cells show and no effect explains is real, with an unknown cause. Phases and variables
+# come from the clean track, because a variable that contains the gusts, such as the angle of
+# attack, is correlated with the residuals by its noise.
 
 TURN = 12.0 * DEGREE  # bank from which the airplane turns; gusts bank it by less
 VERTICAL = 2.0  # m/s of climb or descent
@@ -258,7 +282,9 @@ class Cell:
 
 
 def is_examined(cell: Cell) -> bool:
-    """Whether a cell is examined: the heading matters to compass and GPS, not to forces and engines."""
+    """Whether a cell is examined: the heading matters to compass and GPS, not to forces and
+    engines.
+    """
     return not cell.variable.startswith("heading") or cell.channel in WITH_HEADING
 
 
@@ -295,7 +321,9 @@ def _mean_around(values: Array, rows: NDArray[np.intp], half: int = MEAN_HALF_RO
 
 
 def flight_variables(track: Track, grid: Grid) -> dict[str, Array]:
-    """Return the variables that a gap may follow, at the instants in SI units and radians, (n,) each."""
+    """Return the variables that a gap may follow, at the instants in SI units and radians, (n,)
+    each.
+    """
     values = {"airspeed": grid.smooth(true_airspeed_along(track)), "time": track.time[grid.rows]}
     sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
     for name, source in sources.items():
@@ -319,7 +347,8 @@ def variables(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell, ...], Array]:
-    """Return the cells of all channels, and their shapes, (n, k): one column a variable and a phase.
+    """Return the cells of all channels, and their shapes, (n, k): one column a variable and a
+    phase.
 
     Every channel has the same shapes.
     """
@@ -338,7 +367,9 @@ PASCAL_A_METER = 10.0  # of height near the ground, rounded
 MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 VANE_ROUNDS = 3  # Gauss-Newton steps; a vane that is off by no more than usual needs none
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
-DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
+DAY = (
+    "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
+)
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 Curves = tuple[Mapping[str, float], ...]
 FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
@@ -348,13 +379,15 @@ FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
 class Layout:
     """A log laid out, before its noise is known.
 
-    `residuals` are measured less predicted, `free` the free parameters, `signatures` the hypotheses; `cells` are
-    the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `measured` marks the
-    rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
-    were before, less what they are, by effects that are in the model and that neither the track nor the scene
-    holds, (n, c) or 0. `in_model` holds the sizes of the effects in the model, by effect and parameter. `curves`
-    are the sizes of the error curves that were taken out of the track, one after the other. `angles` are the sizes
-    of the free parameters of the vanes that were taken out of the track and stay in the residuals, to first order.
+    `residuals` are measured less predicted, `free` the free parameters, `signatures` the
+    hypotheses; `cells` are the places to examine, and `shapes` (n, k) the values that each cell has
+    at the instants. `measured` marks the rows of the track whose air data lie below the end of
+    their sensor's range. `subtracted` is what the residuals were before, less what they are, by
+    effects that are in the model and that neither the track nor the scene holds, (n, c) or 0.
+    `in_model` holds the sizes of the effects in the model, by effect and parameter. `curves` are
+    the sizes of the error curves that were taken out of the track, one after the other. `angles`
+    are the sizes of the free parameters of the vanes that were taken out of the track and stay in
+    the residuals, to first order.
     """
 
     checked: CheckedLog
@@ -379,26 +412,36 @@ class Layout:
 
     @property
     def used(self) -> Booleans:
-        """Whether the comparison uses each channel at each instant, (n, c): not at the end of a sensor's range."""
+        """Whether the comparison uses each channel at each instant, (n, c): not at the end of a
+        sensor's range.
+        """
         used: Booleans = self.residuals.slack < UNUSABLE
         return used
 
     @property
     def places(self) -> tuple[tuple[int, Cell], ...]:
         """The cells that are examined, each with its column in the normal equations."""
-        return tuple((i, c) for i, c in enumerate(self.cells, start=len(self.signatures)) if is_examined(c))
+        return tuple(
+            (i, c) for i, c in enumerate(self.cells, start=len(self.signatures)) if is_examined(c)
+        )
 
     def without(self, columns: Sequence[Array], sizes: Sequence[float] | Array) -> "Layout":
         """Return the layout with columns (n, c) at their sizes subtracted from the residuals."""
         explained = np.zeros_like(self.residuals.values)
         for column, size in zip(columns, sizes, strict=True):
             explained = explained + column * size
-        return replace(self, residuals=replace(self.residuals, values=self.residuals.values - explained))
+        return replace(
+            self, residuals=replace(self.residuals, values=self.residuals.values - explained)
+        )
 
     def with_angles(self, angles: Mapping[str, float]) -> "Layout":
-        """Return the layout with errors of the vanes, which its track lacks, in its residuals, to first order."""
+        """Return the layout with errors of the vanes, which its track lacks, in its residuals, to
+        first order.
+        """
         sizes = [angles.get(name, 0.0) for name in self.free.names]
-        residuals = replace(self.residuals, values=self.residuals.values + self.free.columns @ np.array(sizes))
+        residuals = replace(
+            self.residuals, values=self.residuals.values + self.free.columns @ np.array(sizes)
+        )
         return replace(self, residuals=residuals, angles=angles)
 
 
@@ -408,7 +451,8 @@ def lay_out(
     setting: AnalysisSetting,
     effects: Catalog[Effect] = WHOLE_FLIGHT,
 ) -> Layout:
-    """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the hypotheses.
+    """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the
+    hypotheses.
 
     Raises BadInputError for a log without attitude, or one that cannot be compared.
     """
@@ -431,26 +475,32 @@ def lay_out(
 def _vane_angles(layout: Layout) -> Mapping[str, float]:
     """The sizes of the free parameters of the vanes; none where one is beyond what a vane can have.
 
-    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like drag.
+    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
+    drag.
     """
     sizes = fit_free_parameters(layout.residuals.values, layout.free, layout.used).sizes
     fitted = dict(zip(layout.free.names, sizes.tolist(), strict=True))
     angles = {name: fitted[name] for name in VANE_PARAMETERS if name in fitted}
-    return angles if all(abs(v) < MOST_OFF[VANE_PARAMETERS[n][1]] for n, v in angles.items()) else {}
+    return (
+        angles if all(abs(v) < MOST_OFF[VANE_PARAMETERS[n][1]] for n, v in angles.items()) else {}
+    )
 
 
 def with_aircraft(layout: Layout, aircraft: AircraftModel) -> Layout:
-    """Return the layout of the same log with another aircraft, whose answer along the track is measured anew.
+    """Return the layout of the same log with another aircraft, whose answer along the track is
+    measured anew.
 
-    Hypotheses, free parameters and slopes stay: what another effect in the model changes of them is small of second
-    order.
+    Hypotheses, free parameters and slopes stay: what another effect in the model changes of them is
+    small of second order.
     """
     model = layout.scene.force_model
     if model is None:
         return layout
     scene = layout.scene.moved(layout.scene.clean, model.along(model.replay.motion, aircraft))
     residuals = _residuals(scene, layout.track, layout.measured, layout.setting)
-    return replace(layout, scene=scene, residuals=residuals, subtracted=0.0).with_angles(layout.angles)
+    return replace(layout, scene=scene, residuals=residuals, subtracted=0.0).with_angles(
+        layout.angles
+    )
 
 
 def _laid_out(
@@ -471,8 +521,10 @@ def _laid_out(
     scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft)
     if len(scene.grid) < FEWEST_INSTANTS:
         raise BadInputError(
-            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are needed: give at least "
-            f"{(FEWEST_INSTANTS + 2) * scene.grid.step + 2.0 * MARGIN:.0f} s without a pause or an outage"
+            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are "
+            "needed: give at least "
+            f"{(FEWEST_INSTANTS + 2) * scene.grid.step + 2.0 * MARGIN:.0f} s without a pause or an "
+            "outage"
         )
     setting = replace(setting, pressure_step=_coarse_step(checked))
     residuals = _residuals(scene, track, measured, setting)
@@ -480,13 +532,21 @@ def _laid_out(
     free, signatures = free_parameters_of(scene, setting, shapes), signatures_of(scene, effects)
     if not setting.day_known:
         days = [s for s in signatures if s.effect == DAY]
-        free = free.with_columns({f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days})
+        free = free.with_columns(
+            {f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days}
+        )
         signatures = tuple(s for s in signatures if s.effect != DAY)
-    return Layout(checked, track, measured, scene, residuals, free, signatures, places, shapes, setting)
+    return Layout(
+        checked, track, measured, scene, residuals, free, signatures, places, shapes, setting
+    )
 
 
-def _residuals(scene: Scene, track: Track, measured: Booleans, setting: AnalysisSetting) -> ChannelResiduals:
-    """The residuals of a track with their slack: how far each is beyond noise, and whether it is used."""
+def _residuals(
+    scene: Scene, track: Track, measured: Booleans, setting: AnalysisSetting
+) -> ChannelResiduals:
+    """The residuals of a track with their slack: how far each is beyond noise, and whether it is
+    used.
+    """
     residuals = scene.residuals_of(track)
     unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)
     loose = slack(scene.grid, scene.replay, residuals.names) + unusable[:, None]
@@ -496,11 +556,14 @@ def _residuals(scene: Scene, track: Track, measured: Booleans, setting: Analysis
     return replace(residuals, slack=loose)
 
 
-def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetting) -> tuple[Track, Curves]:
-    """Return the track without the error curve that its wind triangle shows on the rows `measured`, (m,).
+def without_error_curve(
+    track: Track, measured: Booleans, setting: AnalysisSetting
+) -> tuple[Track, Curves]:
+    """Return the track without the error curve that its wind triangle shows on the rows `measured`,
+    (m,).
 
-    The second is what was taken out. All later steps are linear in the remaining curve. Forces follow the product
-    of pressure and angles, so that a large curve would otherwise look like drag.
+    The second is what was taken out. All later steps are linear in the remaining curve. Forces
+    follow the product of pressure and angles, so that a large curve would otherwise look like drag.
     """
     curves: list[Mapping[str, float]] = []
     for _ in range(CURVE_ROUNDS):
@@ -508,14 +571,18 @@ def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetti
         values = scene.residuals_of(track).values
         free = free_parameters_of(scene, setting, np.zeros((len(scene.grid), 0)))
         usable = _usable(track, measured, scene.grid, setting)
-        sizes = fit_free_parameters(values, free, np.broadcast_to(usable[:, None], values.shape)).sizes
+        sizes = fit_free_parameters(
+            values, free, np.broadcast_to(usable[:, None], values.shape)
+        ).sizes
         curves.append(dict(zip(free.names, sizes.tolist(), strict=True)))
         track = without_curve(track, curves[-1], setting)
     return track, tuple(curves)
 
 
 def below_range_end(track: Track, log: FlightLog) -> Booleans:
-    """Return the rows of a log's track whose impact pressure lies below the end of its sensor's range, (m,)."""
+    """Return the rows of a log's track whose impact pressure lies below the end of its sensor's
+    range, (m,).
+    """
     ceiling = at_ceiling(log.impact_pressure).astype(np.float64)
     rows: Booleans = np.interp(track.time, log.time, ceiling) == 0.0
     return rows
@@ -537,7 +604,8 @@ def _require_attitude(log: FlightLog) -> None:
     missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
     if missing:
         raise BadInputError(
-            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, pitch and heading"
+            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, "
+            "pitch and heading"
         )
 
 
@@ -547,7 +615,9 @@ def _coarse_step(checked: CheckedLog) -> float:
 
 
 def _usable(track: Track, measured: Booleans, grid: Grid, setting: AnalysisSetting) -> Booleans:
-    """Instants that are not near a row at the ceiling, and not above the greatest Mach number, (n,)."""
+    """Instants that are not near a row at the ceiling, and not above the greatest Mach number,
+    (n,).
+    """
     at_ceiling = grid.smooth((~measured).astype(np.float64)) > 0.0
     usable: Booleans = ~at_ceiling & (grid.smooth(mach_number(track)) <= setting.mach_max)
     return usable

@@ -41,13 +41,21 @@ from pitotbench.reconciliation.renewal import (
     with_parts_of_flight,
     without_sensor_effects,
 )
-from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, lasts, returns, times_of
+from pitotbench.reconciliation.signatures import (
+    FITTED,
+    cause_of,
+    columns_of,
+    lasts,
+    returns,
+    times_of,
+)
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Closure, JoinedFlight, Located, OwnSize
 from pitotbench.units import Array
 
-# Name the effects on each flight: fit every hypothesis, form the posterior over causes, and read its answer.
+# Name the effects on each flight: fit every hypothesis, form the posterior over causes, and read
+# its answer.
 
 RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
 RENEWED = 6  # best single explanations whose signatures are renewed: the others have no part in the answer
@@ -59,9 +67,9 @@ LISTED = 10  # candidates in a verdict
 class Naming:
     """The outcome of the posterior over causes.
 
-    `chosen` are the effects fitted together, by `fit`, with the layout and the normal equations of that fit.
-    `alternatives` holds, for each chosen effect, the other causes of the set that holds it. `located` is the gap
-    by channel before, `remaining` the gap after the chosen effects.
+    `chosen` are the effects fitted together, by `fit`, with the layout and the normal equations of
+    that fit. `alternatives` holds, for each chosen effect, the other causes of the set that holds
+    it. `located` is the gap by channel before, `remaining` the gap after the chosen effects.
     """
 
     answer: Answer
@@ -78,7 +86,9 @@ class Naming:
 
 @dataclass(frozen=True, slots=True)
 class Renewed:
-    """A layout with its signatures at the fitted sizes, its normal equations, and the noise model of both."""
+    """A layout with its signatures at the fitted sizes, its normal equations, and the noise model
+    of both.
+    """
 
     layout: Layout
     equations: NormalEquations
@@ -98,13 +108,26 @@ def _naming(renewed: Renewed, null: NullDistribution, posterior: CausePosterior)
     located, remaining = _located(renewed, null, ()), _located(renewed, null, fit.columns)
     alternatives = tuple(answer.others(cause_of(name)) for name in chosen)
     candidates = _candidates(renewed, null, posterior, answer)
-    return Naming(answer, posterior, chosen, alternatives, candidates, located, remaining, layout, equations, fit)
+    return Naming(
+        answer,
+        posterior,
+        chosen,
+        alternatives,
+        candidates,
+        located,
+        remaining,
+        layout,
+        equations,
+        fit,
+    )
 
 
 def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
-    """Renew the signatures of the best explanations at their fitted sizes, and form the equations anew.
+    """Renew the signatures of the best explanations at their fitted sizes, and form the equations
+    anew.
 
-    Events are placed in time. A large effect on the sensors is subtracted from the clean track first.
+    Events are placed in time. A large effect on the sensors is subtracted from the clean track
+    first.
     """
     noise = scaled_to(null.noise, original)
     original = with_parts_of_flight(placed_in_time(original, noise), noise)
@@ -140,7 +163,9 @@ def _large_effect(
 
 
 def _is_near(large: Entries, undone: Entries) -> bool:
-    """Whether effects that are to be taken out of a log are those already taken out, at about the same sizes."""
+    """Whether effects that are to be taken out of a log are those already taken out, at about the
+    same sizes.
+    """
     if large.keys() != undone.keys():
         return False
     pairs = [(v, undone[name][key]) for name, sizes in large.items() for key, v in sizes.items()]
@@ -161,10 +186,11 @@ def _fitted_sizes(
 
 
 def _fit(renewed: Renewed, answer: Answer) -> Fit:
-    """The sizes of the named effects as a fit of this log, with the bounds that their form error leaves.
+    """The sizes of the named effects as a fit of this log, with the bounds that their form error
+    leaves.
 
-    Form error widens the bounds and must not shift the sizes: these are a fit without it. A size of another log of
-    the posterior that this log cannot show has no column.
+    Form error widens the bounds and must not shift the sizes: these are a fit without it. A size of
+    another log of the posterior that this log cannot show has no column.
     """
     index = {(s.effect, s.parameter): i for i, s in enumerate(renewed.layout.signatures)}
     weighed = answer.best.explained.weighed
@@ -213,13 +239,15 @@ def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> 
     return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
 
 
-# Name the effects of all flights of one airplane: causes and sizes shared, free parameters each flight's own.
-# Each flight is judged by the noise and the wander of the null flights of its own card. Its evidence adds to that
-# of the others. A flight that shows another size than the others do contradicts the cause. One flight is the case
-# of several in which there are no others.
+# Name the effects of all flights of one airplane: causes and sizes shared, free parameters each
+# flight's own. Each flight is judged by the noise and the wander of the null flights of its own
+# card. Its evidence adds to that of the others. A flight that shows another size than the others do
+# contradicts the cause. One flight is the case of several in which there are no others.
 
 Key = tuple[str, str]  # an effect and one of its parameters
-_Part = tuple[tuple[Key, ...], Array]  # what a log shows: its keys, and the inner products of them and the residual
+_Part = tuple[
+    tuple[Key, ...], Array
+]  # what a log shows: its keys, and the inner products of them and the residual
 FARTHEST = 1e-300  # smallest probability that is turned into a distance
 
 
@@ -227,8 +255,8 @@ FARTHEST = 1e-300  # smallest probability that is turned into a distance
 class Together:
     """One flight or several, named together.
 
-    `namings` holds for each flight the shared answer with the shared sizes, `logs` its evidence, and `alone` the
-    posterior of the flight by itself.
+    `namings` holds for each flight the shared answer with the shared sizes, `logs` its evidence,
+    and `alone` the posterior of the flight by itself.
     """
 
     posterior: CausePosterior
@@ -240,7 +268,9 @@ class Together:
 
 @dataclass(frozen=True, slots=True)
 class OwnSizes:
-    """The sizes of some effects that one flight, or several, show: keys, values, (k,), and covariance, (k, k)."""
+    """The sizes of some effects that one flight, or several, show: keys, values, (k,), and
+    covariance, (k, k).
+    """
 
     keys: tuple[Key, ...]
     values: Array
@@ -260,11 +290,13 @@ class OwnSizes:
 def name_effects(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Together:
     """Name the effects that one flight shows, or several, each with its null distribution.
 
-    The signatures of several flights are computed once more at the shared sizes, because a flight that shows little
-    of an effect fits a size of its own that is far from them.
-    Raises ValueError without a flight.
+    The signatures of several flights are computed once more at the shared sizes, because a flight
+    that shows little of an effect fits a size of its own that is far from them. Raises ValueError
+    without a flight.
     """
-    renewed = [renewed_signatures(layout, null) for layout, null in zip(layouts, nulls, strict=True)]
+    renewed = [
+        renewed_signatures(layout, null) for layout, null in zip(layouts, nulls, strict=True)
+    ]
     logs = [each.evidence(null) for each, null in zip(renewed, nulls, strict=True)]
     alone = tuple(cause_posterior([log]) for log in logs)
     posterior = alone[0] if len(logs) == 1 else cause_posterior(logs)
@@ -296,10 +328,11 @@ def _sizes_of(posterior: CausePosterior) -> dict[Key, float]:
 
 
 def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnSizes:
-    """Return the sizes of the named effects as fitted to all flights together, or to all but one of them.
+    """Return the sizes of the named effects as fitted to all flights together, or to all but one of
+    them.
 
-    Form error widens their bounds and must not shift them: this is a fit without it. A size that the others hardly
-    show is drawn to zero by a wide prior, as its bound is.
+    Form error widens their bounds and must not shift them: this is a fit without it. A size that
+    the others hardly show is drawn to zero by a wide prior, as its bound is.
     """
     keys = list(dict.fromkeys(key for naming in namings for key in _keys(naming)))
     parts = []
@@ -319,7 +352,8 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnS
 
 
 def _summed(keys: Sequence[Key], parts: Sequence[_Part]) -> Array:
-    """The inner products of some sizes and the residual, last, summed over logs, each with keys of its own.
+    """The inner products of some sizes and the residual, last, summed over logs, each with keys of
+    its own.
 
     What a log does not show adds nothing.
     """
@@ -347,9 +381,11 @@ def _with_sizes(naming: Naming, sizes: Mapping[Key, float]) -> Naming:
 
 
 def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
-    """Return for each flight the closure by the sizes that the other flights show; None where they show none.
+    """Return for each flight the closure by the sizes that the other flights show; None where they
+    show none.
 
-    Effects for a part of one flight, and events, are fitted to that flight: another flight does not have them.
+    Effects for a part of one flight, and events, are fitted to that flight: another flight does not
+    have them.
     """
     if len(namings) < 2:
         return (None,) * len(namings)
@@ -361,19 +397,27 @@ def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
             for column, key in zip(naming.fit.columns, _keys(naming), strict=True)
             if key in sizes.keys and returns(key[0])
         ]
-        cells, columns, places = [i for i, _ in naming.layout.places], [c for c, _ in pairs], [p for _, p in pairs]
+        cells, columns, places = (
+            [i for i, _ in naming.layout.places],
+            [c for c, _ in pairs],
+            [p for _, p in pairs],
+        )
         own = zip(naming.fit.columns, _keys(naming), strict=True)
         once = [column for column, key in own if not returns(key[0])]
         values = sizes.values[places].tolist()
         errors = with_form_error(sizes.covariance[np.ix_(places, places)], values)
-        found.append(closure_of(naming.equations, columns, values, cells, errors, once) if pairs else None)
+        found.append(
+            closure_of(naming.equations, columns, values, cells, errors, once) if pairs else None
+        )
     return tuple(found)
 
 
 def own_sizes(logs: Sequence[LogEvidence], effects: Names, sizes: Mapping[Key, float]) -> OwnSizes:
-    """Return the sizes of some effects that logs show, with the form error of effects of about these sizes.
+    """Return the sizes of some effects that logs show, with the form error of effects of about
+    these sizes.
 
-    The prior is as wide as a size can be, so that a log that does not show an effect says nothing of it.
+    The prior is as wide as a size can be, so that a log that does not show an effect says nothing
+    of it.
     """
     search = CauseSearch(logs)
     shown = tuple(name for name in effects if name in search.keys)
@@ -387,9 +431,11 @@ def own_sizes(logs: Sequence[LogEvidence], effects: Names, sizes: Mapping[Key, f
 
 @dataclass(frozen=True, slots=True)
 class FittedTogether:
-    """The whole sizes of effects that several passes named, by effect, and the closure of all logs by them.
+    """The whole sizes of effects that several passes named, by effect, and the closure of all logs
+    by them.
 
-    `fits` holds for each log its layout without these effects in the model, its equations, and the fit.
+    `fits` holds for each log its layout without these effects in the model, its equations, and the
+    fit.
     """
 
     sizes: Mapping[str, tuple[Estimate, ...]]
@@ -397,13 +443,16 @@ class FittedTogether:
     fits: tuple[tuple[Layout, NormalEquations, Fit], ...]
 
 
-def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], entries: Entries) -> FittedTogether:
+def fit_together(
+    layouts: Sequence[Layout], nulls: Sequence[NullDistribution], entries: Entries
+) -> FittedTogether:
     """Fit the whole sizes of the effects that are in the model anew, all at once.
 
-    `layouts` are those of the logs with the effects in the model, at the sizes of `entries`. A pass that names one
-    effect cannot know what a later one names: it gives the first a part of the gap that is the other's. An effect
-    that is not significant beside the others, or that would need an impossible size, is left out, the weakest
-    first. Left out are also effects for a part of the flight, which stay as they are, and those that no log shows.
+    `layouts` are those of the logs with the effects in the model, at the sizes of `entries`. A pass
+    that names one effect cannot know what a later one names: it gives the first a part of the gap
+    that is the other's. An effect that is not significant beside the others, or that would need an
+    impossible size, is left out, the weakest first. Left out are also effects for a part of the
+    flight, which stay as they are, and those that no log shows.
     """
     whole = []
     for layout, null in zip(layouts, nulls, strict=True):
@@ -411,7 +460,11 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
         whole.append(Renewed(laid, whitened_equations(laid, noise), noise))
     keys = [tuple((s.effect, s.parameter) for s in each.layout.signatures) for each in whole]
     parts = [(own, each.equations.inner) for own, each in zip(keys, whole, strict=True)]
-    logs = [each.evidence(null) for each, null in zip(whole, nulls, strict=True) if each.layout.signatures]
+    logs = [
+        each.evidence(null)
+        for each, null in zip(whole, nulls, strict=True)
+        if each.layout.signatures
+    ]
     shown = [name for name in entries if any(name == key[0] for own in keys for key in own)]
     sizes, found = _needed(parts, logs, _one_form_of_each_cause(parts, shown))
     spread = dict(zip(found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True))
@@ -421,19 +474,34 @@ def fit_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution], e
     closures, fits = [], []
     for each, own in zip(whole, keys, strict=True):
         columns = tuple(i for i, key in enumerate(own) if key in sizes)
-        values, places = np.array([sizes[own[i]] for i in columns]), [found.keys.index(own[i]) for i in columns]
+        values, places = (
+            np.array([sizes[own[i]] for i in columns]),
+            [found.keys.index(own[i]) for i in columns],
+        )
         cells = [i for i, _ in each.layout.places]
         closed = closure_of(each.equations, columns, values.tolist(), cells)
         covariance = found.covariance[np.ix_(places, places)]
-        fits.append((each.layout, each.equations, Fit(columns, values, covariance, closed.before - closed.after)))
+        fits.append(
+            (
+                each.layout,
+                each.equations,
+                Fit(columns, values, covariance, closed.before - closed.after),
+            )
+        )
         closures.append(closed)
-    before, after, noise = (sum(getattr(c, part) for c in closures) for part in ("before", "after", "noise"))
+    before, after, noise = (
+        sum(getattr(c, part) for c in closures) for part in ("before", "after", "noise")
+    )
     beyond = {name: significant(each) for name, each in told.items()}
     return FittedTogether(beyond, Closure(before, after, noise), tuple(fits))
 
 
-def _needed(parts: Sequence[_Part], logs: Sequence[LogEvidence], names: Names) -> tuple[dict[Key, float], OwnSizes]:
-    """The sizes of those effects that are needed beside the others: as fitted, and with their covariance."""
+def _needed(
+    parts: Sequence[_Part], logs: Sequence[LogEvidence], names: Names
+) -> tuple[dict[Key, float], OwnSizes]:
+    """The sizes of those effects that are needed beside the others: as fitted, and with their
+    covariance.
+    """
     while names:
         sizes, _ = _fitted(parts, names)
         found = own_sizes(logs, names, sizes)
@@ -446,19 +514,30 @@ def _needed(parts: Sequence[_Part], logs: Sequence[LogEvidence], names: Names) -
 
 
 def _one_form_of_each_cause(parts: Sequence[_Part], names: Sequence[str]) -> Names:
-    """Of each cause the form that explains most beside the others: two of them would share one size."""
+    """Of each cause the form that explains most beside the others: two of them would share one
+    size.
+    """
     kept = tuple(names)
     for cause in dict.fromkeys(map(cause_of, names)):
         others = tuple(name for name in kept if cause_of(name) != cause)
         forms = [name for name in kept if cause_of(name) == cause]
-        best = max(forms, key=lambda name: _fitted(parts, (*others, name))[1]) if len(forms) > 1 else forms[0]
+        best = (
+            max(forms, key=lambda name: _fitted(parts, (*others, name))[1])
+            if len(forms) > 1
+            else forms[0]
+        )
         kept = tuple(name for name in kept if name in (*others, best))
     return kept
 
 
 def _with_whole_sizes(layout: Layout, entries: Entries) -> Layout:
-    """A layout with effects in its model, with their whole change in its residuals and no other signature."""
-    sizes = {(s.effect, s.parameter): entries.get(s.effect, {}).get(s.parameter, 0.0) for s in layout.signatures}
+    """A layout with effects in its model, with their whole change in its residuals and no other
+    signature.
+    """
+    sizes = {
+        (s.effect, s.parameter): entries.get(s.effect, {}).get(s.parameter, 0.0)
+        for s in layout.signatures
+    }
     fitted = {name: own for name, own in entries.items() if name in FITTED}
     shapes = {
         n: {p.name: own[p.name] for p in FITTED[n].parameters if p.shape and p.name in own}
@@ -483,11 +562,13 @@ def _fitted(parts: Sequence[_Part], names: Names) -> tuple[dict[Key, float], flo
 def _strength(found: OwnSizes, sizes: Mapping[Key, float]) -> float:
     """The distance [σ] of the sizes of an effect from zero; 0 where it is not needed.
 
-    It is not where none of its sizes is beyond its bound, nor where one is impossible: beyond its plausible range
-    by more than its bound and half a typical size.
+    It is not where none of its sizes is beyond its bound, nor where one is impossible: beyond its
+    plausible range by more than its bound and half a typical size.
     """
     shown = False
-    for (effect, name), deviation in zip(found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True):
+    for (effect, name), deviation in zip(
+        found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True
+    ):
         own, size = FITTED[effect].parameter(name), sizes[effect, name]
         slack = 2.0 * deviation + 0.5 * abs(own.typical)
         if not own.low - slack <= size <= own.high + slack:
@@ -495,7 +576,9 @@ def _strength(found: OwnSizes, sizes: Mapping[Key, float]) -> float:
         shown = shown or abs(size) > 2.0 * deviation
     if not shown:
         return 0.0
-    return float(np.sqrt(max(0.0, float(found.values @ np.linalg.solve(found.covariance, found.values)))))
+    return float(
+        np.sqrt(max(0.0, float(found.values @ np.linalg.solve(found.covariance, found.values))))
+    )
 
 
 def _widest(key: Key) -> float:
@@ -504,9 +587,11 @@ def _widest(key: Key) -> float:
 
 
 def contradiction(own: OwnSizes, others: OwnSizes) -> float:
-    """Return the distance [σ] of the sizes that one flight shows from those that the other flights show.
+    """Return the distance [σ] of the sizes that one flight shows from those that the other flights
+    show.
 
-    It is that of a normal number as improbable as the squared distance of the sizes, which is χ²-distributed.
+    It is that of a normal number as improbable as the squared distance of the sizes, which is
+    χ²-distributed.
     """
     both = [key for key in own.keys if key in others.keys]
     if not both:
@@ -520,7 +605,9 @@ def contradiction(own: OwnSizes, others: OwnSizes) -> float:
 
 
 def sizes_beside(together: Together, number: int, effects: Names) -> tuple[OwnSize, ...]:
-    """The largest size of each effect that a flight shows, with the distance of all from those of the others."""
+    """The largest size of each effect that a flight shows, with the distance of all from those of
+    the others.
+    """
     sizes = dict(together.sizes)
     if not sizes:  # no shared name: the form error is that of the flight that shows most
         logs = list(together.logs)
@@ -529,7 +616,10 @@ def sizes_beside(together: Together, number: int, effects: Names) -> tuple[OwnSi
             for key, value in zip(own.keys, own.values.tolist(), strict=True):
                 sizes[key] = max(sizes.get(key, 0.0), value, key=abs)
     others = [log for i, log in enumerate(together.logs) if i != number]
-    mine, theirs = own_sizes([together.logs[number]], effects, sizes), own_sizes(others, effects, sizes)
+    mine, theirs = (
+        own_sizes([together.logs[number]], effects, sizes),
+        own_sizes(others, effects, sizes),
+    )
     found = []
     for effect in effects:
         own, other = mine.of(effect), theirs.of(effect)
@@ -543,9 +633,11 @@ def sizes_beside(together: Together, number: int, effects: Names) -> tuple[OwnSi
 
 
 def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
-    """Return a sentence for each effect that a flight contradicts, with the flight that does so most.
+    """Return a sentence for each effect that a flight contradicts, with the flight that does so
+    most.
 
-    Two flights are equally far apart: the one that shows less of the effect is the one that contradicts it.
+    Two flights are equally far apart: the one that shows less of the effect is the one that
+    contradicts it.
     """
     lines = []
     for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
@@ -558,5 +650,7 @@ def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
         apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
         if apart > THRESHOLDS.contradicted_from:
             size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
-            lines.append(f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights")
+            lines.append(
+                f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights"
+            )
     return lines

@@ -1,10 +1,11 @@
-"""The noise of the residual channels: one autoregression a channel, and the correlation of the innovations.
+"""The noise of the residual channels: one autoregression a channel, and the correlation of the
+innovations.
 
-The order of the autoregression is high enough for gusts, for vibration of the control loops and for differenced GPS
-noise, so that no spectrum has to be assumed. Gusts and noisy sensors show in several channels at once; the
-correlation between channels counts them once. The noise is learned on null flights, or from the log itself where
-there are none (Lütkepohl, New Introduction to Multiple Time Series Analysis, 2005, ch. 3; here each channel is
-predicted from its past alone).
+The order of the autoregression is high enough for gusts, for vibration of the control loops and for
+differenced GPS noise, so that no spectrum has to be assumed. Gusts and noisy sensors show in
+several channels at once; the correlation between channels counts them once. The noise is learned on
+null flights, or from the log itself where there are none (Lütkepohl, New Introduction to Multiple
+Time Series Analysis, 2005, ch. 3; here each channel is predicted from its past alone).
 """
 
 from collections.abc import Callable, Iterable
@@ -30,8 +31,9 @@ UNCHANGED = 1e-6  # share of a deviation that slack may add before the correlati
 class NoiseModel:
     """The noise of the residual channels.
 
-    `coefficients` predict each channel from its past, (c, p). `deviations` are the standard deviations of the
-    innovations, (c,), and `correlation` is their correlation between channels, (c, c).
+    `coefficients` predict each channel from its past, (c, p). `deviations` are the standard
+    deviations of the innovations, (c,), and `correlation` is their correlation between channels,
+    (c, c).
     """
 
     names: tuple[str, ...]
@@ -40,16 +42,19 @@ class NoiseModel:
     correlation: Array
 
     def innovations(self, values: Array, grid: Grid, slack: Array) -> Array:
-        """Return the innovations of each channel over their deviations, for values (n, c) or (n, c, k).
+        """Return the innovations of each channel over their deviations, for values (n, c) or (n, c,
+        k).
 
-        `slack` (n, c) adds to the deviations. Rows whose past is not complete, or holds an unused instant,
-        are zero.
+        `slack` (n, c) adds to the deviations. Rows whose past is not complete, or holds an unused
+        instant, are zero.
         """
         scale = self._scale(grid, slack)
         return self._unpredicted(values) * (scale if values.ndim == 2 else scale[:, :, None])
 
     def _unpredicted(self, values: Array) -> Array:
-        """Values less what their past predicts, block by block, so that a block stays near the processor."""
+        """Values less what their past predicts, block by block, so that a block stays near the
+        processor.
+        """
         flat = values.reshape(len(values), -1)
         weights = np.repeat(self.coefficients, flat.shape[1] // len(self.coefficients), axis=0).T
         out, rows = flat.copy(), max(1, BLOCK // max(1, flat.shape[1]))
@@ -67,7 +72,8 @@ class NoiseModel:
         return np.where(complete[:, None], 1.0 / np.hypot(self.deviations, slack), 0.0)
 
     def decorrelation(self, slack: Array) -> Array:
-        """Return the matrices that turn the innovations of each instant into uncorrelated ones, (n, c, c).
+        """Return the matrices that turn the innovations of each instant into uncorrelated ones, (n,
+        c, c).
 
         The slack of a channel is independent of the other channels.
         """
@@ -84,7 +90,8 @@ class NoiseModel:
         return out
 
     def given_others(self, innovations: Array) -> Array:
-        """Return each innovation, (n, c), less its prediction from the other channels at that instant.
+        """Return each innovation, (n, c), less its prediction from the other channels at that
+        instant.
 
         The result is in units of its standard deviation.
         """
@@ -108,18 +115,22 @@ class NoiseModel:
         return self.whitener(grid, slack)(values)
 
     def whiten_alone(self, shapes: Array, grid: Grid, slack: Array) -> Array:
-        """Return shapes (n, s), each in one channel only, whitened: (n, c, c·s) in the order of channels."""
+        """Return shapes (n, s), each in one channel only, whitened: (n, c, c·s) in the order of
+        channels.
+        """
         (n, s), c = shapes.shape, len(self.names)
         innovations = self.innovations(np.broadcast_to(shapes[:, None, :], (n, c, s)), grid, slack)
         # Each shape is in one channel only, so that its decorrelation is an outer product.
-        return np.asarray(self.decorrelation(slack)[:, :, :, None] * innovations[:, None]).reshape(n, c, c * s)
+        return np.asarray(self.decorrelation(slack)[:, :, :, None] * innovations[:, None]).reshape(
+            n, c, c * s
+        )
 
 
 def complete_past(grid: Grid, slack: Array, order: int) -> NDArray[np.bool_]:
     """Return the instants with `order` + 1 used instants of their stretch before them.
 
-    One more than the order, because differences are 0 at the first instant of a stretch. An instant at the end of a
-    sensor's range holds no measurement, and none is predicted from it.
+    One more than the order, because differences are 0 at the first instant of a stretch. An instant
+    at the end of a sensor's range holds no measurement, and none is predicted from it.
     """
     unused = np.all(slack >= UNUSABLE, axis=1)
     complete: NDArray[np.bool_] = _since_start(grid, unused) > order
@@ -127,12 +138,14 @@ def complete_past(grid: Grid, slack: Array, order: int) -> NDArray[np.bool_]:
 
 
 def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
-    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none over a gap.
+    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none
+    over a gap.
 
-    A residual of exactly zero is that of an instant that is not used, and does not count. The mean at a lag is
-    tapered by the share of the instants that have a partner in a log without gaps, so that no noise has a negative
-    power (Brockwell and Davis 1991, §7.2): a short log would get innovations of nearly zero. Where gaps still make
-    one, the sums are divided by the number of instants.
+    A residual of exactly zero is that of an instant that is not used, and does not count. The mean
+    at a lag is tapered by the share of the instants that have a partner in a log without gaps, so
+    that no noise has a negative power (Brockwell and Davis 1991, §7.2): a short log would get
+    innovations of nearly zero. Where gaps still make one, the sums are divided by the number of
+    instants.
     """
     used, since = values != 0.0, _since_start(grid)
     instants = np.maximum(1, np.count_nonzero(values[since >= 1], axis=0))
@@ -150,7 +163,8 @@ def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
 def learned(names: tuple[str, ...], logs: Iterable[tuple[Array, Grid, Array]]) -> NoiseModel:
     """Return the noise model of some logs.
 
-    Each log is given by its residuals without free parameters (n, c), its grid and its slack (n, c).
+    Each log is given by its residuals without free parameters (n, c), its grid and its slack (n,
+    c).
     """
     logs = list(logs)
     uncorrelated = _autoregressions(
@@ -160,7 +174,10 @@ def learned(names: tuple[str, ...], logs: Iterable[tuple[Array, Grid, Array]]) -
     products = sum((each.T @ each for each in innovations), np.zeros((len(names), len(names))))
     root = np.sqrt(np.maximum(np.diag(products), SMALLEST))
     correlation = products / np.outer(root, root)
-    return replace(uncorrelated, correlation=(1.0 - INDEPENDENT) * correlation + INDEPENDENT * np.eye(len(names)))
+    return replace(
+        uncorrelated,
+        correlation=(1.0 - INDEPENDENT) * correlation + INDEPENDENT * np.eye(len(names)),
+    )
 
 
 def _since_start(grid: Grid, unused: NDArray[np.bool_] | bool = False) -> NDArray[np.intp]:
@@ -173,4 +190,9 @@ def _autoregressions(names: tuple[str, ...], covariance: Array) -> NoiseModel:
     """The noise model of autocovariances, (c, p + 1), each channel alone."""
     predictors = [yule_walker(row) for row in covariance]
     coefficients = np.array([weights for weights, _ in predictors])
-    return NoiseModel(names, coefficients, np.array([deviation for _, deviation in predictors]), np.eye(len(names)))
+    return NoiseModel(
+        names,
+        coefficients,
+        np.array([deviation for _, deviation in predictors]),
+        np.eye(len(names)),
+    )

@@ -1,4 +1,6 @@
-"""The null distribution: noise, scores and thresholds of flights without an effect; as text and back."""
+"""The null distribution: noise, scores and thresholds of flights without an effect; as text and
+back.
+"""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -30,25 +32,30 @@ class Measure:
 def measures_over(flights: Sequence[Mapping[str, float]], lowest: float) -> dict[str, Measure]:
     """Return mean and deviation over null flights of each measure; no deviation is below `lowest`."""
     values = {name: [each[name] for each in flights] for name in flights[0]}
-    return {n: Measure(float(np.mean(v)), max(lowest, float(np.std(v, ddof=1)))) for n, v in values.items()}
+    return {
+        n: Measure(float(np.mean(v)), max(lowest, float(np.std(v, ddof=1))))
+        for n, v in values.items()
+    }
 
 
 # The null distribution: noise, spread of the scores and thresholds of flights without an effect.
-# Textbook thresholds would name something on nearly every flight, because many hypotheses are tried and no noise
-# model is perfect. Therefore flights of the same card, data system and turbulence set the thresholds.
+# Textbook thresholds would name something on nearly every flight, because many hypotheses are tried
+# and no noise model is perfect. Therefore flights of the same card, data system and turbulence set
+# the thresholds.
 
 
 @dataclass(frozen=True, slots=True)
 class ScoreScale:
     """The scores that flights without an effect have.
 
-    `search_gain` is the part of an effect's score that the search for its shape (the time of an event) brings by
-    chance; `effect_spread` is the root mean square of the score less this gain. `cell_mean` and `cell_spread` are
-    the mean and the standard deviation of the signed score of a cell, by its label. `fluctuation` is the root mean
-    square of the score of a size, by its label, where every cell is fitted beside it: by what moves to and fro.
-    Gusts give it one, for the pilot answers them and the vanes read them. `left_over` holds the same for sizes that
-    null flights still seem to have when wander and fluctuation are eliminated, the largest first, each beside those
-    before it. No spread is below 1.
+    `search_gain` is the part of an effect's score that the search for its shape (the time of an
+    event) brings by chance; `effect_spread` is the root mean square of the score less this gain.
+    `cell_mean` and `cell_spread` are the mean and the standard deviation of the signed score of a
+    cell, by its label. `fluctuation` is the root mean square of the score of a size, by its label,
+    where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
+    answers them and the vanes read them. `left_over` holds the same for sizes that null flights
+    still seem to have when wander and fluctuation are eliminated, the largest first, each beside
+    those before it. No spread is below 1.
     """
 
     search_gain: Mapping[str, float]
@@ -75,8 +82,9 @@ class ScoreScale:
 class NullDistribution:
     """What flights of a card without an effect show by chance.
 
-    `threshold` is for the largest score of the table and `cell_threshold` for the largest score of the cells, both
-    on the scale of `scores`. `gust_level`, `channel_powers` and `spectral_lines` hold further measures, see
+    `threshold` is for the largest score of the table and `cell_threshold` for the largest score of
+    the cells, both on the scale of `scores`. `gust_level`, `channel_powers` and `spectral_lines`
+    hold further measures, see
     `null_learning`, which measures them.
     """
 
@@ -96,15 +104,17 @@ class NullDistribution:
 
     def threshold_of(self, name: str) -> float:
         """Return the score [σ] at which an effect reaches the threshold."""
-        return self.scores.search_gain.get(name, 0.0) + self.threshold * self.scores.effect_spread.get(name, 1.0)
+        return self.scores.search_gain.get(
+            name, 0.0
+        ) + self.threshold * self.scores.effect_spread.get(name, 1.0)
 
 
 def theoretical_distribution(layout: Layout) -> NullDistribution:
     """Return the null distribution of a log for which no null flight can be flown.
 
-    Its thresholds come from theory, and its scores are those that null flights usually have. The noise, which the
-    log itself has to give, counts one half more. A short log knows its noise badly, so that it needs a larger Bayes
-    factor.
+    Its thresholds come from theory, and its scores are those that null flights usually have. The
+    noise, which the log itself has to give, counts one half more. A short log knows its noise
+    badly, so that it needs a larger Bayes factor.
     """
     least, shortness = THRESHOLDS.gap_without_null_flights, shortness_of(layout)
     if shortness > 1.0:
@@ -113,7 +123,9 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
     noise = noise_of_log(layout)
     noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
     fluctuation = {
-        size_label(name, p.name): THRESHOLDS.vanes_unknown if reads_gusts(name) else THRESHOLDS.fluctuation_unknown
+        size_label(name, p.name): THRESHOLDS.vanes_unknown
+        if reads_gusts(name)
+        else THRESHOLDS.fluctuation_unknown
         for name, effect in FITTED.items()
         for p in effect.parameters
         if not p.shape and not effect.part_of
@@ -171,7 +183,9 @@ class _Scale:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must obey."""
+    """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
+    obey.
+    """
 
     noise: _Noise
     scores: _Scale
@@ -191,8 +205,8 @@ def text_of(null: NullDistribution) -> str:
 def read_distribution(text: str | bytes) -> NullDistribution:
     """Return the null distribution of a text that `text_of` wrote.
 
-    Raises ValueError for any other text: cut, of another form, or with a number that learning cannot give (not
-    finite, a threshold or a deviation of zero).
+    Raises ValueError for any other text: cut, of another form, or with a number that learning
+    cannot give (not finite, a threshold or a deviation of zero).
     """
     checked = TypeAdapter(_Text).validate_json(text, strict=True)
     return NullDistribution(

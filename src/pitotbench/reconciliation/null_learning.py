@@ -9,7 +9,13 @@ from scipy.special import ndtri
 
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whitened_equations
-from pitotbench.reconciliation.evidence import SMALLEST, Evidence, LogEvidence, significance, without_score
+from pitotbench.reconciliation.evidence import (
+    SMALLEST,
+    Evidence,
+    LogEvidence,
+    significance,
+    without_score,
+)
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel, autocovariance, learned
 from pitotbench.reconciliation.null_distribution import (
@@ -26,9 +32,9 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Located
 
-# The level of the turbulence of a log against that of null flights.
-# No mean shows it. It shows in how far the residuals of the wind triangle wander: in their autocovariance beyond
-# the correlation of sensor noise.
+# The level of the turbulence of a log against that of null flights. No mean shows it. It shows in
+# how far the residuals of the wind triangle wander: in their autocovariance beyond the correlation
+# of sensor noise.
 
 CHANNELS = ("airspeed_along", "airspeed_across", "airspeed_down")
 LAG = 1  # instants (0.5 s): at lag 0 sensor noise adds to the gusts
@@ -59,11 +65,12 @@ def turbulence_candidates(layout: Layout, on_null: Measure | None) -> tuple[Cand
     return (Candidate("turbulence_level", (size,), score),)
 
 
-# Errors with a period of their own: a line in the spectrum of a channel that null flights do not have.
-# An error that follows neither a phase of flight nor a variable does not change any mean, and beneath gusts it
-# adds little to the sum of squares. But all of it stands at one frequency (Schuster 1898, the periodogram). From
-# each channel its prediction by the others is subtracted, because gusts show in all of them and would hide the
-# line. Louder noise raises every frequency, so a line counts by its power over that of usual innovations.
+# Errors with a period of their own: a line in the spectrum of a channel that null flights do not
+# have. An error that follows neither a phase of flight nor a variable does not change any mean, and
+# beneath gusts it adds little to the sum of squares. But all of it stands at one frequency
+# (Schuster 1898, the periodogram). From each channel its prediction by the others is subtracted,
+# because gusts show in all of them and would hide the line. Louder noise raises every frequency, so
+# a line counts by its power over that of usual innovations.
 
 SMALLEST_POWER = 1e-12  # of a power whose logarithm is taken
 
@@ -72,8 +79,8 @@ SMALLEST_POWER = 1e-12  # of a power whose logarithm is taken
 class SpectralLine:
     """The strongest line of a channel.
 
-    `power` is a sum of squares, `log_ratio` the logarithm of the power over the mean square of usual innovations,
-    and `period` is in s.
+    `power` is a sum of squares, `log_ratio` the logarithm of the power over the mean square of
+    usual innovations, and `period` is in s.
     """
 
     power: float
@@ -98,16 +105,20 @@ def spectral_lines(layout: Layout, noise: NoiseModel) -> dict[str, SpectralLine]
 
 
 def lines_over(flights: Sequence[Mapping[str, SpectralLine]]) -> dict[str, Measure]:
-    """Return mean and deviation of the logarithm of each channel's strongest line over null flights."""
+    """Return mean and deviation of the logarithm of each channel's strongest line over null
+    flights.
+    """
     ratios = [{name: line.log_ratio for name, line in each.items()} for each in flights]
     return measures_over(ratios, THRESHOLDS.line_deviation_lowest)
 
 
-def periodic_channels(layout: Layout, null: NullDistribution, explained: float) -> tuple[Located, ...]:
+def periodic_channels(
+    layout: Layout, null: NullDistribution, explained: float
+) -> tuple[Located, ...]:
     """Return the channels with a line that null flights do not have, the worst one first.
 
-    `explained` is the fall of the sum of squares by the named effects. A line counts if it is significant and is
-    more than a share of `explained` that an imperfect signature may leave.
+    `explained` is the fall of the sum of squares by the named effects. A line counts if it is
+    significant and is more than a share of `explained` that an imperfect signature may leave.
     """
     lines, located = spectral_lines(layout, null.noise), []
     for name, on_null in null.spectral_lines.items():
@@ -119,35 +130,43 @@ def periodic_channels(layout: Layout, null: NullDistribution, explained: float) 
 
 
 # How far a channel wanders, against null flights: a gap that neither an effect nor a cell explains.
-# A gap that follows no variable, such as an error that comes and goes, does not change any mean. It shows only in
-# the sum of squares of its channel. Louder noise does not count, not even for a part of the flight: a wander is
-# more than the median of the innovations nearby tells.
+# A gap that follows no variable, such as an error that comes and goes, does not change any mean. It
+# shows only in the sum of squares of its channel. Louder noise does not count, not even for a part
+# of the flight: a wander is more than the median of the innovations nearby tells.
 
 
 def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
-    """Return the logarithm of the mean square innovation of each channel, each over its usual size nearby.
+    """Return the logarithm of the mean square innovation of each channel, each over its usual size
+    nearby.
 
-    The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane that answers gusts
-    more, raise both.
+    The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane
+    that answers gusts more, raise both.
     """
     innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
     least = THRESHOLDS.wander_nearby_lowest * robust_deviation(used)
     stretches = np.array_split(used, max(1, len(used) // THRESHOLDS.wander_nearby))
     sizes = [np.maximum(robust_deviation(part), least) for part in stretches]
-    squares = np.concatenate([p**2 / (s**2 + SMALLEST_POWER) for p, s in zip(stretches, sizes, strict=True)])
+    squares = np.concatenate(
+        [p**2 / (s**2 + SMALLEST_POWER) for p, s in zip(stretches, sizes, strict=True)]
+    )
     powers = np.log(np.mean(squares, axis=0) + SMALLEST_POWER)
     return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
 
 
-def powers_over(flights: Sequence[Mapping[str, float]], instants: int, gusts: Measure) -> dict[str, Measure]:
-    """Return mean and deviation of the power of each channel over null flights of so many instants each.
+def powers_over(
+    flights: Sequence[Mapping[str, float]], instants: int, gusts: Measure
+) -> dict[str, Measure]:
+    """Return mean and deviation of the power of each channel over null flights of so many instants
+    each.
 
-    No deviation is below that of white noise, or below that between flights of other days and pilots. In turbulence
-    the channels of the wind triangle are not included.
+    No deviation is below that of white noise, or below that between flights of other days and
+    pilots. In turbulence the channels of the wind triangle are not included.
     """
     turbulent = gusts.mean > np.log(THRESHOLDS.calm_gusts)
-    judged = [{n: v for n, v in each.items() if not (turbulent and n in CHANNELS)} for each in flights]
+    judged = [
+        {n: v for n, v in each.items() if not (turbulent and n in CHANNELS)} for each in flights
+    ]
     lowest = max(float(np.sqrt(2.0 / instants)), THRESHOLDS.wander_deviation_lowest)
     return measures_over(judged, lowest)
 
@@ -157,10 +176,11 @@ def wandering_channels(
 ) -> tuple[Located, ...]:
     """Return the channels that wander more than on null flights, the worst one first.
 
-    `layout` is the log without the named effects, `before` the log with them, and `explained` the fall of the sum
-    of squares by them. A channel counts if its surplus over null flights is significant, is more than a share of
-    `explained` that an imperfect signature may leave, and is more than half of its surplus before. With the last
-    rule a late velocity counts as explained, although its gusts, which no signature contains, are late as well.
+    `layout` is the log without the named effects, `before` the log with them, and `explained` the
+    fall of the sum of squares by them. A channel counts if its surplus over null flights is
+    significant, is more than a share of `explained` that an imperfect signature may leave, and is
+    more than half of its surplus before. With the last rule a late velocity counts as explained,
+    although its gusts, which no signature contains, are late as well.
     """
     powers, powers_before = channel_powers(layout, null.noise), channel_powers(before, null.noise)
     located = []
@@ -176,15 +196,17 @@ def wandering_channels(
     return tuple(sorted(located, key=lambda place: -place.significance))
 
 
-# The wander that null flights have in the cells of a channel, beyond white noise, pooled over their cells.
+# The wander that null flights have in the cells of a channel, beyond white noise, pooled over their
+# cells.
 
 
 def wander_of(null: NullDistribution, channels: Sequence[str]) -> Mapping[str, float]:
     """Return the mean of the squared scores of the cells of each channel on null flights, less 1.
 
-    Both the mean of the scores and their spread count, because a flight of another day, pilot, altitude or loading
-    has another mean than the null flights. A few flights determine one cell badly; all cells of a channel together
-    determine its wander. Without null flights every channel has a usual one.
+    Both the mean of the scores and their spread count, because a flight of another day, pilot,
+    altitude or loading has another mean than the null flights. A few flights determine one cell
+    badly; all cells of a channel together determine its wander. Without null flights every channel
+    has a usual one.
     """
     if null.flights == 0:
         return dict.fromkeys(channels, THRESHOLDS.wander_unknown)
@@ -208,7 +230,9 @@ Flight = tuple[Layout, NoiseModel]
 
 @dataclass(frozen=True, slots=True)
 class FlightScores:
-    """The scores of one flight: of the effects, signed ones of the cells, and of the sizes beside all cells."""
+    """The scores of one flight: of the effects, signed ones of the cells, and of the sizes beside
+    all cells.
+    """
 
     effects: Mapping[str, float]
     cells: Mapping[str, float]
@@ -226,12 +250,14 @@ class FlightScores:
 Perform = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
 
 
-def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = None) -> NullDistribution:
-    """Learn from null flights. `each` does the work on every flight, by default one after the other.
+def learn_null_distribution(
+    layouts: Sequence[Layout], each: Perform | None = None
+) -> NullDistribution:
+    """Learn from null flights. `each` does the work on every flight, by default one after the
+    other.
 
-    Each flight is scored by the noise, means and spreads of the others, because the log to be judged has no part in
-    them either.
-    Raises ValueError for fewer flights than a spread needs.
+    Each flight is scored by the noise, means and spreads of the others, because the log to be
+    judged has no part in them either. Raises ValueError for fewer flights than a spread needs.
     """
     if len(layouts) < THRESHOLDS.null_flights_fewest:
         raise ValueError(
@@ -243,9 +269,16 @@ def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = No
     noises = [learned(names, _all_but(data, i)) for i in range(len(layouts))]
     flights = (each or _in_turn)(scores_of, list(zip(layouts, noises, strict=True)))
     scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
-    scale = replace(_scale_of(flights), left_over=left_over(_evidence(layouts, noises, scales, each or _in_turn)))
-    largest = [flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)]
-    largest_cell = [flight.largest_cell(others) for flight, others in zip(flights, scales, strict=True)]
+    scale = replace(
+        _scale_of(flights),
+        left_over=left_over(_evidence(layouts, noises, scales, each or _in_turn)),
+    )
+    largest = [
+        flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
+    ]
+    largest_cell = [
+        flight.largest_cell(others) for flight, others in zip(flights, scales, strict=True)
+    ]
     levels = [{"": gust_level(layout)} for layout in layouts]
     gusts = measures_over(levels, THRESHOLDS.gust_deviation_lowest)[""]
     powers = [channel_powers(layout, noise) for layout, noise in zip(layouts, noises, strict=True)]
@@ -257,7 +290,9 @@ def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = No
         flights=len(layouts),
         gust_level=gusts,
         channel_powers=powers_over(powers, min(len(each.grid) for each in layouts), gusts),
-        spectral_lines=lines_over([spectral_lines(*each) for each in zip(layouts, noises, strict=True)]),
+        spectral_lines=lines_over(
+            [spectral_lines(*each) for each in zip(layouts, noises, strict=True)]
+        ),
     )
 
 
@@ -271,26 +306,41 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
     sizes = {n for f in flights for n in f.sizes}
     effects = {n: np.array([f.effects.get(n, 0.0) for f in flights]) for n in names}
     cells = {c: [f.cells.get(c, 0.0) for f in flights] for c in labels}
-    gain = {n: max(0.0, float(np.mean(v)) - MEAN_SCORE) if _is_searched(n) else 0.0 for n, v in effects.items()}
+    gain = {
+        n: max(0.0, float(np.mean(v)) - MEAN_SCORE) if _is_searched(n) else 0.0
+        for n, v in effects.items()
+    }
     lowest = THRESHOLDS.score_deviation_lowest
     return ScoreScale(
         gain,
         {n: max(lowest, float(np.sqrt(np.mean((v - gain[n]) ** 2)))) for n, v in effects.items()},
         {c: float(np.mean(v)) for c, v in cells.items()},
         {c: max(lowest, float(np.std(v))) for c, v in cells.items()},
-        {n: max(lowest, float(np.sqrt(np.mean(np.square([f.sizes.get(n, 0.0) for f in flights]))))) for n in sizes},
+        {
+            n: max(
+                lowest, float(np.sqrt(np.mean(np.square([f.sizes.get(n, 0.0) for f in flights]))))
+            )
+            for n in sizes
+        },
     )
 
 
 def _evidence(
-    layouts: Sequence[Layout], noises: Sequence[NoiseModel], scales: Sequence[ScoreScale], each: Perform
+    layouts: Sequence[Layout],
+    noises: Sequence[NoiseModel],
+    scales: Sequence[ScoreScale],
+    each: Perform,
 ) -> list[tuple[tuple[str, ...], Evidence]]:
-    """The evidence of each flight for the sizes, with what the others show of wander and fluctuation eliminated."""
+    """The evidence of each flight for the sizes, with what the others show of wander and
+    fluctuation eliminated.
+    """
     return each(evidence_of, list(zip(layouts, noises, scales, strict=True)))
 
 
 def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[str, ...], Evidence]:
-    """Return the labels of the sizes that are not searched for, and the evidence of one null flight for them."""
+    """Return the labels of the sizes that are not searched for, and the evidence of one null flight
+    for them.
+    """
     layout, noise, scale = flight
     log = LogEvidence(layout, scaled_to(noise, layout), wander_of_scores(scale), scale)
     kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
@@ -298,10 +348,11 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
 
 
 def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, float]:
-    """Return the sizes that null flights still seem to have, with the root mean square of their scores.
+    """Return the sizes that null flights still seem to have, with the root mean square of their
+    scores.
 
-    The largest comes first. It is eliminated before the next one is looked for, because one cause of such scores
-    gives them to all effects that are like it.
+    The largest comes first. It is eliminated before the next one is looked for, because one cause
+    of such scores gives them to all effects that are like it.
     """
     labels, found = flights[0][0], dict[str, float]()
     each = [evidence for names, evidence in flights if names == labels]
@@ -322,18 +373,27 @@ def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:
 
 
 def scores_of(flight: Flight) -> FlightScores:
-    """Return the scores of all effects and cells of one null flight, with events where they fit best."""
+    """Return the scores of all effects and cells of one null flight, with events where they fit
+    best.
+    """
     layout, noise = flight[0], scaled_to(flight[1], flight[0])
     layout = placed_in_time(layout, noise)
     equations = whitened_equations(layout, noise)
     effects = {
-        name: significance(equations.fit(columns)) for name, columns in columns_of(layout.signatures).items()
+        name: significance(equations.fit(columns))
+        for name, columns in columns_of(layout.signatures).items()
     }
     places = layout.places
     every = [i for i, _ in places]
-    cells = {cell_label(cell): float(v) for (_, cell), v in zip(places, equations.scores(every), strict=True)}
+    cells = {
+        cell_label(cell): float(v)
+        for (_, cell), v in zip(places, equations.scores(every), strict=True)
+    }
     beside = equations.scores(range(len(layout.signatures)), every)
-    sizes = {size_label(s.effect, s.parameter): float(v) for s, v in zip(layout.signatures, beside, strict=True)}
+    sizes = {
+        size_label(s.effect, s.parameter): float(v)
+        for s, v in zip(layout.signatures, beside, strict=True)
+    }
     return FlightScores(effects, cells, sizes)
 
 
@@ -342,9 +402,13 @@ def _is_searched(name: str) -> bool:
 
 
 def _threshold(largest: Sequence[float], scores: int) -> float:
-    """The largest of so many scores on any null flight, or what that of independent ones exceeds by chance.
+    """The largest of so many scores on any null flight, or what that of independent ones exceeds by
+    chance.
 
-    The latter is exceeded on the share of false alarms (Šidák 1967), with the error of means over so few flights.
+    The latter is exceeded on the share of false alarms (Šidák 1967), with the error of means over
+    so few flights.
     """
-    by_chance = ndtri(1.0 - 0.5 * THRESHOLDS.false_alarms / scores) * np.sqrt(1.0 + 1.0 / len(largest))
+    by_chance = ndtri(1.0 - 0.5 * THRESHOLDS.false_alarms / scores) * np.sqrt(
+        1.0 + 1.0 / len(largest)
+    )
     return max(float(by_chance), *largest)

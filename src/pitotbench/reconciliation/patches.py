@@ -30,9 +30,10 @@ def patch_of_effects(
 ) -> Patch:
     """Return the patch for some effects.
 
-    `source` names the log, `date` is the date of the patch, and `shapes` are those that were fitted. `others` hold,
-    for each effect, the effects that the log cannot separate from it; they stand in comments, ready to replace it.
-    Sizes outside the plausible range are set to its end. Shapes without an entry keep their typical value.
+    `source` names the log, `date` is the date of the patch, and `shapes` are those that were
+    fitted. `others` hold, for each effect, the effects that the log cannot separate from it; they
+    stand in comments, ready to replace it. Sizes outside the plausible range are set to its end.
+    Shapes without an entry keep their typical value.
     """
     entries, lines = [], [f"# found in {source}", f"# {date}"]
     for number, effect in enumerate(effects):
@@ -41,12 +42,18 @@ def patch_of_effects(
         lines += ["", *_entry(effect, sizes)]
         for other in others[number] if number < len(others) else ():
             alternative = _entry(other, _sizes(other))
-            lines += ["", "# the log does not tell it from:", *(f"# {line}".rstrip() for line in alternative)]
+            lines += [
+                "",
+                "# the log does not tell it from:",
+                *(f"# {line}".rstrip() for line in alternative),
+            ]
     return Patch(tuple(entries), "\n".join(lines) + "\n")
 
 
 def name_in_case(name: str) -> str:
-    """Return the name of an effect in a case file; a form for a part of the flight goes by that of its effect."""
+    """Return the name of an effect in a case file; a form for a part of the flight goes by that of
+    its effect.
+    """
     return effect_of(name).part_of or name
 
 
@@ -54,12 +61,16 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
     bounds = {size.name: size.two_sigma for size in effect.sizes}
     lines = ["[[effects]]", f'name = "{name_in_case(effect.name)}"', "", "[effects.parameters]"]
     for name, value in sizes.items():
-        lines.append(f"{name} = {value!r}" + (f"  # ± {bounds[name]:.2g} (2σ)" if name in bounds else ""))
+        lines.append(
+            f"{name} = {value!r}" + (f"  # ± {bounds[name]:.2g} (2σ)" if name in bounds else "")
+        )
     return lines
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    """Return the sizes that were fitted; one that the log does not show and that a case must state is 0."""
+    """Return the sizes that were fitted; one that the log does not show and that a case must state
+    is 0.
+    """
     own = effect_of(effect.name)
     held = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
     stated = {p.name: 0.0 for p in own.parameters if not (p.shape or p.may_be_missing)}
@@ -77,17 +88,21 @@ def _rounded(value: float) -> float:
 DIAGNOSTIC = "diagnostic (climb, descent, steady sideslips, turn, idle and back: 6 minutes)"
 
 
-def flights_to_fly(kind: str, groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) -> tuple[str, ...]:
+def flights_to_fly(
+    kind: str, groups: Sequence[Sequence[str]], flown: Sequence[str] = ()
+) -> tuple[str, ...]:
     """Return the sentences of advice for a verdict of a kind.
 
-    Each of `groups` holds the name of an effect that was found, then the names of those that fit equally well.
-    `flown` are the maneuvers of the logs: they did not tell these apart, so none of them is advised for it.
+    Each of `groups` holds the name of an effect that was found, then the names of those that fit
+    equally well. `flown` are the maneuvers of the logs: they did not tell these apart, so none of
+    them is advised for it.
     """
     if kind == "no_gap":
         return ("nothing to separate; the smallest sizes that would have shown are listed",)
     if kind == "unknown":
         return (
-            "repeat the maneuver: a gap that returns in the same channel and phase is the airplane's or the "
+            "repeat the maneuver: a gap that returns in the same channel and phase is the "
+            "airplane's or the "
             "system's, one that does not is the day's",
         )
     return tuple(_for_group(group, flown) for group in groups)

@@ -28,7 +28,9 @@ def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
     for given in ((), naming.fit.columns):
         table = np.full((len(channels), len(places)), np.nan)
         for cell, value in zip(cells, naming.equations.scores(index, given), strict=True):
-            table[channels.index(cell.channel), places.index(cell.where)] = null.scores.of_cell(cell, value)
+            table[channels.index(cell.channel), places.index(cell.where)] = null.scores.of_cell(
+                cell, value
+            )
         tables.append(table)
     return GapMap(channels, places, tables[0], tables[1], null.cell_threshold)
 
@@ -36,15 +38,18 @@ def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
 def waterfall(naming: Naming) -> tuple[Step, ...]:
     """Return the sum of squares that remains as the named effects are added one by one.
 
-    The sizes are those fitted together. The effect that removes most comes first. An effect of another flight that
-    this one cannot show is left out.
+    The sizes are those fitted together. The effect that removes most comes first. An effect of
+    another flight that this one cannot show is left out.
     """
     columns, sizes = list(naming.fit.columns), list(naming.fit.sizes)
     of_effect = columns_of(naming.layout.signatures)
     waiting, added = [name for name in naming.chosen if name in of_effect], list[int]()
     steps = []
     while waiting:
-        best = min(waiting, key=lambda n: _remaining(naming.equations, columns, sizes, [*added, *of_effect[n]]))
+        best = min(
+            waiting,
+            key=lambda n: _remaining(naming.equations, columns, sizes, [*added, *of_effect[n]]),
+        )
         waiting.remove(best)
         added += of_effect[best]
         steps.append(Step(best, _remaining(naming.equations, columns, sizes, added)))
@@ -54,7 +59,9 @@ def waterfall(naming: Naming) -> tuple[Step, ...]:
 def _remaining(
     equations: NormalEquations, columns: Sequence[int], sizes: Sequence[float], used: Sequence[int]
 ) -> float:
-    """Sum of squares with some columns at their sizes and the others absent; the free parameters are fitted."""
+    """Sum of squares with some columns at their sizes and the others absent; the free parameters
+    are fitted.
+    """
     at = [c for c in columns if c in used]
     s = np.array([size for c, size in zip(columns, sizes, strict=True) if c in used])
     inner = equations.inner
@@ -62,10 +69,14 @@ def _remaining(
 
 
 def traces(naming: Naming) -> tuple[Trace, ...]:
-    """Return every residual channel over time without free parameters, and the part that the effects explain."""
+    """Return every residual channel over time without free parameters, and the part that the
+    effects explain.
+    """
     layout, columns = naming.layout, list(naming.fit.columns)
     free = layout.free.columns @ naming.equations.free_sizes(columns)
-    explained = _sum([layout.signatures[c].column for c in columns], naming.fit.sizes, layout.residuals.values)
+    explained = _sum(
+        [layout.signatures[c].column for c in columns], naming.fit.sizes, layout.residuals.values
+    )
     time = layout.track.time[layout.grid.rows]
     gap, used = layout.residuals.values - free, layout.used
     return tuple(
@@ -83,14 +94,22 @@ def _sum(columns: Sequence[Array], sizes: Array, like: Array) -> Array:
 
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.
 
-AVERAGED = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
+AVERAGED = (
+    4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
+)
 MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
 SPEEDS = 25  # airspeeds at which the correction is told
 TINY = 1e-30  # of a noise, so that it can be divided by
-DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn, beside acceleration
-# Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other parts, any.
+DRAWN = (
+    "airspeed",
+    "bank",
+    "altitude",
+    "power",
+)  # variables over which the gap is drawn, beside acceleration
+# Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other
+# parts, any.
 _AIRSPEED = ("airspeed_along",)
 _TRIANGLE = FAMILIES["air data"][:3]
 LOOKED_AT: Mapping[str, tuple[str, ...]] = {
@@ -108,10 +127,14 @@ LOOKED_AT: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Trace]) -> TellingChannel | None:
-    """Return the channel of the named part whose gap stands out most from its noise; None for a log without a gap.
+def clearest_channel(
+    naming: Naming, null: NullDistribution, found: Sequence[Trace]
+) -> TellingChannel | None:
+    """Return the channel of the named part whose gap stands out most from its noise; None for a log
+    without a gap.
 
-    `found` are the residual channels over time. Where no channel of the part shows the effects, it is any channel.
+    `found` are the residual channels over time. Where no channel of the part shows the effects, it
+    is any channel.
     """
     if naming.answer.kind == "no_gap" or not naming.located:
         return None
@@ -119,8 +142,12 @@ def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Tra
     by_name = {trace.channel: trace for trace in found}
     names = list(null.noise.names)
     instants = max(1, round(AVERAGED / layout.grid.step))
-    noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
-    shown = {n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()}
+    noise = {
+        n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names
+    }
+    shown = {
+        n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()
+    }
     part = effect_of(naming.chosen[0]).part if naming.chosen else ""
     looked_at = [n for n in LOOKED_AT.get(part, ()) if shown.get(n, 0.0) > 0.0]
     name = max(looked_at or shown, key=lambda n: shown[n])
@@ -149,10 +176,11 @@ def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Tra
 
 
 def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
-    """Return the standard deviation of the mean over some instants of a channel's noise [the channel's unit].
+    """Return the standard deviation of the mean over some instants of a channel's noise [the
+    channel's unit].
 
-    The noise is the autoregression of the channel; its response to one innovation, summed over a window, gives the
-    variance of the mean.
+    The noise is the autoregression of the channel; its response to one innovation, summed over a
+    window, gives the variance of the mean.
     """
     impulse = np.zeros(RESPONSE)
     impulse[0] = 1.0
@@ -162,15 +190,21 @@ def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
 
 
 def calibration_change(naming: Naming) -> CalibrationChange | None:
-    """Return what a calibration by the wind triangle makes of the named effects; None where nothing is named.
+    """Return what a calibration by the wind triangle makes of the named effects; None where nothing
+    is named.
 
-    Wind and error curve are fitted by least squares to what the effects do to the along- and across-track airspeed.
-    What the curve takes of it is the error of a calibration that does not know the effects.
+    Wind and error curve are fitted by least squares to what the effects do to the along- and
+    across-track airspeed. What the curve takes of it is the error of a calibration that does not
+    know the effects.
     """
     layout = naming.layout
     if not naming.fit.columns:
         return None
-    triangle = [layout.residuals.names.index(n) for n in FAMILIES["air data"][:2] if n in layout.residuals.names]
+    triangle = [
+        layout.residuals.names.index(n)
+        for n in FAMILIES["air data"][:2]
+        if n in layout.residuals.names
+    ]
     moved = sum(
         layout.signatures[c].column[:, triangle] * size
         for c, size in zip(naming.fit.columns, naming.fit.sizes, strict=True)
@@ -195,7 +229,9 @@ def _slack(layout: Layout, channel: str) -> Array:
 
 
 def _level(trace: Trace, instants: int, noise: Array) -> float:
-    """Root mean square, in units of the noise (n,), of what is explained or else of the means of the gap."""
+    """Root mean square, in units of the noise (n,), of what is explained or else of the means of
+    the gap.
+    """
     values = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
     return float(np.sqrt(np.mean((values / np.maximum(noise, TINY)) ** 2)))
 
@@ -205,8 +241,12 @@ def _means(values: Array, instants: int) -> Array:
 
 
 def _variable(layout: Layout, gap: Array, used: Booleans) -> tuple[str, Array]:
-    """The variable that a gap, (n,), follows most where it is used, with its values at the instants in SI units."""
-    values = {n: v for n, v in flight_variables(layout.scene.clean, layout.grid).items() if n in DRAWN}
+    """The variable that a gap, (n,), follows most where it is used, with its values at the instants
+    in SI units.
+    """
+    values = {
+        n: v for n, v in flight_variables(layout.scene.clean, layout.grid).items() if n in DRAWN
+    }
     values["acceleration"] = np.gradient(values["airspeed"], layout.track.time[layout.grid.rows])
     follows = {n: _correlation(v[used], gap[used]) for n, v in values.items()}
     best = max(follows, key=lambda n: follows[n])
@@ -216,7 +256,11 @@ def _variable(layout: Layout, gap: Array, used: Booleans) -> tuple[str, Array]:
 def _correlation(values: Array, gap: Array) -> float:
     """The size of the correlation of a gap with a variable; 0 where one of them is constant."""
     spread = float(np.std(values) * np.std(gap))
-    return abs(float(np.mean((values - values.mean()) * (gap - gap.mean())))) / spread if spread > 0.0 else 0.0
+    return (
+        abs(float(np.mean((values - values.mean()) * (gap - gap.mean())))) / spread
+        if spread > 0.0
+        else 0.0
+    )
 
 
 def _ground_track(layout: Layout) -> tuple[Array, Array]:

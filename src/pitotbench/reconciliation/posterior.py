@@ -29,10 +29,12 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class Explained:
-    """A set of effects, weighed: `log_weight` is the logarithm of prior times evidence, without a rest.
+    """A set of effects, weighed: `log_weight` is the logarithm of prior times evidence, without a
+    rest.
 
-    `keys` name the sizes in their order, by effect and parameter. `log_prior` is the logarithm of the prior alone.
-    `form_sizes` are the sizes to which its form error was in proportion, (k,), or none, (0,).
+    `keys` name the sizes in their order, by effect and parameter. `log_prior` is the logarithm of
+    the prior alone. `form_sizes` are the sizes to which its form error was in proportion, (k,), or
+    none, (0,).
     """
 
     effects: Names
@@ -46,15 +48,17 @@ class Explained:
 class CauseSearch:
     """The search over sets of effects for one or several logs of one airplane.
 
-    Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one day. Free
-    parameters, wander and form error are each log's own. Raises ValueError without a log.
+    Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one
+    day. Free parameters, wander and form error are each log's own. Raises ValueError without a log.
     """
 
     def __init__(self, logs: Sequence[LogEvidence]) -> None:
         if not logs:
             raise ValueError("no log to explain")
         self.logs = logs
-        shown = dict.fromkeys(name for log in logs for name in log.names if not FITTED[name].one_model_with)
+        shown = dict.fromkeys(
+            name for log in logs for name in log.names if not FITTED[name].one_model_with
+        )
         self.names = tuple(shown)
         self.causes = tuple(dict.fromkeys(map(cause_of, self.names)))
         self.keys = {n: tuple((n, p.name) for p in _sizes(n, logs)) for n in self.names}
@@ -66,7 +70,9 @@ class CauseSearch:
         """Return the best sets of up to three effects and the empty set, the most probable first."""
         prior = self.log_prior(())
         found: dict[Names, Explained] = {
-            (): Explained((), (), prior, weigh(Evidence(np.zeros((1, 1))), (), ()), prior, np.zeros(0))
+            (): Explained(
+                (), (), prior, weigh(Evidence(np.zeros((1, 1))), (), ()), prior, np.zeros(0)
+            )
         }
         beam: list[Names] = [()]
         stems: list[Names] = [()]
@@ -78,7 +84,9 @@ class CauseSearch:
             self._prepare(list(dict.fromkeys(wanted)))
             for names in dict.fromkeys(wanted):
                 found[names] = self.explained(names)
-            level = sorted((e for e in found.values() if len(e.effects) == count), key=lambda e: -e.log_weight)
+            level = sorted(
+                (e for e in found.values() if len(e.effects) == count), key=lambda e: -e.log_weight
+            )
             beam = [e.effects for e in level[:BEAM]]
             best = max(e.log_weight for e in found.values())
             if not level or level[0].log_weight < best - THRESHOLDS.beam_depth:
@@ -93,10 +101,14 @@ class CauseSearch:
             keys = self.keys_of(names)
             wide = THRESHOLDS.size_scales[-1] * np.array(self._typical(names))
             fit = self._plain.of([place[k] for k in keys], wide)
-            if np.any(np.abs(fit.mean) > THRESHOLDS.form_error_from * np.sqrt(np.diag(fit.covariance))):
+            if np.any(
+                np.abs(fit.mean) > THRESHOLDS.form_error_from * np.sqrt(np.diag(fit.covariance))
+            ):
                 large |= dict.fromkeys(keys)
         for log in self.logs:
-            log.directions(i for i, s in enumerate(log.signatures) if (s.effect, s.parameter) in large)
+            log.directions(
+                i for i, s in enumerate(log.signatures) if (s.effect, s.parameter) in large
+            )
 
     def explained(self, names: Names) -> Explained:
         """Weigh one set of effects with its form error."""
@@ -105,24 +117,29 @@ class CauseSearch:
         if self._is_large(weighed):
             shares, (low, high) = self._own_shares(names), self._range(names)
             for count in range(ROUNDS):
-                # No size beyond the plausible range has a form error: it would explain what the effect cannot.
+                # No size beyond the plausible range has a form error: it would explain what the
+                # effect cannot.
                 wanted = np.clip(weighed.sizes * shares, low, high)
                 if len(sizes) and np.all(np.abs(wanted - sizes) <= SETTLED * np.abs(wanted)):
                     break
-                # A size and its form error may take each other's place in turn: halfway between they meet.
+                # A size and its form error may take each other's place in turn: halfway between
+                # they meet.
                 sizes = wanted if count < ROUNDS // 3 else 0.5 * (wanted + sizes)
                 weighed = self._weighed(names, sizes, 1.0)
         prior = self.log_prior(names)
         return Explained(names, tuple(keys), prior + weighed.log_evidence, weighed, prior, sizes)
 
     def _weighed(self, names: Names, form_sizes: Array, power: float) -> Weighed:
-        """Weigh a set of effects with the form error of some sizes, by the likelihood to some power."""
+        """Weigh a set of effects with the form error of some sizes, by the likelihood to some
+        power.
+        """
         evidence, log_evidence = self.reduced(names, form_sizes, self.keys_of(names), power)
         weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
         return replace(weighed, log_evidence=weighed.log_evidence + log_evidence)
 
     def _own_shares(self, names: Names) -> Array:
-        """What is left of the significance of each size beside the others, as a share, without form error.
+        """What is left of the significance of each size beside the others, as a share, without form
+        error.
 
         Where two effects nearly cancel it is small, and so is the form error of either.
         """
@@ -143,17 +160,20 @@ class CauseSearch:
         return bool(np.any(np.abs(weighed.sizes) > THRESHOLDS.form_error_from * spread))
 
     def tempered(self, each: Explained, power: float) -> Explained:
-        """Weigh a set of effects again, by the likelihood to some power, with the form error that it had."""
+        """Weigh a set of effects again, by the likelihood to some power, with the form error that
+        it had.
+        """
         weighed = self._weighed(each.effects, each.form_sizes, power)
         return replace(each, log_weight=each.log_prior + weighed.log_evidence)
 
     def reduced(
         self, names: Names, sizes: Array, kept: Sequence[tuple[str, str]], power: float = 1.0
     ) -> tuple[Evidence, float]:
-        """Return the evidence of all logs over some sizes, with the form error of a set eliminated in each log.
+        """Return the evidence of all logs over some sizes, with the form error of a set eliminated
+        in each log.
 
-        It is that of the likelihood to some power. `sizes` (k,) are those of the effects, in the order of their
-        keys.
+        It is that of the likelihood to some power. `sizes` (k,) are those of the effects, in the
+        order of their keys.
         """
         total, log_evidence = Evidence(np.zeros((len(kept) + 1, len(kept) + 1))), 0.0
         by_key = dict(zip(self.keys_of(names), sizes, strict=True)) if len(sizes) else {}
@@ -163,7 +183,9 @@ class CauseSearch:
         return total, log_evidence
 
     def explained_of(self, each: Explained) -> Array:
-        """Return what a set of effects explains of each log, as a logarithm of a likelihood ratio, (n,)."""
+        """Return what a set of effects explains of each log, as a logarithm of a likelihood ratio,
+        (n,).
+        """
         by_key = dict(zip(each.keys, each.form_sizes, strict=True)) if len(each.form_sizes) else {}
         size, found = each.weighed.sizes, []
         for log in self.logs:
@@ -173,7 +195,9 @@ class CauseSearch:
         return np.array(found)
 
     def _plain_sets(self, stems: Sequence[Names]) -> tuple[list[Names], list[Names]]:
-        """The best sets with one more effect than some stems, without form error: further stems, and a few."""
+        """The best sets with one more effect than some stems, without form error: further stems,
+        and a few.
+        """
         place = {key: i for i, key in enumerate(self._every())}
         columns = {n: [place[k] for k in self.keys[n]] for n in self.names}
         values: dict[Names, float] = {}
@@ -205,7 +229,9 @@ class CauseSearch:
         for name in self.names:
             if cause_of(name) not in causes:
                 columns = [place[k] for k in self.keys[name]]
-                values[name] = weigh(evidence, [columns], [self.priors[name]]).log_evidence + self.log_form(name)
+                values[name] = weigh(
+                    evidence, [columns], [self.priors[name]]
+                ).log_evidence + self.log_form(name)
         return sorted(values, key=lambda n: -values[n])[:EXTENDED]
 
     def keys_of(self, names: Names) -> list[tuple[str, str]]:
@@ -236,9 +262,11 @@ class CauseSearch:
         return float(np.log(table[count]) - np.log(comb(len(self.causes), count)) + forms)
 
     def log_form(self, name: str) -> float:
-        """Return the logarithm of the prior of a form of its cause, with the search over its shapes.
+        """Return the logarithm of the prior of a form of its cause, with the search over its
+        shapes.
 
-        Most causes act for the whole flight. Of the forms that do, the plain one is as probable as all others.
+        Most causes act for the whole flight. Of the forms that do, the plain one is as probable as
+        all others.
         """
         cause = cause_of(name)
         parts = [form for form in self._forms[cause] if not lasts(form)]
@@ -248,21 +276,29 @@ class CauseSearch:
         if name in parts:
             share = in_part / len(parts)
         else:
-            share = (1.0 - in_part) * (1.0 if len(whole) == 1 else 0.5 if name == cause else 0.5 / others)
+            share = (1.0 - in_part) * (
+                1.0 if len(whole) == 1 else 0.5 if name == cause else 0.5 / others
+            )
         return float(np.log(share)) - THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
 
 
 def _reduced(
-    log: LogEvidence, by_key: Mapping[tuple[str, str], float], kept: Sequence[tuple[str, str]], power: float
+    log: LogEvidence,
+    by_key: Mapping[tuple[str, str], float],
+    kept: Sequence[tuple[str, str]],
+    power: float,
 ) -> tuple[Evidence, float]:
-    """The evidence of one log over some sizes, with the form error of effects of these sizes eliminated.
+    """The evidence of one log over some sizes, with the form error of effects of these sizes
+    eliminated.
 
     Sizes that the log does not show have rows of zeros.
     """
     index = {(s.effect, s.parameter): i for i, s in enumerate(log.signatures)}
     directions, deviations = log.form_error(by_key)
     places = [(row, index[key]) for row, key in enumerate(kept) if key in index]
-    one, part = log.base.tempered(power).given(directions, deviations, [column for _, column in places])
+    one, part = log.base.tempered(power).given(
+        directions, deviations, [column for _, column in places]
+    )
     rows = [*(row for row, _ in places), len(kept)]
     inner = np.zeros((len(kept) + 1, len(kept) + 1))
     inner[np.ix_(rows, rows)] = one.inner
@@ -276,7 +312,9 @@ def _sizes(name: str, logs: Sequence[LogEvidence]) -> list[Parameter]:
 
 def _prior(name: str, logs: Sequence[LogEvidence]) -> Prior:
     found = _sizes(name, logs)
-    typical, low, high = np.array([(abs(p.typical), p.low, p.high) for p in found], dtype=float).reshape(-1, 3).T
+    typical, low, high = (
+        np.array([(abs(p.typical), p.low, p.high) for p in found], dtype=float).reshape(-1, 3).T
+    )
     return Prior(typical, low, high, np.array([1.0 if p.defining else 0.0 for p in found]))
 
 
@@ -309,10 +347,11 @@ class Weight:
 
 @dataclass(frozen=True, slots=True)
 class CausePosterior:
-    """The posterior over causes of one or several logs; `weights` are normalized, the most probable set first.
+    """The posterior over causes of one or several logs; `weights` are normalized, the most probable
+    set first.
 
-    A gap is shown from `least_bayes_factor` on. `concentration` is the sum of the squared shares of the logs in the
-    evidence: 1 where one log gives it all, 1/n where n logs give the same.
+    A gap is shown from `least_bayes_factor` on. `concentration` is the sum of the squared shares of
+    the logs in the evidence: 1 where one log gives it all, 1/n where n logs give the same.
     """
 
     weights: tuple[Weight, ...]
@@ -357,7 +396,9 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     search = CauseSearch(logs)
     found = search.run()
     weights = _weights(search, found, 1.0)
-    nothing = next(w.alone for w in weights if not w.causes) - float(logsumexp([w.total for w in weights]))
+    nothing = next(w.alone for w in weights if not w.causes) - float(
+        logsumexp([w.total for w in weights])
+    )
     gap = float(np.log(max(-np.expm1(min(nothing, -TINY)), TINY)))
     prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest) ** len(logs)
     log_bayes_factor = gap - nothing - float(np.log((1.0 - prior) / prior))
@@ -369,11 +410,14 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     normal = [w if w.causes else replace(w, alone=nothing) for w in normal]
     normal = _with_plain_neighbors(normal)
     least = float(shares @ [log.least_bayes_factor for log in logs])
-    return CausePosterior(tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor, concentration, least)
+    return CausePosterior(
+        tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor, concentration, least
+    )
 
 
 def _with_plain_neighbors(weights: Sequence[Weight]) -> list[Weight]:
-    """The weights, those of sets with an effect that came out at nothing added to those of its plain neighbor.
+    """The weights, those of sets with an effect that came out at nothing added to those of its
+    plain neighbor.
 
     A line in which the water is within 2σ of none is a line that is late, and no rival of one.
     """
@@ -383,35 +427,47 @@ def _with_plain_neighbors(weights: Sequence[Weight]) -> list[Weight]:
         plain = tuple(sorted({_plain(each.explained, name) for name in effects}))
         if plain != effects and plain in found:
             into, moved = found[plain], found.pop(effects)
-            alone, rest = (float(np.logaddexp(getattr(into, n), getattr(moved, n))) for n in ("alone", "with_rest"))
+            alone, rest = (
+                float(np.logaddexp(getattr(into, n), getattr(moved, n)))
+                for n in ("alone", "with_rest")
+            )
             found[plain] = replace(into, alone=alone, with_rest=rest)
     return list(found.values())
 
 
 def _plain(each: Explained, name: str) -> str:
-    """The name of an effect of a set, or that of its neighbor where its defining size is within 2σ of zero."""
+    """The name of an effect of a set, or that of its neighbor where its defining size is within 2σ
+    of zero.
+    """
     effect, deviations = FITTED[name], np.sqrt(np.diag(each.weighed.covariance))
-    defining = [i for i, (of, p) in enumerate(each.keys) if of == name and effect.parameter(p).defining]
+    defining = [
+        i for i, (of, p) in enumerate(each.keys) if of == name and effect.parameter(p).defining
+    ]
     if not defining or np.any(np.abs(each.weighed.sizes[defining]) > 2.0 * deviations[defining]):
         return name
     return effect.neighbor + name.removeprefix(effect.part_of or name)
 
 
 def tempering_power(log_bayes_factor: Array | float) -> Array:
-    """Return the power 1 / (1 + τ²χ²) to which the evidence of a log is raised, (n,) like `log_bayes_factor`.
+    """Return the power 1 / (1 + τ²χ²) to which the evidence of a log is raised, (n,) like
+    `log_bayes_factor`.
 
-    χ² of one log is twice the logarithm of its Bayes factor. The likelihood takes the table for exact, but a
-    signature that is wrong in an unknown direction makes it err in proportion to χ². So beyond 1/τ² a hypothesis is
-    preferred by its share of the gap, however strong the gap is. Of several logs it is the mean of their χ², each
-    weighted by its share of the evidence: logs that show the same are more evidence, and a log that shows nothing
-    changes nothing. Source: the
+    χ² of one log is twice the logarithm of its Bayes factor. The likelihood takes the table for
+    exact, but a signature that is wrong in an unknown direction makes it err in proportion to χ².
+    So beyond 1/τ² a hypothesis is preferred by its share of the gap, however strong the gap is. Of
+    several logs it is the mean of their χ², each weighted by its share of the evidence: logs that
+    show the same are more evidence, and a log that shows nothing changes nothing. Source: the
     coarsened posterior of Miller and Dunson (2019); τ is estimated on development logs.
     """
-    return np.asarray(1.0 / (1.0 + 2.0 * THRESHOLDS.table_error**2 * np.maximum(0.0, log_bayes_factor)))
+    return np.asarray(
+        1.0 / (1.0 + 2.0 * THRESHOLDS.table_error**2 * np.maximum(0.0, log_bayes_factor))
+    )
 
 
 def _shares(search: CauseSearch, best: Weight) -> Array:
-    """The share of each log in what the best explanation explains, (n,), with its rest; equal shares of nothing."""
+    """The share of each log in what the best explanation explains, (n,), with its rest; equal
+    shares of nothing.
+    """
     found = np.maximum(0.0, search.explained_of(best.explained))
     if best.with_rest > best.alone:
         found = found + [max(0.0, value) for value, _ in _rests(search, best.explained, 1.0)]
@@ -420,7 +476,9 @@ def _shares(search: CauseSearch, best: Weight) -> Array:
 
 
 def _weights(search: CauseSearch, found: Sequence[Explained], power: float) -> list[Weight]:
-    """The sets with prior times evidence of the likelihood to some power; the best ones with a rest as well."""
+    """The sets with prior times evidence of the likelihood to some power; the best ones with a rest
+    as well.
+    """
     empty = next(each for each in found if not each.effects)
     best = [*found[:RESTED], *([empty] if empty not in found[:RESTED] else [])]
     none = len(search.logs) * float(np.log1p(-THRESHOLDS.prior_of_rest))
@@ -434,7 +492,8 @@ def _weights(search: CauseSearch, found: Sequence[Explained], power: float) -> l
 def _tempered(search: CauseSearch, found: Sequence[Explained], power: float) -> list[Weight]:
     """The weights given a gap, with the likelihood to some power.
 
-    The price of a size is not tempered: a log that fixes it well still tells that a further size is zero.
+    The price of a size is not tempered: a log that fixes it well still tells that a further size is
+    zero.
     """
     depth = THRESHOLDS.beam_depth / power
     near = [e for e in found if found[0].log_weight - e.log_weight < depth or not e.effects]
@@ -443,7 +502,8 @@ def _tempered(search: CauseSearch, found: Sequence[Explained], power: float) -> 
 
 
 def _with_rest(search: CauseSearch, each: Explained, power: float) -> tuple[float, str]:
-    """The logarithm of prior times evidence of a rest in at least one log, beyond a set of effects; its best place.
+    """The logarithm of prior times evidence of a rest in at least one log, beyond a set of effects;
+    its best place.
 
     Each log may have a rest of its own, in one of several places and sizes.
     """
@@ -455,8 +515,12 @@ def _with_rest(search: CauseSearch, each: Explained, power: float) -> tuple[floa
     return every + float(np.log(-np.expm1(min(in_none, -SMALLEST)))), place
 
 
-def _rests(search: CauseSearch, each: Explained, power: float) -> list[tuple[float, tuple[float, str]]]:
-    """The logarithm of the evidence of a rest beyond a set of effects in each log, and that of the best place."""
+def _rests(
+    search: CauseSearch, each: Explained, power: float
+) -> list[tuple[float, tuple[float, str]]]:
+    """The logarithm of the evidence of a rest beyond a set of effects in each log, and that of the
+    best place.
+    """
     by_key, found = dict(zip(each.keys, each.weighed.sizes, strict=True)), []
     for log in search.logs:
         evidence = log.beyond(by_key, power)
@@ -464,7 +528,9 @@ def _rests(search: CauseSearch, each: Explained, power: float) -> list[tuple[flo
             (rest.log_prior + evidence.log_evidence_of(rest.columns, rest.deviations), rest.place)
             for rest in log.rests
         ]
-        found.append((float(logsumexp([value for value, _ in values])), max(values, default=(-np.inf, ""))))
+        found.append(
+            (float(logsumexp([value for value, _ in values])), max(values, default=(-np.inf, "")))
+        )
     return found
 
 
@@ -475,10 +541,11 @@ OUTSIDE = "outside"  # stands for a gap that no entry of the table describes
 class Answer:
     """The answer of a posterior.
 
-    `groups` holds one set of causes for each effect: a single one where it is named, else the smallest set that
-    holds it, the most probable first; OUTSIDE among them stands for a cause that the table does not hold.
-    `probabilities` is that of each cause given a gap. `best` is the most probable set of effects with one of each
-    group. `rest` is the probability that something is left beside it, and `place` where.
+    `groups` holds one set of causes for each effect: a single one where it is named, else the
+    smallest set that holds it, the most probable first; OUTSIDE among them stands for a cause that
+    the table does not hold. `probabilities` is that of each cause given a gap. `best` is the most
+    probable set of effects with one of each group. `rest` is the probability that something is left
+    beside it, and `place` where.
     """
 
     kind: Kind
@@ -505,7 +572,9 @@ class Answer:
 
 
 def answer_of(posterior: CausePosterior) -> Answer:
-    """Return the answer of a posterior: named above the probability of a name, else the smallest set."""
+    """Return the answer of a posterior: named above the probability of a name, else the smallest
+    set.
+    """
     gap = max(1.0 - posterior.none, 1e-12)
     sets = {causes: p / gap for causes, p in posterior.of_sets().items() if causes}
     probabilities = {cause: p / gap for cause, p in posterior.of_causes().items()}
@@ -527,7 +596,9 @@ def answer_of(posterior: CausePosterior) -> Answer:
 
 
 def _further(sets: dict[Names, float], named: Names, outside: float) -> Names:
-    """The smallest set of causes that holds one more beside those named; empty where none is needed."""
+    """The smallest set of causes that holds one more beside those named; empty where none is
+    needed.
+    """
     holding = {causes: p for causes, p in sets.items() if set(named) <= set(causes)}
     whole = sum(holding.values()) + (0.0 if named else outside)
     alone = sum(p for causes, p in holding.items() if set(causes) == set(named))
@@ -535,7 +606,9 @@ def _further(sets: dict[Names, float], named: Names, outside: float) -> Names:
         return ()
     chosen: list[str] = []
     waiting = {
-        tuple(c for c in causes if c not in named): p for causes, p in holding.items() if set(causes) != set(named)
+        tuple(c for c in causes if c not in named): p
+        for causes, p in holding.items()
+        if set(causes) != set(named)
     }
     if not named:
         waiting[OUTSIDE,] = outside

@@ -1,4 +1,6 @@
-"""Renew signatures at the size and in the time that the log shows, and lay a log out with effects in the model."""
+"""Renew signatures at the size and in the time that the log shows, and lay a log out with effects
+in the model.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,7 +25,13 @@ from pitotbench.reconciliation.free_parameters import (
     free_parameters_of,
     with_vane_angles,
 )
-from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of, with_aircraft, without_error_curve
+from pitotbench.reconciliation.layout import (
+    Layout,
+    lay_out,
+    mean_wind_of,
+    with_aircraft,
+    without_error_curve,
+)
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
 from pitotbench.reconciliation.residuals import AircraftModel, Scene, clean_track
 from pitotbench.reconciliation.signatures import (
@@ -46,26 +54,34 @@ from pitotbench.units import Array, Seconds
 # Renew signatures at the size that was fitted, and at the time when the effect happened.
 
 EVENT_TRIALS = 14  # times over the log at which an event is tried first: one every 10 to 30 s
-TRIAL_FACTORS = np.array([0.6, 0.8, 1.2, 1.4])  # times the typical value of a shape that is not a time
+TRIAL_FACTORS = np.array(
+    [0.6, 0.8, 1.2, 1.4]
+)  # times the typical value of a shape that is not a time
 HALVINGS = 3  # of the steps around the best shape
 LINEAR_WITHIN = {
     "sensors": 0.1,
     "air": 0.1,
     "aircraft": 0.6,
 }  # change of a size, as a share, without a new signature
-SMALLEST = 0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
+SMALLEST = (
+    0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
+)
 
-UNDOINGS = 2  # rounds of taking effects out of a track: what they add depends on the track without them
+UNDOINGS = (
+    2  # rounds of taking effects out of a track: what they add depends on the track without them
+)
 
 Shapes = dict[str, float]
 Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
 
 
-def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float], shapes: Entries | None = None) -> Layout:
+def at_sizes(
+    layout: Layout, sizes: Mapping[tuple[str, str], float], shapes: Entries | None = None
+) -> Layout:
     """Return the layout with signatures renewed at fitted sizes, keyed by effect and parameter.
 
-    Sizes outside the plausible range are taken at its end. `shapes` holds the shapes by effect, where they are not
-    those of the signatures.
+    Sizes outside the plausible range are taken at its end. `shapes` holds the shapes by effect,
+    where they are not those of the signatures.
     """
     signatures = list(layout.signatures)
     for i, old in enumerate(signatures):
@@ -78,14 +94,15 @@ def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float], shapes: Ent
 
 
 def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
-    """Return the layout around the log without some effects on the sensors, at sizes that were fitted.
+    """Return the layout around the log without some effects on the sensors, at sizes that were
+    fitted.
 
-    Subtract the fitted sensor effects from the channels, fit the error curve again, and run the force model along
-    the corrected track. Signatures, free parameters and residuals are those of the corrected log. Add the change by
-    the effects to the residuals again, so that the sizes to be fitted stay whole sizes. A slope would not do: it
-    does not tell that a propeller meets its stop a second later.
-    `original` is the layout before any effect was subtracted, but with those that are in the model. Effects that
-    are not on the sensors change nothing.
+    Subtract the fitted sensor effects from the channels, fit the error curve again, and run the
+    force model along the corrected track. Signatures, free parameters and residuals are those of
+    the corrected log. Add the change by the effects to the residuals again, so that the sizes to be
+    fitted stay whole sizes. A slope would not do: it does not tell that a propeller meets its stop
+    a second later. `original` is the layout before any effect was subtracted, but with those that
+    are in the model. Effects that are not on the sensors change nothing.
     """
     corrected = with_corrected_track(original, entries)
     if corrected is original:
@@ -100,7 +117,9 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
 
     Effects that are not on the sensors change nothing.
     """
-    if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
+    if not any(
+        isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()
+    ):
         return original
     original = _with_measured_vanes(original, entries)
     old = original.scene
@@ -113,7 +132,9 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
         curves = (*original.curves, *further)
         clean = clean_track(track, mean_wind_of(track, original.measured))
     model = old.force_model
-    scene = old.moved(clean, None if model is None else model.along(motion_of(track, model.replay.rows)))
+    scene = old.moved(
+        clean, None if model is None else model.along(motion_of(track, model.replay.rows))
+    )
     values = scene.residuals_of(track).values - original.subtracted
     free = free_parameters_of(scene, original.setting, original.shapes)
     corrected = replace(
@@ -133,32 +154,45 @@ def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
 
     Its residuals stay those of the track before.
     """
-    changed = {channel for name in entries if reads_gusts(name) for channel in effect_of(name).changes}
-    back = {name: size for name, size in layout.angles.items() if VANE_PARAMETERS[name][0] in changed}
+    changed = {
+        channel for name in entries if reads_gusts(name) for channel in effect_of(name).changes
+    }
+    back = {
+        name: size for name, size in layout.angles.items() if VANE_PARAMETERS[name][0] in changed
+    }
     kept = {name: size for name, size in layout.angles.items() if name not in back}
     return replace(layout, track=with_vane_angles(layout.track, back), angles=kept)
 
 
 def sensor_change(scene: Scene, entries: Entries) -> Array:
-    """Return the change of the residuals by effects on the sensors together, (n, c); other effects do not count."""
+    """Return the change of the residuals by effects on the sensors together, (n, c); other effects
+    do not count.
+    """
     clean = scene.clean
-    return scene.change_by(clean.replaced({n: clean[n] + moved for n, moved in _shift(clean, entries).items()}))
+    return scene.change_by(
+        clean.replaced({n: clean[n] + moved for n, moved in _shift(clean, entries).items()})
+    )
 
 
 def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
-    """What effects on the sensors, one after the other, add to each channel of a clean track that they change.
+    """What effects on the sensors, one after the other, add to each channel of a clean track that
+    they change.
 
     Effects that need a channel which the track lacks do not act.
     """
     signals = Signals(clean.time, clean.channels)
     for name, sizes in entries.items():
         effect = effect_of(name)
-        if isinstance(effect, SensorEffect) and all(n in signals for n in (*effect.needs, *effect.changes)):
+        if isinstance(effect, SensorEffect) and all(
+            n in signals for n in (*effect.needs, *effect.changes)
+        ):
             signals = effect.apply(signals, sizes)
     changed = [name for name in signals if signals[name] is not clean[name]]
     turns = 2.0 * np.pi  # an angle that starts again at a full turn has not moved by one
     return {
-        n: np.mod(signals[n] - clean[n] + np.pi, turns) - np.pi if CHANNELS[n].wraps else signals[n] - clean[n]
+        n: np.mod(signals[n] - clean[n] + np.pi, turns) - np.pi
+        if CHANNELS[n].wraps
+        else signals[n] - clean[n]
         for n in changed
     }
 
@@ -183,12 +217,18 @@ def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, flo
         return old
     moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: size}))
     if moved is None or not np.any(moved):
-        return old if shapes == old.shapes else replace(old, column=np.zeros_like(old.column), shapes=dict(shapes))
+        return (
+            old
+            if shapes == old.shapes
+            else replace(old, column=np.zeros_like(old.column), shapes=dict(shapes))
+        )
     return replace(old, size=size, column=moved / size, shapes=dict(shapes))
 
 
 def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
-    """Return the layout with every effect that has shapes (a time, a damping) at the best-fitting ones."""
+    """Return the layout with every effect that has shapes (a time, a damping) at the best-fitting
+    ones.
+    """
     signatures, trials = list(layout.signatures), Trials(layout, noise)
     for effect in FITTED.values():
         columns = [i for i, s in enumerate(signatures) if s.effect == effect.name]
@@ -209,7 +249,8 @@ class Trial:
 
 
 def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
-    """Search the shapes of an effect: the first one in coarse steps, then all in halved steps around the best.
+    """Search the shapes of an effect: the first one in coarse steps, then all in halved steps
+    around the best.
 
     A first shape that is a time is tried over the whole log.
     """
@@ -250,13 +291,17 @@ class Trials:
         self._layout = layout
         self._whiten = noise.whitener(layout.grid, layout.residuals.slack)
         residual = self._whiten(layout.residuals.values)
-        self._known = np.concatenate([self._whiten(layout.free.columns), residual[:, :, None]], axis=2)
+        self._known = np.concatenate(
+            [self._whiten(layout.free.columns), residual[:, :, None]], axis=2
+        )
         self._products = inner_products(self._known, residual, blocks=1)[0, :-1, :-1]
 
     @property
     def time(self) -> Seconds:
         """Time of the instants from the start of the log [s], (n,)."""
-        return np.asarray(self._layout.track.time[self._layout.grid.rows] - self._layout.track.time[0])
+        return np.asarray(
+            self._layout.track.time[self._layout.grid.rows] - self._layout.track.time[0]
+        )
 
     def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> Trial:
         """Return an effect at some shapes."""
@@ -267,9 +312,13 @@ class Trials:
         new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))
         across = self._known.reshape(len(new), -1).T @ new
         free, k = self._layout.free, len(columns)
-        first = len(free.names)  # of the new columns, which stand between the free parameters and the residual
+        first = len(
+            free.names
+        )  # of the new columns, which stand between the free parameters and the residual
         order = [*range(first), *range(first + 1, first + 1 + k), first]
-        products = np.block([[self._products, across], [across.T, new.T @ new]])[np.ix_(order, order)]
+        products = np.block([[self._products, across], [across.T, new.T @ new]])[
+            np.ix_(order, order)
+        ]
         return merit(equations_from(products[None], first, free.deviations).fit(range(k)))
 
 
@@ -279,10 +328,11 @@ NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
 
 
 def with_effects(layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
-    """Return the layout of a log once effects are in the model; `layout` is that of the log without them.
+    """Return the layout of a log once effects are in the model; `layout` is that of the log without
+    them.
 
-    Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted from the
-    residuals. Effects that are counted and not fitted stay in the log.
+    Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted
+    from the residuals. Effects that are counted and not fitted stay in the log.
     """
     fitted = {n: s for n, s in entries.items() if n not in COUNTED}
     overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
@@ -325,11 +375,14 @@ def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
     return replace(aircraft, react=with_patch)
 
 
-def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:
+def force_meter_overlay(
+    aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]
+) -> Overlay | None:
     """Return the overlay that an effect puts on the force meter.
 
-    None for effects of the sensors and the air, for those of a part of the flight, because the force meter knows no
-    time, and for a lever that does not stand where its throttle plate does: the log holds the plates.
+    None for effects of the sensors and the air, for those of a part of the flight, because the
+    force meter knows no time, and for a lever that does not stand where its throttle plate does:
+    the log holds the plates.
     """
     effect = effect_of(name)
     if (
@@ -344,9 +397,11 @@ def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mappin
 
 
 def without_effects(layout: Layout, entries: Entries) -> Layout:
-    """Return a layout without some effects: those on the sensors are taken out of its track, together.
+    """Return a layout without some effects: those on the sensors are taken out of its track,
+    together.
 
-    The changes by others are subtracted from the residuals, and stay so when a later look moves the track.
+    The changes by others are subtracted from the residuals, and stay so when a later look moves the
+    track.
     """
     layout = with_corrected_track(layout, entries)
     changes = layout.scene.blank()
@@ -362,15 +417,18 @@ def without_effects(layout: Layout, entries: Entries) -> Layout:
     )
 
 
-# Look for effects that act for a part of the flight: where in a log does each of them begin, and end?
-# Every effect is fitted from each of some times on and between each two of them. Only an effect that so explains
-# more than every effect does over the whole flight becomes a hypothesis; its times are then refined.
+# Look for effects that act for a part of the flight: where in a log does each of them begin, and
+# end? Every effect is fitted from each of some times on and between each two of them. Only an
+# effect that so explains more than every effect does over the whole flight becomes a hypothesis;
+# its times are then refined.
 
 APART = 10.0  # s between the times that are tried; the whitening looks back by 6 s
 MOST_TIMES = 30  # of them: pairs grow with the square
 WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
 PROMISING = 3  # effects that become hypotheses
-LEAST_GAIN = 100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
+LEAST_GAIN = (
+    100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
+)
 
 Indices = NDArray[np.intp]
 
@@ -391,7 +449,11 @@ def with_parts_of_flight(layout: Layout, noise: NoiseModel) -> Layout:
         return layout
     trials, added = Trials(layout, noise), list[Signature]()
     for each in found:
-        start = [replace(s, effect=each.form.name) for s in layout.signatures if s.effect == each.form.part_of]
+        start = [
+            replace(s, effect=each.form.name)
+            for s in layout.signatures
+            if s.effect == each.form.part_of
+        ]
         added += _refined(trials, each, start)
     return replace(layout, signatures=(*layout.signatures, *added))
 
@@ -416,10 +478,16 @@ def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
     columns = columns_of(layout.signatures)
     whole = {name: scan.whole(own) for name, own in columns.items()}
     least = max(
-        LEAST_GAIN, max(gain - THRESHOLDS.free_size_penalty * (len(columns[n]) - 1) for n, gain in whole.items())
+        LEAST_GAIN,
+        max(
+            gain - THRESHOLDS.free_size_penalty * (len(columns[n]) - 1) for n, gain in whole.items()
+        ),
     )
     found = [
-        each for name in columns if _may_be_timed(name) for each in scan.stretches(name, columns[name], whole[name])
+        each
+        for name in columns
+        if _may_be_timed(name)
+        for each in scan.stretches(name, columns[name], whole[name])
     ]
     best = sorted((s for s in found if s.gain > least), key=lambda s: -s.gain)
     effects = list(dict.fromkeys(s.form.part_of for s in best))[:PROMISING]
@@ -427,34 +495,44 @@ def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
 
 
 def _may_be_timed(name: str) -> bool:
-    """Whether an effect is looked for in parts of the flight: the plain form of a cause without own times."""
+    """Whether an effect is looked for in parts of the flight: the plain form of a cause without own
+    times.
+    """
     effect = FITTED[name]
     plain = not (effect.variant_of or effect.one_model_with or effect.for_whole_flight)
     return plain and not happens_once(name) and f"{name}_for_a_time" in FITTED
 
 
 class _Scan:
-    """Inner products of every signature from each of some times on, with the free parameters eliminated.
+    """Inner products of every signature from each of some times on, with the free parameters
+    eliminated.
 
-    A signature that begins at an instant is whitened like any other: from `ORDER` instants later on it is that of
-    the whole flight.
+    A signature that begins at an instant is whitened like any other: from `ORDER` instants later on
+    it is that of the whole flight.
     """
 
     def __init__(self, layout: Layout, noise: NoiseModel) -> None:
         grid, slack, free = layout.grid, layout.residuals.slack, layout.free
         values = np.stack([s.column for s in layout.signatures], axis=2)
         whiten = noise.whitener(grid, slack)
-        known = np.concatenate([whiten(free.columns), whiten(layout.residuals.values)[:, :, None]], axis=2)
+        known = np.concatenate(
+            [whiten(free.columns), whiten(layout.residuals.values)[:, :, None]], axis=2
+        )
         columns = whiten(values)
         time = layout.track.time[grid.rows] - layout.track.time[0]
-        apart = max(APART, (ORDER + 2) * grid.step)  # with a fix a second the whitening looks back by 12 s
+        apart = max(
+            APART, (ORDER + 2) * grid.step
+        )  # with a fix a second the whitening looks back by 12 s
         count = int(np.clip((time[-1] - time[0]) / apart, 2, MOST_TIMES))
         starts = np.searchsorted(time, time[0] + (time[-1] - time[0]) * np.arange(1, count) / count)
         self.starts: Indices = starts[np.diff(starts, append=len(time)) > ORDER]
         self.times: Seconds = time[self.starts]
         every = np.concatenate([known, columns], axis=2)
         k, s = known.shape[2] - 1, columns.shape[2]
-        across, own = np.zeros((len(self.starts) + 1, s, k + 1 + s)), np.zeros((len(self.starts) + 1, s, s))
+        across, own = (
+            np.zeros((len(self.starts) + 1, s, k + 1 + s)),
+            np.zeros((len(self.starts) + 1, s, s)),
+        )
         later, end = np.zeros((s, k + 1 + s)), len(time)
         for i in range(len(self.starts) - 1, -1, -1):
             begin = int(self.starts[i])
@@ -472,9 +550,9 @@ class _Scan:
         free_products = _product(known, known)
         normal = free_products[:k, :k] + np.diag(free.deviations**-2.0)
         scale = 1.0 / np.sqrt(np.diag(normal))
-        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True) * np.outer(
-            scale, scale
-        )
+        inverse = np.linalg.pinv(
+            normal * np.outer(scale, scale), rcond=1e-12, hermitian=True
+        ) * np.outer(scale, scale)
         self._with_free, self._with_residual = (
             across[:, :, :k],
             across[:, :, k] - across[:, :, :k] @ (inverse @ free_products[:k, k]),
@@ -489,9 +567,11 @@ class _Scan:
         return float(self._gains(columns, np.zeros(1, dtype=np.intp), None)[0])
 
     def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
-        """The best form of an effect from a time on and the best between two times, where they are worth it.
+        """The best form of an effect from a time on and the best between two times, where they are
+        worth it.
 
-        What the flight shows without the effect has to contradict it as another flight would have to.
+        What the flight shows without the effect has to contradict it as another flight would have
+        to.
         """
         if not len(self.starts):
             return
@@ -500,7 +580,9 @@ class _Scan:
         on = self._gains(columns, starts, None)
         best = int(np.argmax(on))
         if on[best] > least:
-            yield _Stretch(FITTED[f"{name}_from_a_time"], {FROM.name: float(self.times[best])}, float(on[best]))
+            yield _Stretch(
+                FITTED[f"{name}_from_a_time"], {FROM.name: float(self.times[best])}, float(on[best])
+            )
         begins, ends = np.triu_indices(len(self.starts) + 1, 1)
         between = self._gains(columns, begins, ends)
         last = int(np.argmax(between))
@@ -510,7 +592,9 @@ class _Scan:
             yield _Stretch(FITTED[f"{name}_for_a_time"], shapes, float(between[last]))
 
     def _gains(self, columns: Sequence[int], begins: Indices, ends: Indices | None) -> Array:
-        """The falls of the sum of squares by columns from some starts on, or between starts and ends, (w,)."""
+        """The falls of the sum of squares by columns from some starts on, or between starts and
+        ends, (w,).
+        """
         own = list(columns)
         # The columns first: a few of some hundred, where pairs of times are many.
         with_free, with_residual = self._with_free[:, own], self._with_residual[:, own]
@@ -523,7 +607,9 @@ class _Scan:
         reproduced = (free.reshape(-1, free.shape[2]) @ self._inverse).reshape(free.shape)
         normal = inner - reproduced @ free.transpose(0, 2, 1)
         normal = normal + np.diag(self._widest[own] ** -2.0)
-        return np.asarray(np.sum(right * np.linalg.solve(normal, right[:, :, None])[:, :, 0], axis=1))
+        return np.asarray(
+            np.sum(right * np.linalg.solve(normal, right[:, :, None])[:, :, 0], axis=1)
+        )
 
 
 def _product(one: Array, other: Array) -> Array:

@@ -1,4 +1,6 @@
-"""Residual channels: every measured quantity minus its prediction, along a clean track with the model's forces."""
+"""Residual channels: every measured quantity minus its prediction, along a clean track with the
+model's forces.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -33,9 +35,9 @@ from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array, MetersPerSecond
 
-# Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force
-# and moment, engine. Each channel is noise alone where sensors and model are true. Wind and sensor biases are
-# free parameters of the regression.
+# Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground
+# velocity), force and moment, engine. Each channel is noise alone where sensors and model are true.
+# Wind and sensor biases are free parameters of the regression.
 
 FORCES, MOMENTS, ENGINES = REACTION_NAMES[:3], REACTION_NAMES[3:6], REACTION_NAMES[6:]
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
@@ -46,13 +48,22 @@ UNITS = {
     **dict.fromkeys(("airspeed_along", "airspeed_across", "airspeed_down"), SYMBOLS["mps"]),
     "pressure_height": SYMBOLS["m"],
     "temperature": SYMBOLS["k"],
-    **dict.fromkeys(("acceleration_forward", "acceleration_right", "acceleration_down", *FORCES), SYMBOLS["mps2"]),
+    **dict.fromkeys(
+        ("acceleration_forward", "acceleration_right", "acceleration_down", *FORCES),
+        SYMBOLS["mps2"],
+    ),
     **dict.fromkeys(MOMENTS, "rad/s²"),
     **{name: SYMBOLS[CHANNELS[name].unit] for name in ENGINES},
     "throttle_split": "",
 }
 FAMILIES = {
-    "air data": ("airspeed_along", "airspeed_across", "airspeed_down", "pressure_height", "temperature"),
+    "air data": (
+        "airspeed_along",
+        "airspeed_across",
+        "airspeed_down",
+        "pressure_height",
+        "temperature",
+    ),
     "kinematic": ("acceleration_forward", "acceleration_right", "acceleration_down"),
     "force and moment": (*FORCES, *MOMENTS),
     "engine": (*ENGINES, "throttle_split"),
@@ -72,8 +83,8 @@ _ENGINES_READ = (*_ANSWER_READS, *ENGINES, "throttle_left", "throttle_right")
 class Frame:
     """Horizontal directions at the instants: along the flight through the air and across it.
 
-    Each is a unit vector toward north, east, down, (n, 3). They come from the log and stay the same for every
-    hypothesis.
+    Each is a unit vector toward north, east, down, (n, 3). They come from the log and stay the same
+    for every hypothesis.
     """
 
     along: Array
@@ -86,11 +97,14 @@ class Frame:
         level = level / np.linalg.norm(level, axis=1)[:, None]
         zero = np.zeros(len(level))
         return cls(
-            np.stack([level[:, 0], level[:, 1], zero], axis=1), np.stack([-level[:, 1], level[:, 0], zero], axis=1)
+            np.stack([level[:, 0], level[:, 1], zero], axis=1),
+            np.stack([-level[:, 1], level[:, 0], zero], axis=1),
         )
 
     def turned(self, vectors: Array, down: bool) -> Array:
-        """Return the components along, across and (with `down`) down of vectors toward north, east, down."""
+        """Return the components along, across and (with `down`) down of vectors toward north, east,
+        down.
+        """
         parts = [np.sum(self.along * vectors, axis=1), np.sum(self.across * vectors, axis=1)]
         return np.stack([*parts, vectors[:, 2]] if down else parts, axis=1)
 
@@ -118,8 +132,8 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
 class ChannelResiduals:
     """Residual channels by name, (n, c).
 
-    `slack` is a standard deviation that adds to the noise, (n, c), where the model changes quickly or an instant
-    holds little information.
+    `slack` is a standard deviation that adds to the noise, (n, c), where the model changes quickly
+    or an instant holds little information.
     """
 
     names: tuple[str, ...]
@@ -139,15 +153,20 @@ def channel_residuals(
     model: Replay | None,
     known: "tuple[Track, ChannelResiduals] | None" = None,
 ) -> ChannelResiduals:
-    """Return all residual channels that a track allows; with a model also forces, moments and engines.
+    """Return all residual channels that a track allows; with a model also forces, moments and
+    engines.
 
-    The answer of a model that was moved along another track is shifted to this state, to first order. `known` is
-    another track with its residuals on the same grid, frame and model: what reads none of the channels in which the
-    two tracks differ is taken from there.
+    The answer of a model that was moved along another track is shifted to this state, to first
+    order. `known` is another track with its residuals on the same grid, frame and model: what reads
+    none of the channels in which the two tracks differ is taken from there.
     """
 
-    def part(reads: tuple[str, ...], names: tuple[str, ...], computed: Callable[[], dict[str, Array]]) -> None:
-        if known is None or any(track.channels.get(n) is not known[0].channels.get(n) for n in reads):
+    def part(
+        reads: tuple[str, ...], names: tuple[str, ...], computed: Callable[[], dict[str, Array]]
+    ) -> None:
+        if known is None or any(
+            track.channels.get(n) is not known[0].channels.get(n) for n in reads
+        ):
             columns.update(computed())
         else:
             places = known[1].places
@@ -175,8 +194,12 @@ def channel_residuals(
     return ChannelResiduals(tuple(columns), values, np.zeros_like(values))
 
 
-def change_by_answer(names: tuple[str, ...], track: Track, grid: Grid, rows: Indices, added: Array) -> Array:
-    """Return the change of the residuals, (n, c), by a growth of the answer of a model at `rows`, (m, 12)."""
+def change_by_answer(
+    names: tuple[str, ...], track: Track, grid: Grid, rows: Indices, added: Array
+) -> Array:
+    """Return the change of the residuals, (n, c), by a growth of the answer of a model at `rows`,
+    (m, 12).
+    """
     change = np.zeros((len(grid), len(names)))
     lower = grid.smooth_answer(added, rows)
     for i, name in enumerate(REACTION_NAMES):
@@ -187,10 +210,11 @@ def change_by_answer(names: tuple[str, ...], track: Track, grid: Grid, rows: Ind
 
 
 def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
-    """Return the error of a model that is early or late by `TIMING` where it changes quickly, (n, c).
+    """Return the error of a model that is early or late by `TIMING` where it changes quickly, (n,
+    c).
 
-    Examples: an engine that answers to a lever, a propeller that meets its stop. The instants near it get the same
-    slack.
+    Examples: an engine that answers to a lever, a propeller that meets its stop. The instants near
+    it get the same slack.
     """
     loose = np.zeros((len(grid), len(names)))
     if model is None:
@@ -212,7 +236,10 @@ def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     gap = np.zeros((len(grid), 3))
     gap[:, : len(ground)] = over - through[:, : len(ground)]
     parts = frame.turned(gap, down)
-    return {f"airspeed_{name}": parts[:, i] for i, name in enumerate(("along", "across", "down")[: parts.shape[1]])}
+    return {
+        f"airspeed_{name}": parts[:, i]
+        for i, name in enumerate(("along", "across", "down")[: parts.shape[1]])
+    }
 
 
 def _height(track: Track, grid: Grid) -> dict[str, Array]:
@@ -245,13 +272,18 @@ def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     earth = earth_acceleration(track)
     if earth is None:
         return {}
-    names = ["velocity_north", "velocity_east"] + (["velocity_down"] if "velocity_down" in track else [])
+    names = ["velocity_north", "velocity_east"] + (
+        ["velocity_down"] if "velocity_down" in track else []
+    )
     gap = np.zeros((len(grid), 3))
     for i, name in enumerate(names):
-        gap[:, i] = grid.rate(grid.smooth(track[name], gps=True), track) - grid.mean_between(earth[i], gps=True)
+        gap[:, i] = grid.rate(grid.smooth(track[name], gps=True), track) - grid.mean_between(
+            earth[i], gps=True
+        )
     parts = frame.turned(np.where(grid.first[:, None], 0.0, gap), len(names) == 3)
     return {
-        f"acceleration_{name}": parts[:, i] for i, name in enumerate(("forward", "right", "down")[: parts.shape[1]])
+        f"acceleration_{name}": parts[:, i]
+        for i, name in enumerate(("forward", "right", "down")[: parts.shape[1]])
     }
 
 
@@ -263,7 +295,9 @@ def _engines(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
     residuals = {name: grid.smooth(track[name]) - predicted[:, column[name]] for name in present}
-    if present and "throttle_right" in track:  # levers alone, without any gauge, say nothing of the engines
+    if (
+        present and "throttle_right" in track
+    ):  # levers alone, without any gauge, say nothing of the engines
         residuals["throttle_split"] = grid.smooth(track["throttle_left"] - track["throttle_right"])
     return residuals
 
@@ -273,7 +307,9 @@ def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str
     residuals = {}
     for i, (rate, name) in enumerate(zip(RATES, MOMENTS, strict=True), start=len(FORCES)):
         moved = grid.rate(grid.smooth(track[rate]), track)
-        residuals[name] = np.where(grid.first, 0.0, moved - _mean_answer(track, grid, model.rows, answer[:, i]))
+        residuals[name] = np.where(
+            grid.first, 0.0, moved - _mean_answer(track, grid, model.rows, answer[:, i])
+        )
     return residuals
 
 
@@ -282,19 +318,23 @@ def _mean_answer(track: Track, grid: Grid, rows: Indices, values: Array) -> Arra
     return grid.mean_between(np.interp(np.arange(len(track.time)), rows, values))
 
 
-# The clean track: a track without noise and without gusts, on which signatures are computed.
-# A signature made of noisy signals would carry their noise. The residuals carry the same noise, so that the two
-# would correlate: a lag of this noise looks like a lag of the airplane. Noise in a signature also counts as
-# knowledge: on a circle at a constant airspeed, which cannot show a lag, one of 0.25 s seemed to be worth 6σ.
-# Therefore only the slow changes of a channel come from its own sensor, and the quick ones from the sensors that
-# feel them best (complementary filters: Higgins 1975). Those of the ground velocity come from the accelerometers,
-# those of the two heights from the vertical speed, those of the temperature from height and airspeed. Impact
-# pressure is that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay 1964).
+# The clean track: a track without noise and without gusts, on which signatures are computed. A
+# signature made of noisy signals would carry their noise. The residuals carry the same noise, so
+# that the two would correlate: a lag of this noise looks like a lag of the airplane. Noise in a
+# signature also counts as knowledge: on a circle at a constant airspeed, which cannot show a lag,
+# one of 0.25 s seemed to be worth 6σ. Therefore only the slow changes of a channel come from its
+# own sensor, and the quick ones from the sensors that feel them best (complementary filters:
+# Higgins 1975). Those of the ground velocity come from the accelerometers, those of the two heights
+# from the vertical speed, those of the temperature from height and airspeed. Impact pressure is
+# that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay
+# 1964).
 
 WINDOW = 3.0  # s, of the local parabolas
-# s, for a GPS without accelerometers: with 3 s its noise made a latency of 0.30 s come out as 0.24 s.
+# s, for a GPS without accelerometers: with 3 s its noise made a latency of 0.30 s come out as 0.24
+# s.
 GPS_WINDOW = 4.5
-# s, of what a slow sensor reads less what quick ones predict: long, for the prediction holds the quick changes.
+# s, of what a slow sensor reads less what quick ones predict: long, for the prediction holds the
+# quick changes.
 SLOW_WINDOW = 20.0
 WANDER = 0.2  # deviation of a random walk from its local parabolas, over √window: 0.20 to 0.21 by simulation
 VELOCITY = ("velocity_north", "velocity_east", "velocity_down")
@@ -304,7 +344,9 @@ UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these chann
 def clean_track(track: Track, wind: Array) -> Track:
     """Return the smoothed track; `wind` is toward north, east, down [m/s], (3,)."""
     changing = {name: values for name, values in track.channels.items() if name not in UNSMOOTHED}
-    smooth = track.replaced({name: _smoothed(track, values, WINDOW) for name, values in changing.items()})
+    smooth = track.replaced(
+        {name: _smoothed(track, values, WINDOW) for name, values in changing.items()}
+    )
     smooth = smooth.replaced({"static_pressure": _static_pressure(track, smooth)})
     velocity = _velocity(track)
     smooth = smooth.replaced(velocity)
@@ -321,28 +363,40 @@ def _complemented(track: Track, measured: Array, predicted: Array) -> Array:
 
 
 def _gained(track: Track, rate: Array) -> Array:
-    """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row late."""
+    """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row
+    late.
+    """
     return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
 
 
 def _velocity(track: Track) -> Mapping[str, Array]:
-    """Ground velocity with the quick changes of the accelerometers; empty without these, or where they shake."""
+    """Ground velocity with the quick changes of the accelerometers; empty without these, or where
+    they shake.
+    """
     acceleration = earth_acceleration(track)
     if acceleration is None or _shaken(track, acceleration):
         return {}
     gained = _gained(track, acceleration)
-    return {name: _complemented(track, track[name], gained[i]) for i, name in enumerate(VELOCITY) if name in track}
+    return {
+        name: _complemented(track, track[name], gained[i])
+        for i, name in enumerate(VELOCITY)
+        if name in track
+    }
 
 
 def _shaken(track: Track, acceleration: Array) -> bool:
-    """Whether the noise of accelerometers, integrated over the window, is above that of a single GPS fix.
+    """Whether the noise of accelerometers, integrated over the window, is above that of a single
+    GPS fix.
 
-    Differences of neighbors show the noise: twice its variance, and 20 times that of a fix in third differences.
+    Differences of neighbors show the noise: twice its variance, and 20 times that of a fix in third
+    differences.
     """
     names = [name for name in VELOCITY if name in track]
     a_second = np.diff(acceleration[: len(names)], axis=1).std() * np.sqrt(0.5 * track.row_period)
     fixes = np.stack([track[name][track.fix] for name in names])
-    return bool(WANDER * a_second * np.sqrt(SLOW_WINDOW) > np.diff(fixes, 3, axis=1).std() / np.sqrt(20.0))
+    return bool(
+        WANDER * a_second * np.sqrt(SLOW_WINDOW) > np.diff(fixes, 3, axis=1).std() / np.sqrt(20.0)
+    )
 
 
 def _static_pressure(track: Track, smooth: Track) -> Array:
@@ -353,14 +407,22 @@ def _static_pressure(track: Track, smooth: Track) -> Array:
 
 
 def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
-    """GPS altitude whose quick changes come from the vertical velocity; empty without one of the two."""
+    """GPS altitude whose quick changes come from the vertical velocity; empty without one of the
+    two.
+    """
     if "altitude" not in track or "velocity_down" not in track:
         return {}
-    return {"altitude": _complemented(track, track["altitude"], -_gained(track, smooth["velocity_down"]))}
+    return {
+        "altitude": _complemented(
+            track, track["altitude"], -_gained(track, smooth["velocity_down"])
+        )
+    }
 
 
 def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
-    """Total temperature whose quick changes come from height and airspeed and not from sensor noise."""
+    """Total temperature whose quick changes come from height and airspeed and not from sensor
+    noise.
+    """
     if "total_temperature" not in track:
         return {}
     standard = air.standard_temperature(air.pressure_altitude(smooth["static_pressure"]))
@@ -381,16 +443,23 @@ def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
     """Impact pressure of the airspeed that ground velocity and wind give."""
     through = np.stack(air_velocity(track), axis=1)
     along = through / true_airspeed_along(track)[:, None]
-    over = np.stack([track[n] if n in track else through[:, i] + wind[i] for i, n in enumerate(VELOCITY)], axis=1)
+    over = np.stack(
+        [track[n] if n in track else through[:, i] + wind[i] for i, n in enumerate(VELOCITY)],
+        axis=1,
+    )
     speed = np.sum(along * (over - wind), axis=1)
     pressure = track["static_pressure"]
     warmth = outside_temperature(track, mach_number(track))
-    return {"impact_pressure": air.impact_pressure_from_true_airspeed(np.maximum(speed, 1.0), pressure, warmth)}
+    return {
+        "impact_pressure": air.impact_pressure_from_true_airspeed(
+            np.maximum(speed, 1.0), pressure, warmth
+        )
+    }
 
 
-# The scene of a log: the clean track, its residuals, and the force meter where there is an aircraft model.
-# All that depends on a hypothesis starts here: signatures of effects and columns of free parameters are changes
-# of the residuals of the scene.
+# The scene of a log: the clean track, its residuals, and the force meter where there is an aircraft
+# model. All that depends on a hypothesis starts here: signatures of effects and columns of free
+# parameters are changes of the residuals of the scene.
 
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
@@ -400,11 +469,12 @@ UnitForcesWith = Callable[[Motion, frozenset[str]], UnitForces]
 
 @dataclass(frozen=True, slots=True)
 class AircraftModel:
-    """The analyst's model of an aircraft: a force meter that takes overlays, and the data that effects need.
+    """The analyst's model of an aircraft: a force meter that takes overlays, and the data that
+    effects need.
 
-    `controls` are the surfaces and throttles that a log must hold so that the force meter can be moved along it.
-    Without `thrust_known` its engines do not come to their power on the force meter: thrust is then free, and the
-    readings of the engines are not compared.
+    `controls` are the surfaces and throttles that a log must hold so that the force meter can be
+    moved along it. Without `thrust_known` its engines do not come to their power on the force
+    meter: thrust is then free, and the readings of the engines are not compared.
     """
 
     name: str
@@ -419,9 +489,10 @@ class AircraftModel:
 class ForceModel:
     """An aircraft model on the force meter along one log.
 
-    `replay` is its answer along the measured track. `coarse` is the motion of the clean track in steps of 1 s.
-    `units` are the changes by unit forces in that motion, with the properties that the functions of all effects
-    read. What was measured in that motion is kept: `unchanged` by whether the engines run, `kept` by overlay.
+    `replay` is its answer along the measured track. `coarse` is the motion of the clean track in
+    steps of 1 s. `units` are the changes by unit forces in that motion, with the properties that
+    the functions of all effects read. What was measured in that motion is kept: `unchanged` by
+    whether the engines run, `kept` by overlay.
     """
 
     replay: Replay
@@ -432,7 +503,8 @@ class ForceModel:
     unchanged: dict[bool, Array] = field(default_factory=dict)
 
     def along(self, motion: Motion, aircraft: AircraftModel | None = None) -> "ForceModel":
-        """Return the model with its answer along a motion measured anew, or with that of another aircraft.
+        """Return the model with its answer along a motion measured anew, or with that of another
+        aircraft.
 
         Its slopes stay, and what was measured in coarse steps stays for the same aircraft.
         """
@@ -446,11 +518,15 @@ class ForceModel:
     def missing(self, overlay: Overlay, engines_run: bool) -> Array:
         """Return the reaction without an overlay less that with it, on the force meter, (m, 12)."""
         if overlay not in self.kept:
-            self.kept[overlay] = self._without(engines_run) - self._measured(self.coarse, overlay, engines_run)
+            self.kept[overlay] = self._without(engines_run) - self._measured(
+                self.coarse, overlay, engines_run
+            )
         return self.kept[overlay]
 
     def moved_by(self, motion: Motion) -> Array:
-        """Return the reaction to another motion at the instants of `coarse` less that to `coarse`, (m, 12)."""
+        """Return the reaction to another motion at the instants of `coarse` less that to `coarse`,
+        (m, 12).
+        """
         return self._measured(motion, Overlay(), True) - self._without(True)
 
     def _without(self, engines_run: bool) -> Array:
@@ -466,7 +542,8 @@ class ForceModel:
 class Scene:
     """The data from which signatures and free parameters are computed.
 
-    `base` are the residuals of the clean track. `force_model` is None where sensors alone are judged.
+    `base` are the residuals of the clean track. `force_model` is None where sensors alone are
+    judged.
     """
 
     clean: Track
@@ -481,8 +558,12 @@ class Scene:
         return None if self.force_model is None else self.force_model.replay
 
     def moved(self, clean: Track, model: ForceModel | None) -> "Scene":
-        """Return the scene of another clean track or with another model: its residuals are computed anew."""
-        base = channel_residuals(clean, self.grid, self.frame, None if model is None else model.replay)
+        """Return the scene of another clean track or with another model: its residuals are computed
+        anew.
+        """
+        base = channel_residuals(
+            clean, self.grid, self.frame, None if model is None else model.replay
+        )
         return replace(self, clean=clean, base=base, force_model=model)
 
     def residuals_of(self, track: Track) -> ChannelResiduals:
@@ -510,8 +591,8 @@ def set_scene(
 ) -> Scene:
     """Return the scene of a track.
 
-    `wind` toward north, east, down [m/s], (3,), is the wind of the clean track. `replay` and `aircraft` are both
-    None where sensors alone are judged.
+    `wind` toward north, east, down [m/s], (3,), is the wind of the clean track. `replay` and
+    `aircraft` are both None where sensors alone are judged.
     """
     grid = grid_of(track)
     frame = Frame.of(track, grid)

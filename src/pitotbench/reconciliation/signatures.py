@@ -1,4 +1,6 @@
-"""Turn every effect of the table into a hypothesis, with a signature: the change of the residuals by the effect."""
+"""Turn every effect of the table into a hypothesis, with a signature: the change of the residuals
+by the effect.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -35,9 +37,9 @@ from pitotbench.reconciliation.track import (
 )
 from pitotbench.units import Array
 
-# A signature is the residuals with the effect less those without it, computed by the effect's code itself. An
-# effect on the sensors acts on the clean track, an effect in the air adds its wind, and an effect on the aircraft
-# changes the reaction of the force meter.
+# A signature is the residuals with the effect less those without it, computed by the effect's code
+# itself. An effect on the sensors acts on the clean track, an effect in the air adds its wind, and
+# an effect on the aircraft changes the reaction of the force meter.
 
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
 THROTTLES = frozenset(("throttle_left", "throttle_right"))
@@ -49,8 +51,8 @@ NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no da
 class Signature:
     """The change of the residuals by one unit of a parameter, `column` (n, c).
 
-    It is the change by `size` units, divided by `size`, because effects are not quite linear. `shapes` holds the
-    shapes of the effect that are not typical.
+    It is the change by `size` units, divided by `size`, because effects are not quite linear.
+    `shapes` holds the shapes of the effect that are not typical.
     """
 
     effect: str
@@ -61,7 +63,9 @@ class Signature:
 
 
 def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
-    """Return the fitted begin and end of an effect for a part of the flight [s], by name; () for any other."""
+    """Return the fitted begin and end of an effect for a part of the flight [s], by name; () for
+    any other.
+    """
     return tuple(
         (p.name, signature.shapes[p.name])
         for p in (FROM, TO)
@@ -91,9 +95,11 @@ def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
 
 
 def signature_of(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
-    """Return the signature of one parameter at a size, with the other sizes zero and the shapes typical.
+    """Return the signature of one parameter at a size, with the other sizes zero and the shapes
+    typical.
 
-    None where this log cannot show it: a channel that it changes is missing, or no residual changes.
+    None where this log cannot show it: a channel that it changes is missing, or no residual
+    changes.
     """
     moved = residual_change(effect, scene, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):
@@ -119,9 +125,15 @@ def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float
     if not all(name in clean for name in (*effect.needs, *effect.changes)):
         return None
     applied = effect.apply(Signals(clean.time, clean.channels), sizes)
-    changed = {name: applied[name] for name in applied if applied[name] is not clean.channels.get(name)}
+    changed = {
+        name: applied[name] for name in applied if applied[name] is not clean.channels.get(name)
+    }
     moved = scene.change_by(clean.replaced(changed))
-    return moved + _by_throttles(scene, clean.replaced(changed)) if THROTTLES & changed.keys() else moved
+    return (
+        moved + _by_throttles(scene, clean.replaced(changed))
+        if THROTTLES & changed.keys()
+        else moved
+    )
 
 
 def _by_throttles(scene: Scene, track: Track) -> Array:
@@ -147,8 +159,12 @@ def _air_change(effect: AirEffect, scene: Scene, sizes: Mapping[str, float]) -> 
 
 
 @residual_change.register
-def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
-    """The change by an effect on the aircraft: the reaction with it less that without, to the same motion."""
+def _aircraft_change(
+    effect: AircraftEffect, scene: Scene, sizes: Mapping[str, float]
+) -> Array | None:
+    """The change by an effect on the aircraft: the reaction with it less that without, to the same
+    motion.
+    """
     model = scene.force_model
     if model is None:
         return None
@@ -173,31 +189,42 @@ def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, f
 
 
 def _warmed(scene: Scene, warmer: float) -> Array | None:
-    """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ + ΔT)."""
+    """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ +
+    ΔT).
+    """
     height, temperature = scene.channel("pressure_height"), scene.channel("temperature")
     if height is None or temperature is None:
         return None
-    lower = scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
+    lower = (
+        scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
+    )
     moved = scene.blank()
     moved[:, height] = -lower
-    mach = scene.grid.smooth(mach_number(scene.clean))  # the rise of temperature at the probe grows with Mach
+    mach = scene.grid.smooth(
+        mach_number(scene.clean)
+    )  # the rise of temperature at the probe grows with Mach
     moved[:, temperature] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
     return moved
 
 
 def _spares_engines(overlay: Overlay) -> bool:
-    """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the difference."""
+    """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the
+    difference.
+    """
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
 
 
 def moves_levers(overlay: Overlay) -> bool:
     """Whether an overlay sets nothing but the offset of the throttle plates from the levers."""
-    return bool(overlay.settings) and all(setting.path in THROTTLE_BIAS for setting in overlay.settings)
+    return bool(overlay.settings) and all(
+        setting.path in THROTTLE_BIAS for setting in overlay.settings
+    )
 
 
 def _throttle_split(overlay: Overlay) -> float | None:
-    """The left less the right offset of the throttle plates; None where an overlay does not set them.
+    """The left less the right offset of the throttle plates; None where an overlay does not set
+    them.
 
     The log holds the positions of the plates, so that only their difference shows the offset.
     """
@@ -217,15 +244,24 @@ def _in_split(scene: Scene, split: float) -> Array | None:
     return moved
 
 
-# The table of effects as hypotheses: which are fitted, which are counted, and which are forms of one cause.
+# The table of effects as hypotheses: which are fitted, which are counted, and which are forms of
+# one cause.
 
-# Effects on recorded samples (repeats, steps, ceilings) are counted in the log checks and not fitted.
-COUNTED = tuple(name for name, effect in EFFECTS.items() if isinstance(effect, SensorEffect) and effect.after_noise)
-# Every effect in all its forms; those for a part of the flight are looked at where the log makes them promising.
+# Effects on recorded samples (repeats, steps, ceilings) are counted in the log checks and not
+# fitted.
+COUNTED = tuple(
+    name
+    for name, effect in EFFECTS.items()
+    if isinstance(effect, SensorEffect) and effect.after_noise
+)
+# Every effect in all its forms; those for a part of the flight are looked at where the log makes
+# them promising.
 FITTED: Catalog[Effect] = Catalog(
     "effect", {name: form for name, form in FORMS.items() if (form.part_of or name) not in COUNTED}
 )
-WHOLE_FLIGHT: Catalog[Effect] = Catalog("effect", {n: form for n, form in FITTED.items() if not form.part_of})
+WHOLE_FLIGHT: Catalog[Effect] = Catalog(
+    "effect", {n: form for n, form in FITTED.items() if not form.part_of}
+)
 
 # Told by the level of the gusts, beside the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
@@ -235,7 +271,8 @@ EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its ti
 
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
-    """Return the shapes of an effect that are searched for: times, and all shapes of another form of a cause.
+    """Return the shapes of an effect that are searched for: times, and all shapes of another form
+    of a cause.
 
     Of an effect for a part of the flight only its begin and end are searched for.
     """
@@ -254,7 +291,9 @@ def cause_of(name: str) -> str:
 
 
 def lasts(name: str) -> bool:
-    """Whether an effect acts over the whole flight, so that it is to be seen in another flight as well."""
+    """Whether an effect acts over the whole flight, so that it is to be seen in another flight as
+    well.
+    """
     return not FITTED[name].part_of
 
 
@@ -264,7 +303,9 @@ def happens_once(name: str) -> bool:
 
 
 def returns(name: str) -> bool:
-    """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event at a time."""
+    """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event
+    at a time.
+    """
     return lasts(name) and not any(p.shape and p.name in EVENTS for p in FITTED[name].parameters)
 
 

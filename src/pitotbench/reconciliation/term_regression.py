@@ -11,10 +11,11 @@ from pitotbench.records.aircraft import AeroTerms, Motion
 from pitotbench.records.terms import CHANNELS, Maneuver
 from pitotbench.units import FOOT, POUND_FORCE, Array, Booleans
 
-# Equation error: the measured force and moment coefficients less those of the model in the measured state are a
-# sum of terms, each a function of the file times its relative change (Klein and Morelli 2006, Aircraft System
-# Identification, ch. 5). A constant of each coefficient is free in each maneuver: trim, loading and the zeros of
-# the accelerometers. Where thrust was not measured, a constant force and one that grows with time are free too.
+# Equation error: the measured force and moment coefficients less those of the model in the measured
+# state are a sum of terms, each a function of the file times its relative change (Klein and Morelli
+# 2006, Aircraft System Identification, ch. 5). A constant of each coefficient is free in each
+# maneuver: trim, loading and the zeros of the accelerometers. Where thrust was not measured, a
+# constant force and one that grows with time are free too.
 
 AXIS_CHANNEL = {
     "DRAG": "drag",
@@ -50,12 +51,16 @@ VARIABLES = {
     "setting": "flaps, gear or power",
     "lift": "lift",
 }
-LEAST_RATE = 1e-4  # rad/s of the angle of attack from which a function over its rate is a coefficient
+LEAST_RATE = (
+    1e-4  # rad/s of the angle of attack from which a function over its rate is a coefficient
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A term that may change: its function, the axis on which it is told, and its name in the field's words."""
+    """A term that may change: its function, the axis on which it is told, and its name in the
+    field's words.
+    """
 
     function: AeroFunction
     axis: str
@@ -64,10 +69,12 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class Regression:
-    """One maneuver as a regression: residual coefficients (n, 6) in the order of `CHANNELS`, and its columns.
+    """One maneuver as a regression: residual coefficients (n, 6) in the order of `CHANNELS`, and
+    its columns.
 
-    `columns` holds the change by one whole relative change of each term, (n, 6, k), `free` what is unknown in every
-    maneuver, (n, 6, f). `model` holds the coefficient of each term, (n, k), and `regressors` what it multiplies.
+    `columns` holds the change by one whole relative change of each term, (n, 6, k), `free` what is
+    unknown in every maneuver, (n, 6, f). `model` holds the coefficient of each term, (n, k), and
+    `regressors` what it multiplies.
     """
 
     name: str
@@ -88,7 +95,9 @@ Turn = Callable[[Array], Array]  # of coefficients in body axes, (n, 6)
 
 
 def terms_of(baseline: Baseline) -> tuple[Term, ...]:
-    """Return the terms of an aircraft's file: functions with a table or a number, on an axis or read by one."""
+    """Return the terms of an aircraft's file: functions with a table or a number, on an axis or
+    read by one.
+    """
     found: dict[AeroFunction, str] = {}
     for axis in AXIS_CHANNEL:
         for function in baseline.functions:
@@ -117,7 +126,9 @@ def _in_lift(baseline: Baseline, function: AeroFunction) -> AeroFunction:
 def _name(axis: str, function: AeroFunction) -> str:
     variable = function.variable
     told = AXIS_CHANNEL[axis]
-    return NAMES.get((axis, variable)) or (f"{told} by {VARIABLES.get(variable, variable)}" if variable else told)
+    return NAMES.get((axis, variable)) or (
+        f"{told} by {VARIABLES.get(variable, variable)}" if variable else told
+    )
 
 
 def regression_of(
@@ -125,9 +136,9 @@ def regression_of(
 ) -> Regression:
     """Return a maneuver as a regression on the terms of a model.
 
-    `differences` holds, by function outside the axes, the change of the forces [lb, lb ft] by one whole relative
-    change of it, (n, 6). A slope over the angle of attack turns about its mean: its zero is one of the constants
-    that are free, and the drag that reads the lift is to see both.
+    `differences` holds, by function outside the axes, the change of the forces [lb, lb ft] by one
+    whole relative change of it, (n, 6). A slope over the angle of attack turns about its mean: its
+    zero is one of the constants that are free, and the drag that reads the lift is to see both.
     """
     motion = maneuver.motion
     area, span, chord = model.wing
@@ -155,7 +166,9 @@ def regression_of(
                 value = value - pivots[i] * whole
             columns[:, :, i] = turn(model.units[function.axis] * _SI * value[:, None] / scale)
         else:
-            pivots[i] = np.mean(model.values[function.name]) if function.variable == "alpha" else 0.0
+            pivots[i] = (
+                np.mean(model.values[function.name]) if function.variable == "alpha" else 0.0
+            )
             columns[:, :, i] = turn(differences[function.name] * _SI / scale)
         coefficients[:, i] = columns[:, CHANNELS.index(AXIS_CHANNEL[term.axis]), i]
     measured = _measured_force(maneuver, model)
@@ -171,7 +184,9 @@ def regression_of(
         scale,
         np.array([name in maneuver.channels for name in CHANNELS]),
         pivots,
-        np.stack([_errors(term, columns[:, :, i], maneuver) for i, term in enumerate(terms)], axis=1),
+        np.stack(
+            [_errors(term, columns[:, :, i], maneuver) for i, term in enumerate(terms)], axis=1
+        ),
     )
 
 
@@ -179,7 +194,9 @@ _SI = np.array([POUND_FORCE] * 3 + [POUND_FORCE * FOOT] * 3)
 
 
 def _ratio(rate: Array, model: Array) -> Array:
-    """The measured rate of the angle of attack over the model's, where the model's is not nearly zero."""
+    """The measured rate of the angle of attack over the model's, where the model's is not nearly
+    zero.
+    """
     kept = np.where(np.abs(model) > LEAST_RATE, model, np.nan)
     ratio = np.asarray(rate / kept)
     ratio[~np.isfinite(ratio)] = 1.0
@@ -187,11 +204,15 @@ def _ratio(rate: Array, model: Array) -> Array:
 
 
 def _measured_force(maneuver: Maneuver, model: AeroTerms) -> Array:
-    """The measured force [N] and moment [N m] of the air in body axes, (n, 6); without thrust where unmeasured."""
+    """The measured force [N] and moment [N m] of the air in body axes, (n, 6); without thrust where
+    unmeasured.
+    """
     motion, mass = maneuver.motion, model.mass if maneuver.mass is None else maneuver.mass
     force = np.reshape(mass, (-1, 1)) * maneuver.specific_force
     if maneuver.thrust is not None:
-        force = force - np.stack([maneuver.thrust, 0.0 * maneuver.thrust, 0.0 * maneuver.thrust], axis=1)
+        force = force - np.stack(
+            [maneuver.thrust, 0.0 * maneuver.thrust, 0.0 * maneuver.thrust], axis=1
+        )
     ixx, iyy, izz, ixz = maneuver.inertia or model.inertia
     inertia = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
     rates = np.stack([motion.roll_rate, motion.pitch_rate, motion.yaw_rate], axis=1)
@@ -200,7 +221,9 @@ def _measured_force(maneuver: Maneuver, model: AeroTerms) -> Array:
 
 
 def _to_wind(alpha: Array) -> Turn:
-    """Return the function that turns coefficients in body axes, (n, 6), into drag, side force, lift and moments."""
+    """Return the function that turns coefficients in body axes, (n, 6), into drag, side force, lift
+    and moments.
+    """
     cosine, sine = np.cos(alpha), np.sin(alpha)
 
     def turn(body: Array) -> Array:
@@ -212,7 +235,9 @@ def _to_wind(alpha: Array) -> Turn:
 
 
 def _free_columns(maneuver: Maneuver, force: Array, turn: Turn) -> Array:
-    """The columns that are free in every maneuver, (n, 6, f): constants, and a thrust that was not measured."""
+    """The columns that are free in every maneuver, (n, 6, f): constants, and a thrust that was not
+    measured.
+    """
     count = len(maneuver.motion.time)
     columns = [np.tile(np.eye(6)[i], (count, 1)) for i in range(6)]
     if maneuver.thrust is None:
@@ -224,7 +249,12 @@ def _free_columns(maneuver: Maneuver, force: Array, turn: Turn) -> Array:
     return np.stack(columns, axis=2)
 
 
-FIELDS = {"p": "roll_rate", "q": "pitch_rate", "r": "yaw_rate", "alpha": "angle_of_attack"}  # of a Motion
+FIELDS = {
+    "p": "roll_rate",
+    "q": "pitch_rate",
+    "r": "yaw_rate",
+    "alpha": "angle_of_attack",
+}  # of a Motion
 
 
 def _variable(name: str, motion: Motion) -> Array | None:
@@ -246,7 +276,9 @@ ERRING = ("alpha", "sideslip", "p", "q", "r", "elevator", "aileron", "rudder")
 
 
 def _errors(term: Term, column: Array, maneuver: Maneuver) -> Array:
-    """The deviations of a column, (n, 6), by the errors of the variables, (6, v): its slope times that error."""
+    """The deviations of a column, (n, 6), by the errors of the variables, (6, v): its slope times
+    that error.
+    """
     found = np.zeros((6, len(ERRING)))
     name = term.function.variable
     values = _variable(name, maneuver.motion)
@@ -257,8 +289,12 @@ def _errors(term: Term, column: Array, maneuver: Maneuver) -> Array:
     return found
 
 
-def _regressor(term: Term, maneuver: Maneuver, rate: Array, speed: Array, span: float, chord: float) -> Array:
-    """What a coefficient multiplies: an angle [rad], a rate times half a length over the speed, or 1."""
+def _regressor(
+    term: Term, maneuver: Maneuver, rate: Array, speed: Array, span: float, chord: float
+) -> Array:
+    """What a coefficient multiplies: an angle [rad], a rate times half a length over the speed, or
+    1.
+    """
     motion, variable = maneuver.motion, term.function.variable
     lengths = {"p": span, "q": chord, "r": span, "alpha_rate": chord}
     found = rate if variable == "alpha_rate" else _variable(variable, motion)
@@ -266,8 +302,11 @@ def _regressor(term: Term, maneuver: Maneuver, rate: Array, speed: Array, span: 
     return np.asarray(value * lengths[variable] / (2.0 * speed)) if variable in lengths else value
 
 
-def coefficient_of(term: Term, motion: Motion, values: Array, wing: Sequence[float]) -> tuple[float, str]:
-    """Return what the values of a term, (n,), are over a motion: a slope with its unit, else their mean.
+def coefficient_of(
+    term: Term, motion: Motion, values: Array, wing: Sequence[float]
+) -> tuple[float, str]:
+    """Return what the values of a term, (n,), are over a motion: a slope with its unit, else their
+    mean.
 
     `wing` is area, span and chord [m].
     """

@@ -1,4 +1,6 @@
-"""Judge the aerodynamic terms of a model's file by equation error: which are off, by how much, what they close."""
+"""Judge the aerodynamic terms of a model's file by equation error: which are off, by how much, what
+they close.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -7,7 +9,14 @@ from itertools import combinations
 import numpy as np
 from scipy.linalg import toeplitz
 
-from pitotbench.reconciliation.term_regression import AXIS_CHANNEL, NAMES, RATES, UNITS, Regression, Term
+from pitotbench.reconciliation.term_regression import (
+    AXIS_CHANNEL,
+    NAMES,
+    RATES,
+    UNITS,
+    Regression,
+    Term,
+)
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.terms import CHANNELS, ChannelGap, ManeuverGap, TermEstimate, TermsAccount
 from pitotbench.units import DEGREE, Array
@@ -17,8 +26,9 @@ LEAST_GAIN = 0.005  # of the explainable gap that a term must close on what it w
 UNSEEN = 3.0  # times the noise that a change by half must move a channel, so that the maneuver can show the term
 PLAUSIBLE = (-1.0, 4.0)  # relative change; a term that turns its sign stands for something else
 ALIKE = 0.95  # correlation from which two terms cannot be told apart
-# Deviation of a variable from which a maneuver says something of a term in it, twice the usual error of its sensor.
-# Below it the errors of the sensor, which move no force, make every term seem too small.
+# Deviation of a variable from which a maneuver says something of a term in it, twice the usual
+# error of its sensor. Below it the errors of the sensor, which move no force, make every term seem
+# too small.
 LEAST_MOVE = {
     **dict.fromkeys(("alpha", "alpha_rate", "sideslip"), 0.2 * DEGREE),
     **dict.fromkeys(("p", "q", "r"), 0.5 * DEGREE),
@@ -32,9 +42,11 @@ LONGEST_MEMORY = 300  # samples of the residual's autocovariance
 
 @dataclass(frozen=True, slots=True)
 class _Bare:
-    """A regression without its free columns, in the unit of the noise: residual (n, 6) and columns (n, 6, k).
+    """A regression without its free columns, in the unit of the noise: residual (n, 6) and columns
+    (n, 6, k).
 
-    `errors` are the products of the errors of two columns, summed over channels and samples, (k, k).
+    `errors` are the products of the errors of two columns, summed over channels and samples, (k,
+    k).
     """
 
     name: str
@@ -46,7 +58,9 @@ class _Bare:
     def part(self, rows: slice) -> "_Bare":
         """Some rows."""
         share = len(self.time[rows]) / len(self.time)
-        return _Bare(self.name, self.time[rows], self.residual[rows], self.columns[rows], share * self.errors)
+        return _Bare(
+            self.name, self.time[rows], self.residual[rows], self.columns[rows], share * self.errors
+        )
 
     def left(self, sizes: Array) -> Array:
         """The residual with terms of some sizes, (n, 6)."""
@@ -87,8 +101,8 @@ def _squares(several: Sequence[_Bare], sizes: Array) -> float:
 def _noise(several: Sequence[Regression]) -> list[Array]:
     """The deviation of each channel in each maneuver that all terms together leave, (6,) each.
 
-    A maneuver in which the file explains little, because flaps moved or the flow separated, thus weighs little.
-    None weighs more than the median.
+    A maneuver in which the file explains little, because flaps moved or the flow separated, thus
+    weighs little. None weighs more than the median.
     """
     left = np.empty((len(several), 6))
     for row, each in zip(left, several, strict=True):
@@ -103,13 +117,15 @@ def _noise(several: Sequence[Regression]) -> list[Array]:
 def _attenuation(several: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
     """By how much errors in the measured variables can have moved the sizes of the chosen terms.
 
-    They move no force, so they pull every measured coefficient toward zero, and the change toward -1 (Klein and
-    Morelli 2006, ch. 5.1.5; Fuller 1987, Measurement Error Models, eq. 1.2.2).
+    They move no force, so they pull every measured coefficient toward zero, and the change toward
+    -1 (Klein and Morelli 2006, ch. 5.1.5; Fuller 1987, Measurement Error Models, eq. 1.2.2).
     """
     own = np.ix_(list(chosen), list(chosen))
     errors = sum(each.errors[own] for each in several)
     normal = _products(several)[0][own]
-    return np.abs(np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ errors @ (1.0 + sizes[list(chosen)]))
+    return np.abs(
+        np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ errors @ (1.0 + sizes[list(chosen)])
+    )
 
 
 def _covariance(several: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
@@ -147,11 +163,12 @@ def judge_terms(
     held_out: Sequence[Regression],
     remarks: tuple[str, ...] = (),
 ) -> TermsAccount:
-    """Choose the terms that are off, in the order of what they close, and return them with their bounds.
+    """Choose the terms that are off, in the order of what they close, and return them with their
+    bounds.
 
-    A term enters while its size is significant and it closes some of the gap that it was not fitted to: of the
-    maneuvers held out, else of each half of a maneuver with sizes of the other half. It leaves again where those
-    that entered after it close that part better.
+    A term enters while its size is significant and it closes some of the gap that it was not fitted
+    to: of the maneuvers held out, else of each half of a maneuver with sizes of the other half. It
+    leaves again where those that entered after it close that part better.
     """
     some = [*fitted, *held_out]
     bare = [_bare(each, noise) for each, noise in zip(some, _noise(some), strict=True)]
@@ -161,26 +178,33 @@ def judge_terms(
     chosen = _chosen(tests, fit, seen)
     sizes = _sizes(fit, chosen)
     deviations = _deviations(fit, held, sizes, chosen)
-    # Any one model could close no more than all terms of the file fitted to the maneuvers themselves.
+    # Any one model could close no more than all terms of the file fitted to the maneuvers
+    # themselves.
     best = [_sizes(some, seen) if some else sizes for some in (fit, held)]
     gaps = [_gap(each, bare, sizes, best[0], False) for each, bare in zip(fitted, fit, strict=True)]
-    gaps += [_gap(each, bare, sizes, best[1], True) for each, bare in zip(held_out, held, strict=True)]
+    gaps += [
+        _gap(each, bare, sizes, best[1], True) for each, bare in zip(held_out, held, strict=True)
+    ]
     explainable = _explainable(tests, seen)
     estimates = []
     for k, i in enumerate(chosen):
         closes = _gain(tests, chosen[:k], (i,)) / explainable
         like = tuple(_alike(terms, fit, seen, i))
-        estimates.append(_estimate(terms, i, fitted, float(sizes[i]), float(deviations[k]), closes, like))
+        estimates.append(
+            _estimate(terms, i, fitted, float(sizes[i]), float(deviations[k]), closes, like)
+        )
     silent = tuple(term.name for i, term in enumerate(terms) if i not in seen)
     zeros = _zeros(terms, chosen, fitted, sizes)
-    return TermsAccount(aircraft, tuple(estimates), tuple(gaps), silent, zeros, (*remarks, *_vane(estimates)))
+    return TermsAccount(
+        aircraft, tuple(estimates), tuple(gaps), silent, zeros, (*remarks, *_vane(estimates))
+    )
 
 
 def _chosen(tests: Tests, fit: Sequence[_Bare], seen: Sequence[int]) -> list[int]:
     """The terms that close something on what they were not fitted to, those that close most first.
 
-    Where no further term does so alone, two of them may: in slow flight the elevator balances the stability, and a
-    change of either alone explains nothing.
+    Where no further term does so alone, two of them may: in slow flight the elevator balances the
+    stability, and a change of either alone explains nothing.
     """
     least = LEAST_GAIN * _explainable(tests, seen)
     chosen: list[int] = []
@@ -210,7 +234,9 @@ def _chosen(tests: Tests, fit: Sequence[_Bare], seen: Sequence[int]) -> list[int
 
 
 def _vane(estimates: Sequence[TermEstimate]) -> tuple[str, ...]:
-    """What a wrong scale of the vane would do: change lift slope and pitch stiffness by the same share."""
+    """What a wrong scale of the vane would do: change lift slope and pitch stiffness by the same
+    share.
+    """
     changes = {each.name: each.change for each in estimates}
     lift = changes.get(NAMES["LIFT", "alpha"])
     if lift is None:
@@ -218,20 +244,30 @@ def _vane(estimates: Sequence[TermEstimate]) -> tuple[str, ...]:
     pitch = changes.get(NAMES["PITCH", "alpha"])
     other, bound = (pitch.value, pitch.two_sigma) if pitch is not None else (0.0, 0.0)
     apart = abs(lift.value - other) > np.hypot(lift.two_sigma, bound)
-    told = f"the lift slope changes by {100.0 * lift.value:+.0f} %, the pitch stiffness by {100.0 * other:+.0f} %"
+    told = (
+        f"the lift slope changes by {100.0 * lift.value:+.0f} %, the pitch stiffness by "
+        f"{100.0 * other:+.0f} %"
+    )
     if apart:
         return (
-            f"A wrong scale of the angle-of-attack vane would change both alike. It is not the vane alone: {told}.",
+            "A wrong scale of the angle-of-attack vane would change both alike. It is not the "
+            f"vane alone: {told}.",
         )
     return (
-        f"A wrong scale of the angle-of-attack vane would change both alike. The log cannot exclude it: {told}.",
+        "A wrong scale of the angle-of-attack vane would change both alike. The log cannot "
+        f"exclude it: {told}.",
     )
 
 
 def _seen(fit: Sequence[_Bare], moves: Array, terms: Sequence[Term]) -> list[int]:
-    """The terms that the maneuvers can show: half of one stands clear of the noise, and its variable moves."""
+    """The terms that the maneuvers can show: half of one stands clear of the noise, and its
+    variable moves.
+    """
     clear = 0.5 * np.sqrt(np.diag(_products(fit)[0])) > UNSEEN
-    moved = [move > LEAST_MOVE.get(term.function.variable, 0.0) for move, term in zip(moves, terms, strict=True)]
+    moved = [
+        move > LEAST_MOVE.get(term.function.variable, 0.0)
+        for move, term in zip(moves, terms, strict=True)
+    ]
     return [int(i) for i in np.flatnonzero(clear & np.array(moved))]
 
 
@@ -249,24 +285,38 @@ def _tests(fit: Sequence[_Bare], held: Sequence[_Bare]) -> Tests:
 def _gain(tests: Tests, chosen: Sequence[int], new: Sequence[int]) -> float:
     """The fall of the sum of squares by further terms on what they were not fitted to."""
     with_new = [*chosen, *new]
-    return sum(_squares(test, _sizes(on, chosen)) - _squares(test, _sizes(on, with_new)) for on, test in tests)
+    return sum(
+        _squares(test, _sizes(on, chosen)) - _squares(test, _sizes(on, with_new))
+        for on, test in tests
+    )
 
 
 def _explainable(tests: Tests, seen: Sequence[int]) -> float:
     """The gap that all terms together close on what is tested."""
-    return sum(_squares(test, _sizes(test, ())) - _squares(test, _sizes(test, seen)) for _, test in tests)
+    return sum(
+        _squares(test, _sizes(test, ())) - _squares(test, _sizes(test, seen)) for _, test in tests
+    )
 
 
 def _enter(fit: Sequence[_Bare], chosen: Sequence[int], new: Sequence[int]) -> bool:
-    """Whether the sizes of some of the chosen terms are significant, and those of a term of its kind."""
+    """Whether the sizes of some of the chosen terms are significant, and those of a term of its
+    kind.
+    """
     sizes = _sizes(fit, chosen)
     found = np.sqrt(np.diag(_covariance(fit, sizes, chosen))) + _attenuation(fit, sizes, chosen)
     deviations = dict(zip(chosen, found.tolist(), strict=True))
-    return all(abs(sizes[i]) > SIGNIFICANT * deviations[i] and PLAUSIBLE[0] < sizes[i] < PLAUSIBLE[1] for i in new)
+    return all(
+        abs(sizes[i]) > SIGNIFICANT * deviations[i] and PLAUSIBLE[0] < sizes[i] < PLAUSIBLE[1]
+        for i in new
+    )
 
 
-def _deviations(fit: Sequence[_Bare], held: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
-    """The deviations of the sizes: of the noise, and of what the parts of the data say each for itself."""
+def _deviations(
+    fit: Sequence[_Bare], held: Sequence[_Bare], sizes: Array, chosen: Sequence[int]
+) -> Array:
+    """The deviations of the sizes: of the noise, and of what the parts of the data say each for
+    itself.
+    """
     if not chosen:
         return np.empty(0)
     own = np.diag(_covariance(fit, sizes, chosen))
@@ -279,7 +329,9 @@ def _deviations(fit: Sequence[_Bare], held: Sequence[_Bare], sizes: Array, chose
     weights = np.stack([np.diag(_products([part])[0])[list(chosen)] for part in parts])
     weights = weights / weights.sum(axis=0)
     mean = np.sum(weights * several, axis=0)
-    spread = np.sum(weights**2 * (several - mean) ** 2, axis=0) * len(parts) / max(1, len(parts) - 1)
+    spread = (
+        np.sum(weights**2 * (several - mean) ** 2, axis=0) * len(parts) / max(1, len(parts) - 1)
+    )
     return np.asarray(np.sqrt(own + spread) + _attenuation(fit, sizes, chosen))
 
 
@@ -297,7 +349,9 @@ def _gap(each: Regression, bare: _Bare, sizes: Array, best: Array, held_out: boo
 
 
 def _constants(each: Regression, sizes: Array) -> Array:
-    """The constants of a maneuver with terms of some sizes: drag, lift and pitch-moment coefficients, (3,)."""
+    """The constants of a maneuver with terms of some sizes: drag, lift and pitch-moment
+    coefficients, (3,).
+    """
     weight = each.kept[:, None].astype(np.float64)
     left = ((each.residual - each.columns @ sizes)[:, :, None] * weight).reshape(-1)
     free = (each.free * weight).reshape(len(left), -1)
@@ -305,7 +359,9 @@ def _constants(each: Regression, sizes: Array) -> Array:
     return np.asarray(found[[CHANNELS.index(name) for name in ("drag", "lift", "pitch moment")]])
 
 
-def _alike(terms: Sequence[Term], fit: Sequence[_Bare], seen: Sequence[int], own: int) -> Iterator[str]:
+def _alike(
+    terms: Sequence[Term], fit: Sequence[_Bare], seen: Sequence[int], own: int
+) -> Iterator[str]:
     """Terms whose columns are nearly that of a term."""
     normal = _products(fit)[0]
     for i in seen:
@@ -329,7 +385,8 @@ def _estimate(
     if variable in UNITS or variable in RATES:
         moved = [(each.model[:, i], each.regressors[:, i]) for each in fitted]
         values, regressor = (
-            np.concatenate([part - part.mean() for part in parts]) for parts in zip(*moved, strict=True)
+            np.concatenate([part - part.mean() for part in parts])
+            for parts in zip(*moved, strict=True)
         )
         model = float(regressor @ values / (regressor @ regressor))
     bound = 2.0 * deviation
@@ -350,6 +407,10 @@ def _estimate(
 def _zeros(
     terms: Sequence[Term], chosen: Sequence[int], fitted: Sequence[Regression], sizes: Array
 ) -> dict[str, float]:
-    """What is added to each changed slope so that it turns about the flown angle of attack, by function."""
+    """What is added to each changed slope so that it turns about the flown angle of attack, by
+    function.
+    """
     pivots = np.mean([each.pivots for each in fitted], axis=0)
-    return {terms[i].function.name: -float(sizes[i] * pivots[i]) for i in chosen if pivots[i] != 0.0}
+    return {
+        terms[i].function.name: -float(sizes[i] * pivots[i]) for i in chosen if pivots[i] != 0.0
+    }

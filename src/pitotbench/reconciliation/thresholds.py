@@ -1,7 +1,8 @@
 """The numbers that decide a verdict, each with its reason.
 
-A change of one of them changes the answers. It needs a new scored set (`python -m pitotlab blind generate`).
-"SS" is the sum of squares of the whitened residuals; a fall of the SS by x² has a significance of x σ.
+A change of one of them changes the answers. It needs a new scored set (`python -m pitotlab blind
+generate`). "SS" is the sum of squares of the whitened residuals; a fall of the SS by x² has a
+significance of x σ.
 """
 
 from dataclasses import dataclass
@@ -9,12 +10,20 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """All limits of a reconciliation. A plain number is in σ, a count or a share; any other unit is stated."""
+    """All limits of a reconciliation. A plain number is in σ, a count or a share; any other unit is
+    stated.
+    """
 
     # Log checks: faults of the recording, which are counted and not fitted.
-    repeats_fewest: int = 5  # rows; fewer rows that repeat all air data may be chance in a quiet log
-    repeats_beyond_chance: float = 6.0  # σ; independent channels repeat together by chance at a known rate
-    repeats_regular: float = 0.7  # share of runs of equal length; lost samples do not come at equal distances
+    repeats_fewest: int = (
+        5  # rows; fewer rows that repeat all air data may be chance in a quiet log
+    )
+    repeats_beyond_chance: float = (
+        6.0  # σ; independent channels repeat together by chance at a known rate
+    )
+    repeats_regular: float = (
+        0.7  # share of runs of equal length; lost samples do not come at equal distances
+    )
     quantization_noise: float = 1.5  # noise deviations; a finer step vanishes in the noise
     quantization_smallest: float = 0.5  # Pa; a finer step is no fault, however quiet the sensor
     clock_odd_step: float = 0.2  # of the median time step; time stamps are rounded by less
@@ -23,79 +32,165 @@ class Thresholds:
 
     # Null flights: the scores that an effect has to exceed.
     null_flights_fewest: int = 4  # flights; the spread of fewer says nothing
-    false_alarms: float = 0.01  # share of flights whose largest score exceeds the threshold by chance
+    false_alarms: float = (
+        0.01  # share of flights whose largest score exceeds the threshold by chance
+    )
     noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
-    gap_without_null_flights: float = 30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
-    gap_of_short_log: float = 45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
-    fluctuation_unknown: float = 4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
-    vanes_unknown: float = 1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
-    instants_a_size: float = 15.0  # of a log, for each fitted cell and each instant of the noise's memory
-    score_deviation_lowest: float = 1.0  # σ; eight flights can show less spread than the noise itself has
+    gap_without_null_flights: float = (
+        30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
+    )
+    gap_of_short_log: float = (
+        45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
+    )
+    fluctuation_unknown: float = (
+        4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
+    )
+    vanes_unknown: float = (
+        1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
+    )
+    instants_a_size: float = (
+        15.0  # of a log, for each fitted cell and each instant of the noise's memory
+    )
+    score_deviation_lowest: float = (
+        1.0  # σ; eight flights can show less spread than the noise itself has
+    )
 
     # Explanations: single fits, and the sizes that are told.
-    free_size_penalty: float = 6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
+    free_size_penalty: float = (
+        6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
+    )
     size_error: float = 0.05  # 1σ of the method as a share of a size: lags come out 3 to 5 % long
-    effects_most: int = 3  # effects named at once; each further one multiplies the sets that are tried
-    undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
+    effects_most: int = (
+        3  # effects named at once; each further one multiplies the sets that are tried
+    )
+    undone_from: float = (
+        8.0  # σ from which an effect on the sensors bends the signatures of the others
+    )
 
     # The posterior over causes.
-    prior_of_number: tuple[float, ...] = (0.30, 0.59, 0.10, 0.01)  # of no to three effects, rare and independent
+    prior_of_number: tuple[float, ...] = (
+        0.30,
+        0.59,
+        0.10,
+        0.01,
+    )  # of no to three effects, rare and independent
     prior_of_part: float = 0.2  # that a cause acts for a part of the flight only
     prior_of_rest: float = 0.15  # that something is left which no entry of the table describes
-    size_scales: tuple[float, ...] = (0.0625, 0.25, 1.0, 4.0)  # times typical: the scales of a size's prior
+    size_scales: tuple[float, ...] = (
+        0.0625,
+        0.25,
+        1.0,
+        4.0,
+    )  # times typical: the scales of a size's prior
     rest_sizes: tuple[float, ...] = (4.0, 12.0, 36.0, 108.0, 324.0)  # σ of a smooth discrepancy
     form_error: float = 0.08  # 1σ of each direction of form error, as a share of the effect
-    smooth_error: float = 0.05  # 1σ of a smooth form error in a channel, as a share of the effect there
-    table_error: float = 0.04  # τ, error of a signature in an unknown direction, as a share: fitted on 90 logs
+    smooth_error: float = (
+        0.05  # 1σ of a smooth form error in a channel, as a share of the effect there
+    )
+    table_error: float = (
+        0.04  # τ, error of a signature in an unknown direction, as a share: fitted on 90 logs
+    )
     form_error_from: float = 6.0  # σ from which an effect's form error counts: it is half a σ there
     search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
-    gap_bayes_factor: float = 2.3  # ln 10: strong evidence (Jeffreys 1961); 2 of 88 nulls of other making exceed it
-    # The doubt that the posterior cannot have itself: fitted to 367 probabilities of 387 logs of other making;
-    # the trusted odds, to those of 1,411 later cases (docs/reconcile.md).
-    doubt_least: float = 0.04  # share of probability for other causes where an answer closes the gap
+    gap_bayes_factor: float = (
+        2.3  # ln 10: strong evidence (Jeffreys 1961); 2 of 88 nulls of other making exceed it
+    )
+    # The doubt that the posterior cannot have itself: fitted to 367 probabilities of 387 logs of
+    # other making; the trusted odds, to those of 1,411 later cases (docs/reconcile.md).
+    doubt_least: float = (
+        0.04  # share of probability for other causes where an answer closes the gap
+    )
     doubt_most: float = 0.38  # the same where it leaves much
-    doubt_most_left: float = 0.15  # share of the gap left from which the doubt does not grow any more
-    doubt_objected: float = 0.45  # further share where a check speaks against the names: 21 of 53 were right
+    doubt_most_left: float = (
+        0.15  # share of the gap left from which the doubt does not grow any more
+    )
+    doubt_objected: float = (
+        0.45  # further share where a check speaks against the names: 21 of 53 were right
+    )
     odds_trusted: float = 4.0  # to one: up to these odds the posterior is as sure as it is right
-    odds_above_even: float = 0.5  # power of odds far above even: the posterior is surer than it is right
+    odds_above_even: float = (
+        0.5  # power of odds far above even: the posterior is surer than it is right
+    )
     odds_below_even: float = 0.8  # power of odds below even
     named_from: float = 0.9  # probability from which a cause is named
     set_holds: float = 0.95  # probability that the reported set holds the cause
-    likely: float = 0.5  # probability from which a gap is none of the table, or something remains beside a name
-    closure_lowest: float = 0.85  # of a log, also one held out, below which an effect only looks like its cause
+    likely: float = (
+        0.5  # probability from which a gap is none of the table, or something remains beside a name
+    )
+    closure_lowest: float = (
+        0.85  # of a log, also one held out, below which an effect only looks like its cause
+    )
     closure_with_rest: float = 0.95  # the same where something remains: the name is only probable
-    left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
-    contradicted_from: float = 4.0  # σ between flights, or between parts of one; false in one set of 3,000
-    left_over_from: float = 2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
-    left_over_most: int = 12  # sizes that null flights may still seem to have, so that the search ends
-    null_size_margin: float = 2.0  # sizes of vane effects on null flights of this card, for one of another day
-    wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
-    beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
+    left_by_chance: float = (
+        9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
+    )
+    contradicted_from: float = (
+        4.0  # σ between flights, or between parts of one; false in one set of 3,000
+    )
+    left_over_from: float = (
+        2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
+    )
+    left_over_most: int = (
+        12  # sizes that null flights may still seem to have, so that the search ends
+    )
+    null_size_margin: float = (
+        2.0  # sizes of vane effects on null flights of this card, for one of another day
+    )
+    wander_unknown: float = (
+        1.0  # surplus of squared scores without null flights: noise that the log itself gives
+    )
+    beam_depth: float = (
+        12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
+    )
 
     # What remains: a gap that no effect of the table explains.
-    remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
-    wander_deviation_lowest: float = 0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
-    wander_nearby: int = 40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
-    wander_nearby_lowest: float = 0.3  # of the noise of all: a channel that rests for a while has none of its own
+    remaining_wander: float = (
+        6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    )
+    wander_deviation_lowest: float = (
+        0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
+    )
+    wander_nearby: int = (
+        40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
+    )
+    wander_nearby_lowest: float = (
+        0.3  # of the noise of all: a channel that rests for a while has none of its own
+    )
     remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
-    remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
-    outweighing_share: float = 0.5  # of the explained SS; an explanation of less than twice the rest names nothing
-    wander_share: float = 0.5  # of the channel's surplus before; less is the form error of the named effect
+    remaining_share: float = (
+        0.1  # of the explained SS, which an imperfect signature leaves in a channel
+    )
+    outweighing_share: float = (
+        0.5  # of the explained SS; an explanation of less than twice the rest names nothing
+    )
+    wander_share: float = (
+        0.5  # of the channel's surplus before; less is the form error of the named effect
+    )
     line_periods: int = 3  # periods in the log; slower errors are drifts, which the cells show
-    line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
-    calm_gusts: float = 0.1  # m/s, deviation below which the air is calm and airspeed is judged by its wander
+    line_deviation_lowest: float = (
+        0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
+    )
+    calm_gusts: float = (
+        0.1  # m/s, deviation below which the air is calm and airspeed is judged by its wander
+    )
     gust_level: float = 4.5  # σ of the turbulence level among eight null flights
-    gust_deviation_lowest: float = 0.02  # of a logarithm; eight flights do not determine a spread below 2 %
+    gust_deviation_lowest: float = (
+        0.02  # of a logarithm; eight flights do not determine a spread below 2 %
+    )
     noise_noted: float = 1.3  # times the noise of null flights, from which the verdict has a note
     noise_above_null: float = 4.0  # times the noise of null flights; more is a gap, not noise
 
     # Closure: how much of the gap counts as explainable.
-    gap_cell: float = 16.0  # fall of the SS (4σ) from which a cell without physics is part of the gap
+    gap_cell: float = (
+        16.0  # fall of the SS (4σ) from which a cell without physics is part of the gap
+    )
     gap_cells_most: int = 20  # such cells, so that the search ends
 
     # Further looks at a log, with the named effects in the model.
     looks_most: int = 3  # looks; each costs as much as the first one
-    kept_from: float = 3.0  # σ of an effect beside all others of these looks, below which it is not needed
+    kept_from: float = (
+        3.0  # σ of an effect beside all others of these looks, below which it is not needed
+    )
 
 
 THRESHOLDS = Thresholds()

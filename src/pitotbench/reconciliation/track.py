@@ -1,4 +1,6 @@
-"""The track: a measured log on uniform rows, the filter of all channels, and the model moved along it."""
+"""The track: a measured log on uniform rows, the filter of all channels, and the model moved along
+it.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -20,10 +22,10 @@ from pitotbench.records.log import FlightLog
 from pitotbench.timeline import Indices, in_outage, interval, pauses, stretches
 from pitotbench.units import Array, Booleans, Kelvin, Seconds
 
-# The track: a measured log on uniform rows, in stretches between pauses and outages, with the GPS interpolated.
-# Both sides of every comparison pass the same symmetric filter at the same instants. A comparison must not
-# contain a hold of the last fix, a window that is not symmetric, or a rectangle rule: each looks like a delay of
-# half a sample interval.
+# The track: a measured log on uniform rows, in stretches between pauses and outages, with the GPS
+# interpolated. Both sides of every comparison pass the same symmetric filter at the same instants.
+# A comparison must not contain a hold of the last fix, a window that is not symmetric, or a
+# rectangle rule: each looks like a delay of half a sample interval.
 
 GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")
 HALF_WINDOW = 0.2  # s, of the filter
@@ -36,8 +38,8 @@ FEWEST_FIXES = 4  # of a stretch, for a cubic spline
 class Track:
     """Channels by the field names of a FlightLog, each (n,), on uniform rows.
 
-    `start` holds the first row of every stretch and, last, the number of rows. `fix` holds the rows of the GPS
-    fixes, `fix_period` and `row_period` are in seconds.
+    `start` holds the first row of every stretch and, last, the number of rows. `fix` holds the rows
+    of the GPS fixes, `fix_period` and `row_period` are in seconds.
     """
 
     time: Seconds
@@ -61,25 +63,31 @@ class Track:
     def without(self, names: Iterable[str]) -> "Track":
         """Return the same rows without some channels."""
         gone = set(names)
-        return replace(self, channels={name: each for name, each in self.channels.items() if name not in gone})
+        return replace(
+            self, channels={name: each for name, each in self.channels.items() if name not in gone}
+        )
 
 
 def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
-    """Return the track of a log; `fresh_air` is false on rows whose air data only repeat the previous row.
+    """Return the track of a log; `fresh_air` is false on rows whose air data only repeat the
+    previous row.
 
-    Lost rows are filled by interpolation. A pause in the recording ends a stretch, and so does an outage of the GPS
-    or of the air data, of which no row is used.
-    Raises BadInputError where no stretch is long enough to be used, or where the GPS velocity never changes.
+    Lost rows are filled by interpolation. A pause in the recording ends a stretch, and so does an
+    outage of the GPS or of the air data, of which no row is used. Raises BadInputError where no
+    stretch is long enough to be used, or where the GPS velocity never changes.
     """
     period = interval(log.time)
     fresh = log.fresh_fixes()
     fix_time = log.time[fresh]
     if len(fix_time) < 2:
-        raise BadInputError("the log holds fewer than two GPS fixes: nothing can be compared; use another log")
+        raise BadInputError(
+            "the log holds fewer than two GPS fixes: nothing can be compared; use another log"
+        )
     used = [rows for rows in _observed(log, fresh_air) if _long_enough(log.time[rows])]
     if not used:
         raise BadInputError(
-            f"the log holds no stretch of {SHORTEST:.0f} s without a pause or an outage of the GPS or air data: "
+            f"the log holds no stretch of {SHORTEST:.0f} s without a pause or an outage of the GPS "
+            "or air data: "
             "nothing can be compared"
         )
     fix_period = interval(fix_time)
@@ -87,7 +95,10 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
     channels = {
         name: np.concatenate(
-            [_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(used, times, strict=True)]
+            [
+                _regular(log, name, p, t, _new(name, fresh, fresh_air))
+                for p, t in zip(used, times, strict=True)
+            ]
         )
         for name in names
     }
@@ -98,7 +109,9 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
 
 def mach_number(track: Track) -> Array:
     """Return the Mach number of the pressures, (n,); impact pressures below 1 Pa count as 1 Pa."""
-    return air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+    return air.mach_from_impact_pressure(
+        np.maximum(track["impact_pressure"], 1.0), track["static_pressure"]
+    )
 
 
 def _observed(log: FlightLog, fresh_air: Booleans | None) -> list[slice]:
@@ -126,7 +139,9 @@ def _new(name: str, gps: Booleans, air_data: Booleans | None) -> Booleans | None
     return gps if name in GPS_CHANNELS else air_data if name in AIR_CHANNELS else None
 
 
-def _regular(log: FlightLog, name: str, rows: slice, time: Seconds, fresh: Booleans | None) -> Array:
+def _regular(
+    log: FlightLog, name: str, rows: slice, time: Seconds, fresh: Booleans | None
+) -> Array:
     """One channel of one stretch on uniform rows."""
     values = np.asarray(getattr(log, name), dtype=np.float64)[rows]
     values = np.unwrap(values) if CHANNELS[name].wraps else values
@@ -149,16 +164,18 @@ def _rows_of(time: Seconds, wanted: Seconds, period: float) -> Indices:
 
 
 STEP = 0.5  # s between instants; the period of the GPS fixes where it is longer
-MARGIN = 1.0  # s at both ends of a stretch that are not used: the filter and the smoothing end there
+MARGIN = (
+    1.0  # s at both ends of a stretch that are not used: the filter and the smoothing end there
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
     """The instants of a track.
 
-    `rows` are the rows at the centers, (n,); `first` is true at the first instant of every stretch; `step` [s] is
-    the time between instants. `taps` are the weights of the filter over the rows around a center: symmetric, with
-    the sum 1. A slow GPS is not filtered (`filters_gps` is False).
+    `rows` are the rows at the centers, (n,); `first` is true at the first instant of every stretch;
+    `step` [s] is the time between instants. `taps` are the weights of the filter over the rows
+    around a center: symmetric, with the sum 1. A slow GPS is not filtered (`filters_gps` is False).
     """
 
     rows: Indices
@@ -172,15 +189,21 @@ class Grid:
         return len(self.rows)
 
     def smooth(self, values: Array, gps: bool = False) -> Array:
-        """Return a channel at the instants, filtered; the fixes of a slow GPS are taken as they are."""
+        """Return a channel at the instants, filtered; the fixes of a slow GPS are taken as they
+        are.
+        """
         return self._at(self.rows, values, gps)
 
     def smooth_answer(self, values: Array, rows: Indices) -> Array:
-        """Return columns given at some rows, (m, k), at the instants through the same filter, (n, k)."""
+        """Return columns given at some rows, (m, k), at the instants through the same filter, (n,
+        k).
+        """
         return np.asarray(self._answer_weights(rows) @ values)
 
     def _answer_weights(self, rows: Indices) -> csr_array:
-        """The filter as a matrix from values at some rows to the instants, (n, m); the last one is kept."""
+        """The filter as a matrix from values at some rows to the instants, (n, m); the last one is
+        kept.
+        """
         if not self._kept or self._kept[0][0] is not rows:
             self._kept[:] = [(rows, self._new_weights(rows))]
         return self._kept[0][1]
@@ -208,7 +231,8 @@ class Grid:
         return np.asarray(values[around] @ self.taps)
 
     def mean_between(self, values: Array, gps: bool = False) -> Array:
-        """Return the mean of a channel from the previous instant to each instant; 0 at the first of every stretch.
+        """Return the mean of a channel from the previous instant to each instant; 0 at the first of
+        every stretch.
 
         The integral by the trapezoidal rule passes the same filter as velocities do.
         """
@@ -232,7 +256,11 @@ def grid_of(track: Track) -> Grid:
     slow = track.fix_period >= SLOW_GPS
     margin = int(np.ceil(MARGIN / track.row_period))
     half = max(1, round(HALF_WINDOW / track.row_period))
-    every = max(1, int(np.ceil(STEP / track.fix_period - 0.01))) if slow else max(1, round(STEP / track.row_period))
+    every = (
+        max(1, int(np.ceil(STEP / track.fix_period - 0.01)))
+        if slow
+        else max(1, round(STEP / track.row_period))
+    )
     rows, first = [], []
     for begin, end in zip(track.start[:-1], track.start[1:], strict=True):
         if slow:
@@ -248,11 +276,13 @@ def grid_of(track: Track) -> Grid:
     return Grid(np.concatenate(rows), np.concatenate(first), step, taps / taps.sum(), not slow)
 
 
-# Move the aircraft model along a track: its answer, and how this answer changes with the measured state.
+# Move the aircraft model along a track: its answer, and how this answer changes with the measured
+# state.
 
 React = Callable[[Motion], Reaction]
 
-# The states that a wrong sensor shifts, with the step for the difference quotient: small beside a maneuver.
+# The states that a wrong sensor shifts, with the step for the difference quotient: small beside a
+# maneuver.
 VARIED: Mapping[str, float] = {
     "temperature_offset": 2.0,
     "mach": 0.002,
@@ -273,8 +303,9 @@ REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
 class Replay:
     """The answer of a model along a track.
 
-    `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of the fields of a Reaction; `slopes`
-    are the changes of the values by one unit of each state in `VARIED`, (m, 12) each.
+    `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of the fields of a
+    Reaction; `slopes` are the changes of the values by one unit of each state in `VARIED`, (m, 12)
+    each.
     """
 
     rows: NDArray[np.intp]
@@ -283,7 +314,9 @@ class Replay:
     slopes: Mapping[str, Array]
 
     def shifted(self, track: Track) -> Array:
-        """Return the answer in the states of another track with the same rows, to first order, (m, 12)."""
+        """Return the answer in the states of another track with the same rows, to first order, (m,
+        12).
+        """
         values, states = self.values.copy(), varied_states(track, self.rows)
         for name, slope in self.slopes.items():
             moved = np.broadcast_to(states[name] - getattr(self.motion, name), len(values))
@@ -292,15 +325,20 @@ class Replay:
 
 
 def lacking(track: Track, controls: Iterable[str]) -> tuple[str, ...]:
-    """Return the channels that the force meter needs and a track lacks; `controls` are those of the aircraft."""
+    """Return the channels that the force meter needs and a track lacks; `controls` are those of the
+    aircraft.
+    """
     return tuple(name for name in (*STATES, *controls) if name not in track)
 
 
 def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
-    """Return the rows at which the model is evaluated: every `step` [s] and both ends of every stretch."""
+    """Return the rows at which the model is evaluated: every `step` [s] and both ends of every
+    stretch.
+    """
     every = max(1, round(step / track.row_period))
     parts = [
-        np.append(np.arange(a, b - 1, every), b - 1) for a, b in zip(track.start[:-1], track.start[1:], strict=True)
+        np.append(np.arange(a, b - 1, every), b - 1)
+        for a, b in zip(track.start[:-1], track.start[1:], strict=True)
     ]
     return np.concatenate(parts)
 
@@ -308,8 +346,9 @@ def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
 def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
     """Return the measured motion at rows of a track.
 
-    States are means over a step around each row. Throttles are means over the step that follows, in which the
-    engines answer to them. Controls that the track lacks are NaN: the aircraft does not have them.
+    States are means over a step around each row. Throttles are means over the step that follows, in
+    which the engines answer to them. Controls that the track lacks are NaN: the aircraft does not
+    have them.
     """
     around, after = _windows(track, rows)
     states = varied_states(track, rows)
@@ -326,21 +365,30 @@ def varied_states(track: Track, rows: NDArray[np.intp]) -> dict[str, Any]:
     around, _ = _windows(track, rows)
     mach = mach_number(track)
     standard = air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
-    # In warmer air this pressure lies higher, H_p (1 + ΔT/T₀), where a standard day with the offset ΔT is cooler.
+    # In warmer air this pressure lies higher, H_p (1 + ΔT/T₀), where a standard day with the offset
+    # ΔT is cooler.
     warm = (outside_temperature(track, mach) - standard) * air.SEA_LEVEL_TEMPERATURE / standard
-    measured = {name: around(track[name]) for name in ("static_pressure", "angle_of_attack", "sideslip")}
+    measured = {
+        name: around(track[name]) for name in ("static_pressure", "angle_of_attack", "sideslip")
+    }
     return {**measured, "mach": around(mach), "temperature_offset": float(np.mean(warm))}
 
 
-def _windows(track: Track, rows: NDArray[np.intp]) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+def _windows(
+    track: Track, rows: NDArray[np.intp]
+) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
     """Means over a step around each row, and over the step that follows it."""
     every = int(np.median(np.diff(rows)))
     around, after = (_means(rows, every, len(track.time), back) for back in (0.5, 0.0))
     return around, after
 
 
-def _means(rows: NDArray[np.intp], every: int, length: int, back: float) -> Callable[[Array], Array]:
-    """Means over `every` row steps by the trapezoidal rule; a share `back` of the steps lies before each row."""
+def _means(
+    rows: NDArray[np.intp], every: int, length: int, back: float
+) -> Callable[[Array], Array]:
+    """Means over `every` row steps by the trapezoidal rule; a share `back` of the steps lies before
+    each row.
+    """
     first = -round(back * every)
     weights = np.ones(every + 1)
     weights[[0, -1]] = 0.5
@@ -389,15 +437,28 @@ def answer(react: React, motion: Motion) -> Array:
     return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)
 
 
-# The change of the reaction by added functions of force, from unit forces: no force meter is needed for it.
+# The change of the reaction by added functions of force, from unit forces: no force meter is needed
+# for it.
 
-ADDING = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")  # not LIFT: functions of drag read the lift, it does not just add
+ADDING = (
+    "DRAG",
+    "SIDE",
+    "ROLL",
+    "PITCH",
+    "YAW",
+)  # not LIFT: functions of drag read the lift, it does not just add
 
 
 def adds_forces(overlay: Overlay) -> bool:
     """Whether an overlay holds nothing but functions of force that add to those of the aircraft."""
-    only = not (overlay.settings or overlay.masses or overlay.forces or overlay.winds or overlay.filters)
-    return only and bool(overlay.functions) and all(function.axis in ADDING for function in overlay.functions)
+    only = not (
+        overlay.settings or overlay.masses or overlay.forces or overlay.winds or overlay.filters
+    )
+    return (
+        only
+        and bool(overlay.functions)
+        and all(function.axis in ADDING for function in overlay.functions)
+    )
 
 
 def properties_of_forces(baseline: Baseline) -> frozenset[str]:
@@ -414,7 +475,9 @@ def properties_of_forces(baseline: Baseline) -> frozenset[str]:
 
 
 def added_forces(overlay: Overlay, units: UnitForces) -> Array:
-    """Return the change of the reaction by an overlay of functions, (m, 12). The engines do not answer to it."""
+    """Return the change of the reaction by an overlay of functions, (m, 12). The engines do not
+    answer to it.
+    """
     properties: dict[str, Array | float] = {**units.properties, **dict(overlay.sizes)}
     changes = [
         units.changes[function.axis] * np.reshape(evaluate(function.value, properties), (-1, 1))

@@ -1,5 +1,5 @@
-"""The records that packages exchange, and what all share: two errors, usual accuracies, checks of arrays,
-views in a notebook.
+"""The records that packages exchange, and what all share: two errors, usual accuracies, checks of
+arrays, views in a notebook.
 """
 
 from collections.abc import Iterable
@@ -20,21 +20,26 @@ class BadInputError(ValueError):
 
 
 class NoAnswerError(RuntimeError):
-    """The input is valid but does not determine an answer: not observable, or not converged. Exit code 3."""
+    """The input is valid but does not determine an answer: not observable, or not converged. Exit
+    code 3.
+    """
 
 
 class OneHeadingError(NoAnswerError):
-    """All headings of a log are alike: the wind along them and the level of the curve are one unknown."""
+    """All headings of a log are alike: the wind along them and the level of the curve are one
+    unknown.
+    """
 
 
 class UndeterminedError(NoAnswerError):
     """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
 
 
-# The usual accuracies: 2σ of constant errors of the sensors, which hold where no log, mapping or flag states them.
-# The bounds of a calibration, the reading of displays and the help text follow. Temperature: a calibrated
-# total-temperature probe with its installation. Recovery factor: the spread between probes of one type. Static
-# pressure: an air-data transducer. GPS velocity: a receiver without corrections.
+# The usual accuracies: 2σ of constant errors of the sensors, which hold where no log, mapping or
+# flag states them. The bounds of a calibration, the reading of displays and the help text follow.
+# Temperature: a calibrated total-temperature probe with its installation. Recovery factor: the
+# spread between probes of one type. Static pressure: an air-data transducer. GPS velocity: a
+# receiver without corrections.
 
 USUAL_ACCURACIES: dict[str, float] = {
     "temperature_k": 1.5,
@@ -44,9 +49,9 @@ USUAL_ACCURACIES: dict[str, float] = {
 }
 
 
-# How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table.
-# The records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is first asked
-# for.
+# How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table. The
+# records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is
+# first asked for.
 
 _VIEWS = "pitotbench.show.notebook"  # by name, as the table of commands names its modules
 
@@ -85,7 +90,9 @@ class RecordError(BadInputError):
 
 
 def freeze(array: "NDArray[np.generic]") -> "NDArray[np.generic]":
-    """Return the array read-only; copy it only where it is a view of memory that others can still write."""
+    """Return the array read-only; copy it only where it is a view of memory that others can still
+    write.
+    """
     import numpy as np  # only here: it takes longer to load than all that `--help` needs
 
     # A read-only view does not protect against a write through the array that it views.
@@ -95,10 +102,13 @@ def freeze(array: "NDArray[np.generic]") -> "NDArray[np.generic]":
     return array
 
 
-def check_lengths(record: str, fields: "Iterable[tuple[str, NDArray[np.generic]]]", length: int) -> None:
+def check_lengths(
+    record: str, fields: "Iterable[tuple[str, NDArray[np.generic]]]", length: int
+) -> None:
     """Raise RecordError where an array is not of shape (length,)."""
     for name, array in fields:
         if array.shape != (length,):
             raise RecordError(
-                f"{record}.{name} has shape {array.shape}; every array of a {record} has {length} samples"
+                f"{record}.{name} has shape {array.shape}; every array of a {record} has {length} "
+                "samples"
             )

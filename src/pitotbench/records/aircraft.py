@@ -1,4 +1,6 @@
-"""What the bench knows of an aircraft: its autopilot, and the forces of its model in a measured motion."""
+"""What the bench knows of an aircraft: its autopilot, and the forces of its model in a measured
+motion.
+"""
 
 import os
 from collections.abc import Mapping
@@ -13,7 +15,8 @@ from pitotbench.units import Array, Pascal, Radians, Seconds
 
 # What was found about an aircraft when the bench attached its autopilot to it.
 
-# Kinds of engines: an electric one needs no start; a turboprop's gas generator goes to idle with each restart.
+# Kinds of engines: an electric one needs no start; a turboprop's gas generator goes to idle with
+# each restart.
 ELECTRIC, TURBOPROP = "electric", "turboprop"
 
 
@@ -21,9 +24,10 @@ ELECTRIC, TURBOPROP = "electric", "turboprop"
 class Attached:
     """What was found about an aircraft at a height.
 
-    Speeds are calibrated [kt]; `fastest_kt` is the maximum level speed, or that of Mach 0.7 where `mach_limited`.
-    `missing` are channels of a flight that the aircraft does not serve. The lists have one value a trim point;
-    `lever` is the throttle of level flight, `pitch_rate` and `bank` the gains [1/s].
+    Speeds are calibrated [kt]; `fastest_kt` is the maximum level speed, or that of Mach 0.7 where
+    `mach_limited`. `missing` are channels of a flight that the aircraft does not serve. The lists
+    have one value a trim point; `lever` is the throttle of level flight, `pitch_rate` and `bank`
+    the gains [1/s].
     """
 
     aircraft: str
@@ -49,8 +53,9 @@ class Attached:
 class StepResponse:
     """One step of the autopilot, flown in smooth air.
 
-    `time` [s] from the step, `change` of the quantity from its value before, in `unit`; `step` is the change
-    asked for. `overshoot` is a share of the step; `settled` [s] is the time after which it stays within 10 %.
+    `time` [s] from the step, `change` of the quantity from its value before, in `unit`; `step` is
+    the change asked for. `overshoot` is a share of the step; `settled` [s] is the time after which
+    it stays within 10 %.
     """
 
     quantity: str
@@ -67,8 +72,8 @@ class StepResponse:
 class ManeuverCheck:
     """One maneuver tried in light turbulence.
 
-    `on_condition` is the share of the samples on its legs, steps or circles that is within the card's tolerances.
-    `failure` says why it was not flown; the numbers are then None.
+    `on_condition` is the share of the samples on its legs, steps or circles that is within the
+    card's tolerances. `failure` says why it was not flown; the numbers are then None.
     """
 
     maneuver: str
@@ -93,7 +98,9 @@ class AircraftCheck:
 
 @dataclass(frozen=True, slots=True)
 class PerformanceFigure:
-    """One figure of a model's performance [`unit`] in a condition, and the published one where there is any."""
+    """One figure of a model's performance [`unit`] in a condition, and the published one where
+    there is any.
+    """
 
     name: str
     condition: str
@@ -109,7 +116,9 @@ class PerformanceFigure:
 
 @dataclass(frozen=True, slots=True)
 class Performance:
-    """The performance of an aircraft at a mass [kg]; `skipped` holds what it lacks: name and reason."""
+    """The performance of an aircraft at a mass [kg]; `skipped` holds what it lacks: name and
+    reason.
+    """
 
     aircraft: str
     mass: float
@@ -117,16 +126,18 @@ class Performance:
     skipped: tuple[tuple[str, str], ...]
 
 
-# The two sides of an equation-error comparison: a measured motion, and the forces of a model in that motion.
+# The two sides of an equation-error comparison: a measured motion, and the forces of a model in
+# that motion.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
     """Measured states and controls of an airplane at increasing times; arrays (n,), SI and radians.
 
-    A model that is put into these states needs no equations of motion and cannot drift. `temperature_offset` is the
-    mean offset of a standard day [K], height by height, that has the measured air temperature at the measured
-    pressure. A control that the airplane does not have is NaN. Raises RecordError where lengths differ.
+    A model that is put into these states needs no equations of motion and cannot drift.
+    `temperature_offset` is the mean offset of a standard day [K], height by height, that has the
+    measured air temperature at the measured pressure. A control that the airplane does not have is
+    NaN. Raises RecordError where lengths differ.
     """
 
     time: Seconds
@@ -156,8 +167,9 @@ class Motion:
 class Reaction:
     """The forces and engine readings of a model along a `Motion`; arrays (n,), one entry a state.
 
-    Specific force [m/s²] and angular acceleration [rad/s²] are in body axes. The engine readings are manifold
-    pressure [Pa], propeller speed [rad/s] and fuel flow [kg/s]; those that the model does not have are 0.
+    Specific force [m/s²] and angular acceleration [rad/s²] are in body axes. The engine readings
+    are manifold pressure [Pa], propeller speed [rad/s] and fuel flow [kg/s]; those that the model
+    does not have are 0.
     """
 
     specific_force_x: Array
@@ -179,11 +191,12 @@ class Reaction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitForces:
-    """What a unit of force or moment along each axis changes in a model's reactions to a `Motion` of n states.
+    """What a unit of force or moment along each axis changes in a model's reactions to a `Motion`
+    of n states.
 
-    `changes` holds by aerodynamic axis (DRAG, SIDE, ROLL, PITCH, YAW) the change by 1 lb or 1 lb ft, (n, 6): the
-    specific forces [m/s²], then the angular accelerations [rad/s²]. `properties` holds by path the properties that
-    functions of force read, in JSBSim's units, (n,).
+    `changes` holds by aerodynamic axis (DRAG, SIDE, ROLL, PITCH, YAW) the change by 1 lb or 1 lb
+    ft, (n, 6): the specific forces [m/s²], then the angular accelerations [rad/s²]. `properties`
+    holds by path the properties that functions of force read, in JSBSim's units, (n,).
     """
 
     changes: Mapping[str, Array]
@@ -194,10 +207,11 @@ class UnitForces:
 class AeroTerms:
     """The aerodynamic forces of a model along a `Motion` of n states, and what they are made of.
 
-    `total` are forces [lb] and moments [lb ft] of the air in body axes, (n, 6). `units` holds by aerodynamic axis
-    the change of `total` by 1 lb or 1 lb ft along it, (n, 6). `values` holds the values of functions by name, (n,):
-    forces and moments along their axes, or coefficients. `alpha_rate` is the rate of the angle of attack in the
-    model [rad/s], (n,). `wing` is area [m²], span and chord [m]; `inertia` is I_xx, I_yy, I_zz, I_xz [kg m²].
+    `total` are forces [lb] and moments [lb ft] of the air in body axes, (n, 6). `units` holds by
+    aerodynamic axis the change of `total` by 1 lb or 1 lb ft along it, (n, 6). `values` holds the
+    values of functions by name, (n,): forces and moments along their axes, or coefficients.
+    `alpha_rate` is the rate of the angle of attack in the model [rad/s], (n,). `wing` is area [m²],
+    span and chord [m]; `inertia` is I_xx, I_yy, I_zz, I_xz [kg m²].
     """
 
     total: Array
@@ -213,11 +227,11 @@ class AeroTerms:
 class ModelForces:
     """All that a model answers to a `Motion` of n states, engines running.
 
-    `air` are the forces [lb] of all but the engines, and the moments [lb ft] of all with the engines, in body axes
-    about the center of gravity, (n, 6). `thrust` [lb] and `power` [hp] are those of all engines, `weight` [lb] and
-    `gravity_center` [in, x aft] those of the loaded airplane, (n,) each; `inertia` is I_xx, I_yy, I_zz, I_xz
-    [slug ft²], (n, 4). `values` holds functions of the file by name, (n,). `wing` is area [ft²], span and chord
-    [ft].
+    `air` are the forces [lb] of all but the engines, and the moments [lb ft] of all with the
+    engines, in body axes about the center of gravity, (n, 6). `thrust` [lb] and `power` [hp] are
+    those of all engines, `weight` [lb] and `gravity_center` [in, x aft] those of the loaded
+    airplane, (n,) each; `inertia` is I_xx, I_yy, I_zz, I_xz [slug ft²], (n, 4). `values` holds
+    functions of the file by name, (n,). `wing` is area [ft²], span and chord [ft].
     """
 
     air: Array
@@ -235,10 +249,11 @@ class ModelForces:
 
 @dataclass(frozen=True, slots=True)
 class ChannelChange:
-    """What changed in a channel in a phase of a flown motion: root mean square and largest change [`unit`].
+    """What changed in a channel in a phase of a flown motion: root mean square and largest change
+    [`unit`].
 
-    `share` is the largest change over the channel's largest value in the whole motion, `coefficient` the root mean
-    square as a coefficient; None where the channel has none.
+    `share` is the largest change over the channel's largest value in the whole motion,
+    `coefficient` the root mean square as a coefficient; None where the channel has none.
     """
 
     channel: str
@@ -254,9 +269,9 @@ class ChannelChange:
 class TermChange:
     """One difference between two files, and what it alone changes in flight.
 
-    `name` is the field's, `part` that of the file. `old` and `new` are the coefficient or the number [`unit`], None
-    where the part holds none. `effects` are its changes by channel, each over the whole motion, the largest share
-    first; it is empty for a difference without an effect.
+    `name` is the field's, `part` that of the file. `old` and `new` are the coefficient or the
+    number [`unit`], None where the part holds none. `effects` are its changes by channel, each over
+    the whole motion, the largest share first; it is empty for a difference without an effect.
     """
 
     name: str
@@ -269,10 +284,11 @@ class TermChange:
 
 @dataclass(frozen=True, slots=True)
 class ModelComparison:
-    """What changed in flight between two files of an airplane, along a motion that the old one flew.
+    """What changed in flight between two files of an airplane, along a motion that the old one
+    flew.
 
-    `time` [s] is that of the motion, (n,), and `traces` the change of each channel that changed, (n,). `located`
-    holds the phases of each channel. `remarks` say what the terms do not add up to.
+    `time` [s] is that of the motion, (n,), and `traces` the change of each channel that changed,
+    (n,). `located` holds the phases of each channel. `remarks` say what the terms do not add up to.
     """
 
     old: str
@@ -293,7 +309,9 @@ class ModelComparison:
 
 def _settle(record: Motion | Reaction, length: int) -> None:
     """Check that all arrays have one length, and make them read-only."""
-    arrays = {f.name: getattr(record, f.name) for f in fields(record) if f.name != "temperature_offset"}
+    arrays = {
+        f.name: getattr(record, f.name) for f in fields(record) if f.name != "temperature_offset"
+    }
     check_lengths(type(record).__name__, arrays.items(), length)
     for name, array in arrays.items():
         object.__setattr__(record, name, cast(Array, freeze(array)))
@@ -301,4 +319,6 @@ def _settle(record: Motion | Reaction, length: int) -> None:
 
 def cache_folder() -> Path:
     """Return the folder of the cache: `$PITOTBENCH_CACHE`, else that of the system for this user."""
-    return Path(os.environ.get("PITOTBENCH_CACHE") or user_cache_path("pitotbench", appauthor=False))
+    return Path(
+        os.environ.get("PITOTBENCH_CACHE") or user_cache_path("pitotbench", appauthor=False)
+    )

@@ -13,7 +13,9 @@ from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecon
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """An estimate and its ±2σ bound, in one unit. The bound is made to contain the true value in 95 % of cases."""
+    """An estimate and its ±2σ bound, in one unit. The bound is made to contain the true value in 95
+    % of cases.
+    """
 
     name: str
     value: float
@@ -41,7 +43,9 @@ class WindEstimate:
 
 @dataclass(frozen=True, slots=True)
 class WindowWind:
-    """The mean wind of a part of a log: its first and last time [s], its mean height [m], and the wind [m/s]."""
+    """The mean wind of a part of a log: its first and last time [s], its mean height [m], and the
+    wind [m/s].
+    """
 
     begin: float
     end: float
@@ -54,8 +58,8 @@ class WindowWind:
 class Disagreement:
     """Two findings of one log that contradict each other, in words.
 
-    `kind` is `height`, `samples` or `fixed_speed`; `size` is the largest difference [m/s]. One that is `fatal` is
-    not held by the bound.
+    `kind` is `height`, `samples` or `fixed_speed`; `size` is the largest difference [m/s]. One that
+    is `fatal` is not held by the bound.
     """
 
     kind: str
@@ -68,12 +72,13 @@ class Disagreement:
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
-    `correction` is calibrated minus indicated airspeed, to be added to the raw reading: a zero offset of the impact
-    pressure that was found is taken out with it. `normalized_pressure_error` and `altitude_correction` are of the
-    pressure error alone, at the same readings. `two_sigma` is the bound of each point: it is made to
-    contain the true correction at that airspeed in 95 % of flights. `simultaneous_two_sigma` is wider: the band is
-    made to contain the true curve at all airspeeds at once. `white_two_sigma` is the Cramér-Rao bound for white
-    residuals, for comparison only.
+    `correction` is calibrated minus indicated airspeed, to be added to the raw reading: a zero
+    offset of the impact pressure that was found is taken out with it. `normalized_pressure_error`
+    and `altitude_correction` are of the pressure error alone, at the same readings. `two_sigma` is
+    the bound of each point: it is made to contain the true correction at that airspeed in 95 % of
+    flights. `simultaneous_two_sigma` is wider: the band is made to contain the true curve at all
+    airspeeds at once. `white_two_sigma` is the Cramér-Rao bound for white residuals, for comparison
+    only.
     """
 
     indicated_airspeed: MetersPerSecond
@@ -86,10 +91,14 @@ class ErrorCurve:
     # True minus indicated pressure altitude; None where the static source is taken to be right.
     altitude_correction: Meters | None = None
     altitude_two_sigma: Meters | None = None
-    correlation: Array | None = None  # (n, n), of the errors of the correction; None where it is not known
+    correlation: Array | None = (
+        None  # (n, n), of the errors of the correction; None where it is not known
+    )
 
     def __post_init__(self) -> None:
-        arrays = [(f.name, array) for f in fields(self) if (array := getattr(self, f.name)) is not None]
+        arrays = [
+            (f.name, array) for f in fields(self) if (array := getattr(self, f.name)) is not None
+        ]
         lines = [(name, array) for name, array in arrays if name != "correlation"]
         check_lengths("ErrorCurve", lines, len(self.indicated_airspeed))
         for name, array in arrays:
@@ -117,17 +126,20 @@ class ErrorCurve:
 
     @property
     def altitude_correction_ft(self) -> Array | None:
-        """True minus indicated pressure altitude [ft], (n,); None where the static source is taken to be right."""
+        """True minus indicated pressure altitude [ft], (n,); None where the static source is taken
+        to be right.
+        """
         return None if self.altitude_correction is None else self.altitude_correction / FOOT
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """The contribution of one uncertain constant, such as a temperature error, to the 2σ bounds [m/s].
+    """The contribution of one uncertain constant, such as a temperature error, to the 2σ bounds
+    [m/s].
 
-    `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where the constant is
-    known, the square of the bound falls by its square. Parts of constants that the log hardly tells apart overlap.
-    `estimate` is the constant as the log determines it.
+    `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where
+    the constant is known, the square of the bound falls by its square. Parts of constants that the
+    log hardly tells apart overlap. `estimate` is the constant as the log determines it.
     """
 
     name: str
@@ -138,10 +150,13 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix of the name.
+    """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix
+    of the name.
 
-    `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody stated one),
-    `standard day` (the log has no temperature) or `method` (the published method takes its sensors for exact).
+    `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody
+    stated one),
+    `standard day` (the log has no temperature) or `method` (the published method takes its sensors
+    for exact).
     """
 
     name: str
@@ -168,12 +183,14 @@ class Residuals:
             object.__setattr__(self, name, freeze(array))
 
 
-# What a fit finds beside the curve and the wind. The `key` of a field is its name in plain data, with the unit.
+# What a fit finds beside the curve and the wind. The `key` of a field is its name in plain data,
+# with the unit.
 
 
 @dataclass(frozen=True, slots=True)
 class LatencyFound:
-    """The latency of the GPS velocity that the log shows, its 2σ, and the part that was not taken out [s].
+    """The latency of the GPS velocity that the log shows, its 2σ, and the part that was not taken
+    out [s].
 
     The 2σ is infinite where the log does not determine the latency.
     """
@@ -187,11 +204,12 @@ class LatencyFound:
 class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
-    `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant wind would give as
-    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing.
-    `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s] is the greatest difference between two winds of the
-    log, `time` [s after the first row] the middle of a jump, NaN for another kind. The change would move the curve
-    by `moves` [m/s] and by `share` of its 2σ at most.
+    `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant
+    wind would give as large a one in the same gusts: where gusts hide every change, the factor is
+    near 1 and says nothing. `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s] is the
+    greatest difference between two winds of the log, `time` [s after the first row] the middle of a
+    jump, NaN for another kind. The change would move the curve by `moves` [m/s] and by `share` of
+    its 2σ at most.
     """
 
     bayes_factor: float = field(metadata={"key": "wind_change_bayes_factor"})
@@ -205,7 +223,9 @@ class WindChange:
 
 @dataclass(frozen=True, slots=True)
 class GustsFound:
-    """Standard deviation and length of the gusts, standard deviation of a drifting wind, number of block means."""
+    """Standard deviation and length of the gusts, standard deviation of a drifting wind, number of
+    block means.
+    """
 
     deviation: float = field(metadata={"key": "gust_deviation_mps"})
     length: float = field(metadata={"key": "gust_length_m"})
@@ -217,8 +237,8 @@ class GustsFound:
 class HeightFound:
     """The altitude equation: level and memory of the height's slow error, and the number of rows.
 
-    With vertical velocity its integral wanders by `walk`; without, the height has the white noise `white`. The
-    other is None.
+    With vertical velocity its integral wanders by `walk`; without, the height has the white noise
+    `white`. The other is None.
     """
 
     deviation: float = field(metadata={"key": "height_deviation_m"})
@@ -230,7 +250,9 @@ class HeightFound:
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """What a model is judged by; of all but the number of parameters only differences have a meaning."""
+    """What a model is judged by; of all but the number of parameters only differences have a
+    meaning.
+    """
 
     parameters: int
     log_likelihood: float
@@ -241,7 +263,9 @@ class Criteria:
 
 @dataclass(frozen=True, slots=True)
 class WeighedModel:
-    """A model with its probability `weight`; `criteria` is None where the log does not determine it by itself."""
+    """A model with its probability `weight`; `criteria` is None where the log does not determine it
+    by itself.
+    """
 
     model: str
     criteria: Criteria | None
@@ -253,10 +277,11 @@ class WeighedModel:
 class Diagnostics:
     """What a fit found beside the curve and the wind; None or empty for what was not looked for.
 
-    `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty rows of the log.
-    `height_agreement` is the probability that wind triangle and height differ about the curve by so much by chance,
-    `static_probability` that of an error of the static source. `departures` holds the probability of each size of
-    a departure of the curve from its model, keyed by its root mean square in Δp/q_c.
+    `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
+    rows of the log. `height_agreement` is the probability that wind triangle and height differ
+    about the curve by so much by chance, `static_probability` that of an error of the static
+    source. `departures` holds the probability of each size of a departure of the curve from its
+    model, keyed by its root mean square in Δp/q_c.
     """
 
     iterations: int
@@ -276,10 +301,13 @@ class Diagnostics:
 
 @dataclass(frozen=True, slots=True)
 class RecordedAutopilot:
-    """The airspeed parameters that a log was flown with, by name, and the wash of a propeller that it shows.
+    """The airspeed parameters that a log was flown with, by name, and the wash of a propeller that
+    it shows.
 
-    `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ is infinite
-    where power follows airspeed, so that the log does not tell them apart. None where no power was recorded.
+    `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
+    is infinite
+    where power follows airspeed, so that the log does not tell them apart. None where no power was
+    recorded.
     """
 
     parameters: Mapping[str, float]
@@ -304,8 +332,9 @@ class Setting:
 class AutopilotSettings:
     """The parameters that take the error out of an autopilot's airspeed, and what they leave.
 
-    At each `calibrated_airspeed` [m/s], (n,), the airspeed shown with the new parameters is right within `bound`
-    [m/s], (n,): the 2σ of the curve plus what the autopilot's formula cannot follow. `wash` as in the log.
+    At each `calibrated_airspeed` [m/s], (n,), the airspeed shown with the new parameters is right
+    within `bound` [m/s], (n,): the 2σ of the curve plus what the autopilot's formula cannot follow.
+    `wash` as in the log.
     """
 
     autopilot: str
@@ -319,15 +348,19 @@ class AutopilotSettings:
 class Calibration(Shown):
     """An error curve and a wind with their bounds, and the numbers to check them by.
 
-    `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of Martos, Kiszely
-    and Foster (2011). It is no bound on the curve. `reason` says why the iteration stopped. `condition_number`
-    is that of the scaled, whitened normal problem. `error_location` is the place of the pressure error, stated,
-    assumed or estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
-    `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction` takes out,
-    None where none was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
-    `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why others were not.
-    `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach number used.
-    `log_start`: time of the first row [s]. `autopilot`: the parameters in the log, None for another log.
+    `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of
+    Martos, Kiszely and Foster (2011). It is no bound on the curve. `reason` says why the iteration
+    stopped. `condition_number` is that of the scaled, whitened normal problem. `error_location` is
+    the place of the pressure error, stated, assumed or estimated: `static`, `total` or `impact`.
+    `assumptions`: the accuracies on which every bound depends. `impact_pressure_zero` [Pa]: the
+    zero offset of the sensor that was found and that `curve.correction` takes out, None where none
+    was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
+    `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why
+    others were not.
+    `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
+    number used.
+    `log_start`: time of the first row [s]. `autopilot`: the parameters in the log, None for another
+    log.
     `provenance`: the files and the choices behind the answer, where who asked for it told them.
     """
 
@@ -372,22 +405,28 @@ class Calibration(Shown):
         return not any(each.fatal for each in self.disagreements)
 
     def write_page(self, path: str | Path) -> None:
-        """Write the answer, its picture and its card as a page (.html). Raises BadInputError for another name."""
+        """Write the answer, its picture and its card as a page (.html). Raises BadInputError for
+        another name.
+        """
         views().write_page(self, Path(path))
 
     def write_record(self, path: str | Path, rule: str = "auto") -> None:
-        """Write the record for the file (.html, two pages), as `calibrate --record` does; `rule` as for `judge`.
+        """Write the record for the file (.html, two pages), as `calibrate --record` does; `rule` as
+        for `judge`.
 
         Raises BadInputError for another name.
         """
         views().write_record(self, Path(path), rule)
 
     def write_card(self, path: str | Path) -> None:
-        """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for another name."""
+        """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for
+        another name.
+        """
         views().write_card(self, Path(path))
 
     def judge(self, rule: str = "auto") -> list[Any]:
-        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own, such as `2%,3kt,30ft`.
+        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own, such as
+        `2%,3kt,30ft`.
 
         Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
         """
@@ -411,9 +450,9 @@ class Calibration(Shown):
 class CalibratedFlight:
     """A flight of a log with its calibration.
 
-    `place` is the index of the log among those given. `number` counts the flights of the log from 1, `count` is how
-    many it holds; both are 1 where the log was reduced as one. `joined` is the number of flights, of all logs, that
-    share the curve.
+    `place` is the index of the log among those given. `number` counts the flights of the log from
+    1, `count` is how many it holds; both are 1 where the log was reduced as one. `joined` is the
+    number of flights, of all logs, that share the curve.
     """
 
     log: FlightLog

@@ -1,4 +1,6 @@
-"""The configuration of one synthetic flight and of its sensing, with the rules that its numbers satisfy."""
+"""The configuration of one synthetic flight and of its sensing, with the rules that its numbers
+satisfy.
+"""
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -9,8 +11,9 @@ from typing import Any
 from pitotbench.catalog import explain
 from pitotbench.units import DEGREE, FOOT, KNOT
 
-# The rates at which a flight is integrated: the usual one, and which others a case may ask for.
-# A flight at 40 Hz takes 0.4 of the time of one at 100 Hz. `python -m tests.simulation.rates` measures the change.
+# The rates at which a flight is integrated: the usual one, and which others a case may ask for. A
+# flight at 40 Hz takes 0.4 of the time of one at 100 Hz. `python -m tests.simulation.rates`
+# measures the change.
 
 USUAL_RATE = 100.0  # Hz
 SLOWEST_RATE = 40.0  # Hz: at 20 Hz an autopilot loses a light airplane
@@ -26,14 +29,18 @@ def possible_rates() -> tuple[float, ...]:
 def rates_for(air_rate: float) -> tuple[float, ...]:
     """Return the rates [Hz] of integration that fit an air-data rate [Hz], the slowest first.
 
-    They are its whole multiples, so that each row is a step of the flight. The usual rate fits every data system:
-    rows that fall between two of its steps are interpolated.
+    They are its whole multiples, so that each row is a step of the flight. The usual rate fits
+    every data system: rows that fall between two of its steps are interpolated.
     """
-    return tuple(rate for rate in possible_rates() if rate == USUAL_RATE or (rate / air_rate).is_integer())
+    return tuple(
+        rate for rate in possible_rates() if rate == USUAL_RATE or (rate / air_rate).is_integer()
+    )
 
 
 def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
-    """Return why a flight is not integrated at a rate [Hz], for air data of a rate [Hz] if given; None if it is."""
+    """Return why a flight is not integrated at a rate [Hz], for air data of a rate [Hz] if given;
+    None if it is.
+    """
     if rate not in possible_rates():
         known = ", ".join(f"{each:g}" for each in possible_rates())
         return f"a flight is integrated at {known} Hz, not at {rate:g} Hz"
@@ -46,8 +53,9 @@ def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
     )
 
 
-# A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values are SI
-# and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
+# A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it.
+# Values are SI and radians; `metadata["suffix"]` names the unit in which a value is written to
+# TOML.
 
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
 ERROR_LOCATIONS = ("impact", "static", "total")
@@ -59,8 +67,8 @@ VERTICAL_VELOCITIES = ("usual", "recorded", "missing")
 class Wind:
     """The mean wind, uniform over the maneuver.
 
-    `speed` [m/s]; `from_direction` [rad, true], where the wind comes from, as in a weather report: a wind from 270°
-    moves the air toward east; `up` [m/s], its upward part.
+    `speed` [m/s]; `from_direction` [rad, true], where the wind comes from, as in a weather report:
+    a wind from 270° moves the air toward east; `up` [m/s], its upward part.
     """
 
     speed: float = field(default=15.0 * KNOT, metadata={"suffix": "kt"})
@@ -72,11 +80,12 @@ class Wind:
 class PressureErrorSpec:
     """The true pressure error Δp/q_c = f(q_ci/q_ref): a model of the table and its parameters.
 
-    The default is plausible for a light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160 KIAS. Its size is
-    such that a Bias fit has about twice the residual of the other models, as in Martos et al. 2011, Fig 9.
-    With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-] are the points of the curve.
-    `location` says which pressure has the error: `impact` (the impact pressure alone, as in the source), `static`
-    (the static pressure reads Δp too high) or `total` (the total pressure reads Δp too low).
+    The default is plausible for a light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160
+    KIAS. Its size is such that a Bias fit has about twice the residual of the other models, as in
+    Martos et al. 2011, Fig 9. With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-]
+    are the points of the curve. `location` says which pressure has the error: `impact` (the impact
+    pressure alone, as in the source), `static` (the static pressure reads Δp too high) or `total`
+    (the total pressure reads Δp too low).
     """
 
     model: str = "inverse+"
@@ -91,11 +100,12 @@ class PressureErrorSpec:
 class DataSystem:
     """A data system (DAS): its rates [Hz] and the properties of its sensors.
 
-    Each `…_noise` is the standard deviation of the white noise of a sample. A resolution of 0 means no rounding. A
-    latency [s] is the time from an event to its stamp. `altitude_drift` is the standard deviation of the slow part
-    of a receiver's height error, a first-order Gauss-Markov process of correlation time `altitude_drift_time`.
-    `vertical_velocity` says whether the GPS velocity down is `recorded` or `missing`; `usual` is as in the source,
-    where only an integrated IMU/GPS records it.
+    Each `…_noise` is the standard deviation of the white noise of a sample. A resolution of 0 means
+    no rounding. A latency [s] is the time from an event to its stamp. `altitude_drift` is the
+    standard deviation of the slow part of a receiver's height error, a first-order Gauss-Markov
+    process of correlation time `altitude_drift_time`. `vertical_velocity` says whether the GPS
+    velocity down is `recorded` or `missing`; `usual` is as in the source, where only an integrated
+    IMU/GPS records it.
     """
 
     air_rate: float = field(default=50.0, metadata={"suffix": "hz"})
@@ -139,17 +149,19 @@ class EffectSpec:
 class Case:
     """One flight and its sensing. The same Case gives the same log, bit for bit.
 
-    `card` overrides numbers of the maneuver's card; names end in a unit, for example `{"dwell_s": 20.0}`.
+    `card` overrides numbers of the maneuver's card; names end in a unit, for example `{"dwell_s":
+    20.0}`.
 
-    `fuel` is the share of the fuel in the aircraft's file (1 is that load). `ballast` [kg] lies at the center of
-    gravity and is negative where the airplane is lighter than its file. Both are on the weight sheet, so the mass
-    column of the log includes them.
+    `fuel` is the share of the fuel in the aircraft's file (1 is that load). `ballast` [kg] lies at
+    the center of gravity and is negative where the airplane is lighter than its file. Both are on
+    the weight sheet, so the mass column of the log includes them.
 
-    `integration_rate` [Hz] is that of the simulator, which is also the rate of the flight's truth. Another than
-    the usual one is a whole multiple of the data system's air-data rate.
+    `integration_rate` [Hz] is that of the simulator, which is also the rate of the flight's truth.
+    Another than the usual one is a whole multiple of the data system's air-data rate.
 
     `accuracy` states 2σ of constant sensor errors that the residual cannot show, for example
-    `{"temperature_k": 1.0}`. It goes to the calibrator with the log and changes nothing in the flight.
+    `{"temperature_k": 1.0}`. It goes to the calibrator with the log and changes nothing in the
+    flight.
 
     `truth_seed` drives turbulence and the pilot, `sensor_seed` the sensors.
     """
@@ -177,11 +189,23 @@ Place = tuple[str, ...]
 
 # Path of the field (a regular expression), the test of its value [SI], and the rule in words.
 _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
-    (r"das\.(air|gps)_rate|das\.\w+_(range|time)|das\.recovery_factor", lambda v: v > 0, "must be above 0"),
+    (
+        r"das\.(air|gps)_rate|das\.\w+_(range|time)|das\.recovery_factor",
+        lambda v: v > 0,
+        "must be above 0",
+    ),
     (r"pressure_error\.reference_pressure", lambda v: v > 0, "must be above 0"),
-    (r"das\.\w+_(noise|resolution|latency|drift)|wind\.speed", lambda v: v >= 0, "must not be negative"),
+    (
+        r"das\.\w+_(noise|resolution|latency|drift)|wind\.speed",
+        lambda v: v >= 0,
+        "must not be negative",
+    ),
     (r"(truth|sensor)_seed", lambda v: v >= 0, "must not be negative"),
-    (r"fuel", lambda v: 0 < v <= 1, "must be above 0 and at most 1, the whole of the fuel that the aircraft loads"),
+    (
+        r"fuel",
+        lambda v: 0 < v <= 1,
+        "must be above 0 and at most 1, the whole of the fuel that the aircraft loads",
+    ),
     (r"ballast", lambda v: abs(v) <= 1000.0, "must be within -1000 and 1000 kg"),
     (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
 )
@@ -194,7 +218,9 @@ _NAMES = {
 
 
 def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
-    """Yield each rule that a tree of fields [SI] breaks; the line begins with the key as the file spells it."""
+    """Yield each rule that a tree of fields [SI] breaks; the line begins with the key as the file
+    spells it.
+    """
     leaves = dict(_leaves(tree, ()))
     for place, value in leaves.items():
         if isinstance(value, float) and not isfinite(value):

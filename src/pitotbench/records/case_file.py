@@ -1,4 +1,6 @@
-"""Write a Case as TOML and read it back. A key ends in its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`."""
+"""Write a Case as TOML and read it back. A key ends in its unit: `altitude_ft = 6000`,
+`wind.speed_kt = 15`.
+"""
 
 import json
 import tomllib
@@ -36,7 +38,8 @@ def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def read_case(source: Path | str) -> Case:
-    """Read a case from a TOML file, or from TOML text (any string with a line break or an equals sign).
+    """Read a case from a TOML file, or from TOML text (any string with a line break or an equals
+    sign).
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """
@@ -51,7 +54,8 @@ def read_case(source: Path | str) -> Case:
 
 
 def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
-    """Return the case of a table whose keys end in units, as TOML is read. `name` begins the message of an error.
+    """Return the case of a table whose keys end in units, as TOML is read. `name` begins the
+    message of an error.
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """
@@ -66,10 +70,11 @@ def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
 
 
 def case_columns(case: Case) -> dict[str, Any]:
-    """Return every number, text and list of a case by its path with its unit, such as `wind.speed_kt`.
+    """Return every number, text and list of a case by its path with its unit, such as
+    `wind.speed_kt`.
 
-    Unlike `case_table`, a quantity is always in the unit of its field: the last digit may be rounded. A list of
-    tables, such as the effects, is text.
+    Unlike `case_table`, a quantity is always in the unit of its field: the last digit may be
+    rounded. A list of tables, such as the effects, is text.
     """
     return dict(_columns(case, ""))
 
@@ -92,35 +97,44 @@ def _columns(record: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _text(source: Path | str) -> tuple[str, str]:
-    # A path has no line break and hardly ever an equals sign; TOML text has one of them, unless it is empty.
+    # A path has no line break and hardly ever an equals sign; TOML text has one of them, unless it
+    # is empty.
     if isinstance(source, str) and ("\n" in source or "=" in source or not source):
         return "case", source
     path = Path(source)
     if path.suffix.lower() not in (".toml", ""):
         raise BadInputError(
-            f"{source}: not a case; a case is a TOML file that ends in .toml, a log is read by calibrate"
+            f"{source}: not a case; a case is a TOML file that ends in .toml, a log is read by "
+            "calibrate"
         )
     try:
         return str(source), path.read_text(encoding="utf-8")
     except OSError as error:
-        raise BadInputError(f"{source}: cannot be read as a case file: {error.strerror or error}") from error
+        raise BadInputError(
+            f"{source}: cannot be read as a case file: {error.strerror or error}"
+        ) from error
     except UnicodeDecodeError as error:
         raise BadInputError(f"{source}: not UTF-8 text; a case is a TOML file") from error
 
 
 def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:
     """Return the case of a tree of fields, or None with the type errors appended to `problems`."""
-    # Through JSON: pydantic's strict mode then accepts lists for tuples, but not the text '15' for the number 15.
+    # Through JSON: pydantic's strict mode then accepts lists for tuples, but not the text '15' for
+    # the number 15.
     from pydantic import ValidationError
 
     try:
         return _adapter().validate_json(json.dumps(tree), strict=True)
     except ValidationError as error:
         for item in error.errors():
-            if item["type"] == "dataclass_type":  # `reading` has said which fields the table would have
+            if (
+                item["type"] == "dataclass_type"
+            ):  # `reading` has said which fields the table would have
                 continue
             place = tuple(str(part) for part in item["loc"])
-            problems.append(f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}")
+            problems.append(
+                f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}"
+            )
     except TypeError as error:  # a date, which TOML knows and JSON does not
         problems.append(f"a value is neither number, text, boolean, list nor table: {error}")
     return None
@@ -145,10 +159,14 @@ class _Reading:
         return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
 
     def record(self, kind: type, table: object, place: Place) -> Any:
-        """Return the fields of a record from a table. Another value is noted as a problem and returned."""
+        """Return the fields of a record from a table. Another value is noted as a problem and
+        returned.
+        """
         if not isinstance(table, Mapping):
             example = ", ".join(f"{_canonical_key(f)} = …" for f in fields(kind)[:2])
-            self.problems.append(f"{self.written(place)}: give a table of fields, {{ {example} }}, not {table!r}")
+            self.problems.append(
+                f"{self.written(place)}: give a table of fields, {{ {example} }}, not {table!r}"
+            )
             return table
         found: dict[str, Any] = {}
         hints = get_type_hints(kind)
@@ -159,7 +177,9 @@ class _Reading:
             name, unit = entry
             here = (*place, name)
             if name in found:
-                self.problems.append(f"{self.written(here)} and {key}: one quantity, given twice; keep one")
+                self.problems.append(
+                    f"{self.written(here)} and {key}: one quantity, given twice; keep one"
+                )
                 continue
             self._spelled[here] = key
             found[name] = _to_si(value, unit) if unit else self._nested(hints[name], value, here)
@@ -174,7 +194,9 @@ class _Reading:
         return value
 
     def _field(self, kind: type, key: str, place: Place) -> tuple[str, Suffix | None] | None:
-        """Return the field that a key names and its unit; for an unknown key, note a problem and return None."""
+        """Return the field that a key names and its unit; for an unknown key, note a problem and
+        return None.
+        """
         known = {f.name: f for f in fields(kind)}
         base, _, suffix = key.rpartition("_")
         if key in known and "suffix" not in known[key].metadata:
@@ -238,12 +260,16 @@ def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[
     values = value if isinstance(value, tuple) else (value,)
     written = [_exact(v, CASE_SUFFIXES[suffix].factor) for v in values]
     if any(w is None for w in written):
-        suffix = next(s for s, u in _same_dimension(suffix).items() if u.factor == 1.0 and u.offset == 0.0)
+        suffix = next(
+            s for s, u in _same_dimension(suffix).items() if u.factor == 1.0 and u.offset == 0.0
+        )
         written = [float(v) for v in values]
     return f"{name}_{suffix}", written if isinstance(value, tuple) else written[0]
 
 
 def _exact(value: float, factor: float) -> float | None:
-    """Return the shortest number that, times the factor, is exactly the value; None where there is none."""
+    """Return the shortest number that, times the factor, is exactly the value; None where there is
+    none.
+    """
     near = value / factor
     return next((w for w in (round(near, 6), round(near, 12), near) if w * factor == value), None)

@@ -19,9 +19,9 @@ from pitotbench.units import Array, Booleans
 class Flight:
     """The truth of one flight, at the simulator's rate.
 
-    `channels` maps names of the simulator's property table to arrays, (n,) each [SI, radians]. `segment` is a label
-    for each sample, `on_condition` is true where the card's tolerances are met, (n,) both.
-    Raises RecordError where lengths differ.
+    `channels` maps names of the simulator's property table to arrays, (n,) each [SI, radians].
+    `segment` is a label for each sample, `on_condition` is true where the card's tolerances are
+    met, (n,) both. Raises RecordError where lengths differ.
     """
 
     case: Case
@@ -32,7 +32,9 @@ class Flight:
     def __post_init__(self) -> None:
         length = len(self.channels["time"])
         check_lengths("Flight", self.channels.items(), length)
-        check_lengths("Flight", [("segment", self.segment), ("on_condition", self.on_condition)], length)
+        check_lengths(
+            "Flight", [("segment", self.segment), ("on_condition", self.on_condition)], length
+        )
         frozen = {name: cast(Array, freeze(array)) for name, array in self.channels.items()}
         object.__setattr__(self, "channels", MappingProxyType(frozen))
         object.__setattr__(self, "segment", freeze(self.segment))
@@ -46,7 +48,9 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """The recorded time [s]. The set-up between speeds is flown but not recorded, and does not count."""
+        """The recorded time [s]. The set-up between speeds is flown but not recorded, and does not
+        count.
+        """
         return len(self) * float(np.median(np.diff(self.channels["time"])))
 
 
@@ -57,8 +61,9 @@ class Flight:
 class Score:
     """Errors against the truth, over the scored airspeed range.
 
-    Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share` that of the
-    flight's samples on condition, `minutes` the recorded time, `samples` the number of rows fitted.
+    Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share`
+    that of the flight's samples on condition, `minutes` the recorded time, `samples` the number of
+    rows fitted.
     """
 
     minutes: float

@@ -15,12 +15,13 @@ from pitotbench.units import Array, MetersPerSecond
 class Forecast:
     """The forecast of a card.
 
-    `two_sigma` [m/s] at `airspeeds` [m/s, indicated] is the calibrator's bound, the mean over draws of gusts
-    and sensor noise whose level it has to estimate. `known_noise_two_sigma` [m/s] is the bound for known noise,
-    from the inverse information matrix. `spread` [m/s] is the standard deviation, from flight to flight, of the
-    bound averaged over the airspeeds. `extent` [m]: the ground covered north-south and east-west, in the wind.
-    `steepest_bank` [rad]. `card`: the changed numbers of the card; the unit is in each key. `track`: north and
-    east [m], (2, k), NaN at gaps. `minutes` are recorded; `elapsed_minutes` add the set-ups between the speeds.
+    `two_sigma` [m/s] at `airspeeds` [m/s, indicated] is the calibrator's bound, the mean over draws
+    of gusts and sensor noise whose level it has to estimate. `known_noise_two_sigma` [m/s] is the
+    bound for known noise, from the inverse information matrix. `spread` [m/s] is the standard
+    deviation, from flight to flight, of the bound averaged over the airspeeds. `extent` [m]: the
+    ground covered north-south and east-west, in the wind. `steepest_bank` [rad]. `card`: the
+    changed numbers of the card; the unit is in each key. `track`: north and east [m], (2, k), NaN
+    at gaps. `minutes` are recorded; `elapsed_minutes` add the set-ups between the speeds.
     """
 
     maneuver: str
@@ -66,11 +67,12 @@ class Forecast:
 class Plan(Shown):
     """The answer to "what should I fly?".
 
-    `forecasts` are in order of merit; `refused` gives, by maneuver, the reason why it cannot be flown. `best`
-    is the best maneuver that fits into the minutes and the box, `gentle` the best of those without steep turns;
-    each is None where there is none. `improved` is the card of the best one with its free numbers changed; None
-    where there was no search or the search found nothing better. `minutes`, `want` [m/s, 2σ] and `box` [m,
-    side] are the request, None where they do not matter. `conditions` are in words.
+    `forecasts` are in order of merit; `refused` gives, by maneuver, the reason why it cannot be
+    flown. `best` is the best maneuver that fits into the minutes and the box, `gentle` the best of
+    those without steep turns; each is None where there is none. `improved` is the card of the best
+    one with its free numbers changed; None where there was no search or the search found nothing
+    better. `minutes`, `want` [m/s, 2σ] and `box` [m, side] are the request, None where they do not
+    matter. `conditions` are in words.
     """
 
     conditions: str

@@ -1,4 +1,6 @@
-"""The gap of a reconciliation: its map, the part that each effect explains, the rest, and a formula for it."""
+"""The gap of a reconciliation: its map, the part that each effect explains, the rest, and a formula
+for it.
+"""
 
 from dataclasses import dataclass, field
 
@@ -14,10 +16,10 @@ from pitotbench.units import Array, Booleans
 class FormulaTerm:
     """A term of a formula.
 
-    `effect` and `size` are the entry of a case file: the name of the formula's effect, and the coefficient with its
-    bound, in the unit of its name. `quantity`, `symbol` and `unit` say what is corrected, `term` what it follows.
-    `significance` [σ] is that of the term beside the others. `alternatives` are other terms, in words, with which
-    the log would be explained as well.
+    `effect` and `size` are the entry of a case file: the name of the formula's effect, and the
+    coefficient with its bound, in the unit of its name. `quantity`, `symbol` and `unit` say what is
+    corrected, `term` what it follows. `significance` [σ] is that of the term beside the others.
+    `alternatives` are other terms, in words, with which the log would be explained as well.
     """
 
     effect: str
@@ -32,11 +34,13 @@ class FormulaTerm:
 
 @dataclass(frozen=True, slots=True)
 class FoundFormula:
-    """The formula of a gap: its terms, and how much of the gap it closes on the log and on a held-out one.
+    """The formula of a gap: its terms, and how much of the gap it closes on the log and on a
+    held-out one.
 
-    `held_out_ratio` is the fall of the sum of squares in parts of the log that the coefficients were not fitted to,
-    over that in the parts they were fitted to. `beside` are the named effects that were in the model before.
-    `refused` says why a formula is shown but not made a patch, else it is empty.
+    `held_out_ratio` is the fall of the sum of squares in parts of the log that the coefficients
+    were not fitted to, over that in the parts they were fitted to. `beside` are the named effects
+    that were in the model before. `refused` says why a formula is shown but not made a patch, else
+    it is empty.
     """
 
     terms: tuple[FormulaTerm, ...]
@@ -51,8 +55,8 @@ class FoundFormula:
 class GapMap:
     """Significance [σ] of the gap by channel (rows) and phase of flight or variable (columns).
 
-    `before` and `after` are (c, p): without and with the named effects in the model. Null flights, simulated
-    flights of the same card without an effect, stay below `threshold` [σ].
+    `before` and `after` are (c, p): without and with the named effects in the model. Null flights,
+    simulated flights of the same card without an effect, stay below `threshold` [σ].
     """
 
     channels: tuple[str, ...]
@@ -66,8 +70,9 @@ class GapMap:
 class Trace:
     """A residual channel over time [s], (n,) each, without wind, error curve and sensor biases.
 
-    `gap` is measured minus simulated, `explained` the part of it that the named effects predict. `used` is false
-    where the comparison did not use the log: at the end of a sensor's range and above the greatest Mach number.
+    `gap` is measured minus simulated, `explained` the part of it that the named effects predict.
+    `used` is false where the comparison did not use the log: at the end of a sensor's range and
+    above the greatest Mach number.
     """
 
     channel: str
@@ -82,12 +87,13 @@ class Trace:
 class TellingChannel:
     """The residual channel that shows the gap best, over time, over a variable and over the ground.
 
-    `gap` and `rest`, (n,), are measured minus simulated [`unit`] without and with the named effects, at `time` [s].
-    `noise` is the standard deviation, between flights without an effect, of a mean over `averaged` seconds.
-    `variable` is a variable of the flight and `values`, (n,), holds it in SI units (time in s). `north` and `east`
-    [m], (n,), are the ground track; `marked`, (n,), is true in the quarter of the flight where the gap is largest.
-    `mass` [kg], (n,), is that of the airplane, None where it is not recorded. `used`, (n,), is false at instants
-    that the comparison did not use.
+    `gap` and `rest`, (n,), are measured minus simulated [`unit`] without and with the named
+    effects, at `time` [s]. `noise` is the standard deviation, between flights without an effect, of
+    a mean over `averaged` seconds. `variable` is a variable of the flight and `values`, (n,), holds
+    it in SI units (time in s). `north` and `east` [m], (n,), are the ground track; `marked`, (n,),
+    is true in the quarter of the flight where the gap is largest. `mass` [kg], (n,), is that of the
+    airplane, None where it is not recorded. `used`, (n,), is false at instants that the comparison
+    did not use.
     """
 
     channel: str
@@ -110,8 +116,8 @@ class TellingChannel:
 class CalibrationChange:
     """What the named effects do to a calibration that does not know them.
 
-    `change` [m/s], (k,), is the correction that the calibration would report less the true one, at the indicated
-    airspeeds [m/s], (k,), that were flown.
+    `change` [m/s], (k,), is the correction that the calibration would report less the true one, at
+    the indicated airspeeds [m/s], (k,), that were flown.
     """
 
     airspeed: Array
@@ -120,7 +126,9 @@ class CalibrationChange:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One bar of the waterfall: the sum of squares over noise variance that remains with one more effect added."""
+    """One bar of the waterfall: the sum of squares over noise variance that remains with one more
+    effect added.
+    """
 
     effect: str
     left: float
@@ -128,7 +136,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A quantity over the time [s] of a segment of the card: measured, simulated, and simulated with the patch."""
+    """A quantity over the time [s] of a segment of the card: measured, simulated, and simulated
+    with the patch.
+    """
 
     quantity: str
     unit: str
@@ -142,8 +152,9 @@ class History:
 class Feature:
     """A characteristic number of a segment of the card, such as its mean power, with its unit.
 
-    `measured` is from the log, `simulated` and `patched` from the card flown again without and with the patch.
-    `deviation` is the standard deviation between two flights of one airplane, of `freedom` degrees of freedom.
+    `measured` is from the log, `simulated` and `patched` from the card flown again without and with
+    the patch. `deviation` is the standard deviation between two flights of one airplane, of
+    `freedom` degrees of freedom.
     """
 
     segment: str
@@ -158,10 +169,11 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Share of the samples of the card flown again that are within ±`half_width` of the measured ones.
+    """Share of the samples of the card flown again that are within ±`half_width` of the measured
+    ones.
 
-    `before` is without the patch, `after` with it. `by_chance` is the share between two flights of the patched
-    simulator, which differ by gusts alone.
+    `before` is without the patch, `after` with it. `by_chance` is the share between two flights of
+    the patched simulator, which differ by gusts alone.
     """
 
     quantity: str
@@ -188,7 +200,9 @@ class FlownAgain:
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """One pass over the log, with the effects of the passes before in the model; `added` are those it names."""
+    """One pass over the log, with the effects of the passes before in the model; `added` are those
+    it names.
+    """
 
     verdict: Verdict
     added: tuple[str, ...]
@@ -198,11 +212,12 @@ class Round:
 class Account(Shown):
     """The content of a reconciliation's report.
 
-    `rounds[0].verdict` is the answer. `effects` are those of all passes with the sizes of the patch, `patch` is its
-    text, `flown` and `flown_holdout` are the cards flown again. `flights` says what each log says. `telling` is the
-    channel of the first picture, and `calibration` what the effects do to a calibration; None without a gap or an
-    effect. `warnings` are those of the logs as they were read. `formula`
-    describes a gap that the table does not explain; None where there is no such gap, or no formula.
+    `rounds[0].verdict` is the answer. `effects` are those of all passes with the sizes of the
+    patch, `patch` is its text, `flown` and `flown_holdout` are the cards flown again. `flights`
+    says what each log says. `telling` is the channel of the first picture, and `calibration` what
+    the effects do to a calibration; None without a gap or an effect. `warnings` are those of the
+    logs as they were read. `formula` describes a gap that the table does not explain; None where
+    there is no such gap, or no formula.
     """
 
     log: str

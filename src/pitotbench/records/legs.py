@@ -5,7 +5,8 @@ from math import pi
 
 from pitotbench.records.calibration import ErrorCurve
 
-# A card written by hand: its legs, and what they give: a point each airspeed and a curve each configuration.
+# A card written by hand: its legs, and what they give: a point each airspeed and a curve each
+# configuration.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,8 +28,8 @@ class CardLeg:
 
 @dataclass(frozen=True, slots=True)
 class ReadingSteps:
-    """The steps in which the displays of a card were read: airspeeds [m/s], height [m], temperature [K], track
-    [rad]."""
+    """The steps in which the displays of a card were read: airspeeds [m/s], height [m], temperature
+    [K], track [rad]."""
 
     indicated_airspeed: float
     pressure_altitude: float
@@ -39,7 +40,9 @@ class ReadingSteps:
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """A leg that cannot be: its row and point, what is wrong, and what was probably meant (empty where unknown)."""
+    """A leg that cannot be: its row and point, what is wrong, and what was probably meant (empty
+    where unknown).
+    """
 
     row: int
     point: str
@@ -49,9 +52,10 @@ class Slip:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardPoint:
-    """What the legs at one airspeed give. `correction` is calibrated minus indicated airspeed [m/s];
-    `altitude_correction` is true minus indicated pressure altitude [m] where the static source errs. A point with
-    too few legs has None and the reason in `remark`. `wind_from` [rad]; `spread` [m/s] of the three-leg answers."""
+    """What the legs at one airspeed give. `correction` is calibrated minus indicated airspeed
+    [m/s]; `altitude_correction` is true minus indicated pressure altitude [m] where the static
+    source errs. A point with too few legs has None and the reason in `remark`. `wind_from` [rad];
+    `spread` [m/s] of the three-leg answers."""
 
     point: str
     configuration: str
@@ -71,7 +75,9 @@ class CardPoint:
 
 @dataclass(frozen=True, slots=True)
 class HandCard:
-    """The answer of a card: points in their order, a curve by configuration, the slips found, and warnings."""
+    """The answer of a card: points in their order, a curve by configuration, the slips found, and
+    warnings.
+    """
 
     points: tuple[CardPoint, ...]
     curves: dict[str, ErrorCurve]
@@ -86,8 +92,9 @@ class HandCard:
 class FlyBy:
     """One pass of a tower as it was read [SI]; `row` counts from 1.
 
-    `pressure_altitude` is the airplane's altimeter on 1013.25 hPa. `grid_height` is the airplane's height above the
-    tower's barometer, which reads `tower_pressure` (not reduced to sea level) in air of `tower_temperature` [K].
+    `pressure_altitude` is the airplane's altimeter on 1013.25 hPa. `grid_height` is the airplane's
+    height above the tower's barometer, which reads `tower_pressure` (not reduced to sea level) in
+    air of `tower_temperature` [K].
     """
 
     row: int
@@ -102,8 +109,8 @@ class FlyBy:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlyByPoint:
-    """What a pass gives, each with 2σ: true minus indicated pressure altitude [m], Δp/q_c [-], and calibrated minus
-    indicated airspeed [m/s] where the total source is right."""
+    """What a pass gives, each with 2σ: true minus indicated pressure altitude [m], Δp/q_c [-], and
+    calibrated minus indicated airspeed [m/s] where the total source is right."""
 
     point: str
     configuration: str
@@ -118,8 +125,8 @@ class FlyByPoint:
 
 @dataclass(frozen=True, slots=True)
 class HandPlan:
-    """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of
-    the curve, mean over its airspeeds."""
+    """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes,
+    and 2σ [m/s] of the curve, mean over its airspeeds."""
 
     legs: int
     airspeeds: tuple[float, ...]
@@ -133,19 +140,21 @@ class HandPlan:
         return tuple(2.0 * pi * leg / self.legs for leg in range(self.legs))
 
 
-# The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the curve.
+# The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the
+# curve.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedSpeedPoint:
     """One airspeed, one wind [m/s], from legs or a turn at constant airspeed.
 
-    `legs` is 1 for a turn. `indicated_airspeed`, `calibrated_airspeed`, `correction` (calibrated minus indicated)
-    and `two_sigma` (its bound) are mean values over the legs; `true_airspeed` belongs to the same mean. `spread`
-    is the standard deviation of the redundant solutions: those of three legs out of four, or the residuals of a
-    regression; None where nothing is redundant. `two_sigma` contains the stated accuracies of temperature and
-    pressures, `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind is the
-    velocity of the air toward north and east.
+    `legs` is 1 for a turn. `indicated_airspeed`, `calibrated_airspeed`, `correction` (calibrated
+    minus indicated) and `two_sigma` (its bound) are mean values over the legs; `true_airspeed`
+    belongs to the same mean. `spread` is the standard deviation of the redundant solutions: those
+    of three legs out of four, or the residuals of a regression; None where nothing is redundant.
+    `two_sigma` contains the stated accuracies of temperature and pressures,
+    `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind is the velocity of
+    the air toward north and east.
     """
 
     method: str

@@ -18,10 +18,12 @@ from pitotbench.units import Array, Booleans
 
 
 class Caution(str):
-    """A warning: its text, and what a later step needs to find it again and to reword or withdraw it.
+    """A warning: its text, and what a later step needs to find it again and to reword or withdraw
+    it.
 
-    `code` names the check. `column` is the column that it is about, empty where there is none. `size` is the size
-    that was found, in the unit of the text, NaN where there is none. It is a text, so a header holds it as one.
+    `code` names the check. `column` is the column that it is about, empty where there is none.
+    `size` is the size that was found, in the unit of the text, NaN where there is none. It is a
+    text, so a header holds it as one.
     """
 
     __slots__ = ("code", "column", "size")
@@ -30,7 +32,9 @@ class Caution(str):
     size: float
 
     def __new__(cls, text: str, code: str = "log", column: str = "", size: float = nan) -> Self:
-        """Make the warning of a text. One that a log brings along as a mere text has the code `log`."""
+        """Make the warning of a text. One that a log brings along as a mere text has the code
+        `log`.
+        """
         caution = super().__new__(cls, text)
         caution.code, caution.column, caution.size = code, column, size
         return caution
@@ -38,11 +42,12 @@ class Caution(str):
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class FlightLog(Shown, Recorded):
-    """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,), read-only.
+    """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,),
+    read-only.
 
-    The channels are those of `channels.Recorded`; an optional channel is None where the log lacks it. `header` is
-    the table of entries above the columns of the file.
-    Raises RecordError where lengths differ or time does not increase strictly.
+    The channels are those of `channels.Recorded`; an optional channel is None where the log lacks
+    it. `header` is the table of entries above the columns of the file. Raises RecordError where
+    lengths differ or time does not increase strictly.
     """
 
     header: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -60,15 +65,21 @@ class FlightLog(Shown, Recorded):
         return {name: value for name in CHANNELS if (value := getattr(self, name)) is not None}
 
     def fresh_fixes(self) -> Booleans:
-        """Return whether the GPS velocity is new in each row, (n,): as logged, else found from repeated values."""
+        """Return whether the GPS velocity is new in each row, (n,): as logged, else found from
+        repeated values.
+        """
         return fresh_fixes(self.gps_fresh, self.velocity_north, self.velocity_east)
 
     def renewed_fixes(self) -> Booleans:
-        """Return whether anything of the GPS is new in each row, (n,): as logged, else found from repeated values.
+        """Return whether anything of the GPS is new in each row, (n,): as logged, else found from
+        repeated values.
 
-        On a steady leg a coarse velocity repeats itself while the height goes on; in an outage all stand still.
+        On a steady leg a coarse velocity repeats itself while the height goes on; in an outage all
+        stand still.
         """
-        present = [values for name in numbers_from("gps") if (values := getattr(self, name)) is not None]
+        present = [
+            values for name in numbers_from("gps") if (values := getattr(self, name)) is not None
+        ]
         return fresh_fixes(self.gps_fresh, *present)
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "FlightLog":
@@ -78,13 +89,17 @@ class FlightLog(Shown, Recorded):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """The remarks of the header as warnings; one that the log brought along as a mere text has no finding."""
+        """The remarks of the header as warnings; one that the log brought along as a mere text has
+        no finding.
+        """
         remarks = self.header.get("warnings", ())
         return tuple(each if isinstance(each, Caution) else Caution(each) for each in remarks)
 
     @property
     def simulated(self) -> bool:
-        """Whether a simulator made the log: it writes its case into the header, and nothing else does."""
+        """Whether a simulator made the log: it writes its case into the header, and nothing else
+        does.
+        """
         return "case" in self.header
 
     def __len__(self) -> int:
@@ -96,8 +111,8 @@ class FlightLog(Shown, Recorded):
 
 @dataclass(frozen=True, slots=True)
 class HeldChannel:
-    """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit, and how many times
-    a second it is renewed [Hz]; the numbers are None for texts and flags."""
+    """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit,
+    and how many times a second it is renewed [Hz]; the numbers are None for texts and flags."""
 
     name: str
     unit: str
@@ -119,11 +134,13 @@ class Question:
 class LogInspection(Shown):
     """The account of one log, in SI.
 
-    `flights`: start and end [s] of each; `pauses`: start and length [s] of each pause inside them. `headings`: how
-    many of the twelve sectors of 30° of track hold at least 2 % of the rows. `airspeeds`, `heights`: 5 %, 50 % and
-    95 % quantiles, indicated [m/s] and pressure altitude [m]. `expected`: indicated airspeeds [m/s] and 2σ [m/s] in
-    light turbulence with the pressure-error `model`, or None with the reason in `refusal`. `wind`: toward north and
-    east [m/s]; `wind_drifts` where a calibration gives each part of the flight a wind of its own.
+    `flights`: start and end [s] of each; `pauses`: start and length [s] of each pause inside them.
+    `headings`: how
+    many of the twelve sectors of 30° of track hold at least 2 % of the rows. `airspeeds`,
+    `heights`: 5 %, 50 % and 95 % quantiles, indicated [m/s] and pressure altitude [m]. `expected`:
+    indicated airspeeds [m/s] and 2σ [m/s] in light turbulence with the pressure-error `model`, or
+    None with the reason in `refusal`. `wind`: toward north and east [m/s]; `wind_drifts` where a
+    calibration gives each part of the flight a wind of its own.
     """
 
     rows: int
@@ -148,11 +165,13 @@ class LogInspection(Shown):
 
 @dataclass(frozen=True, slots=True)
 class InputFile:
-    """A file that an answer was made from: its `role` (log, mapping, card, aircraft), its name and its SHA-256.
+    """A file that an answer was made from: its `role` (log, mapping, card, aircraft), its name and
+    its SHA-256.
 
-    A folder has the digest of its files one after another, by path; a log in memory that of its channels. Of a log
-    also the number of rows, the minutes, the origin (measured or simulated), the names of its channels, and the 5 %
-    and 95 % quantiles of its indicated airspeed [m/s] and pressure altitude [m].
+    A folder has the digest of its files one after another, by path; a log in memory that of its
+    channels. Of a log also the number of rows, the minutes, the origin (measured or simulated), the
+    names of its channels, and the 5 % and 95 % quantiles of its indicated airspeed [m/s] and
+    pressure altitude [m].
     """
 
     role: str
@@ -168,7 +187,9 @@ class InputFile:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A choice that acted on an answer, in words, and who made it: `stated`, `mapping` or `default`."""
+    """A choice that acted on an answer, in words, and who made it: `stated`, `mapping` or
+    `default`.
+    """
 
     name: str
     value: str
@@ -177,7 +198,9 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """What an answer was made from and with: files, choices, versions by name, and the date of the run (UTC)."""
+    """What an answer was made from and with: files, choices, versions by name, and the date of the
+    run (UTC).
+    """
 
     inputs: tuple[InputFile, ...] = ()
     choices: tuple[Choice, ...] = ()

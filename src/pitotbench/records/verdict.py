@@ -7,7 +7,10 @@ from typing import Literal
 from pitotbench.records.calibration import Estimate
 
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
-SURE: tuple[Kind, ...] = ("named", "one_of")  # only these kinds explain the gap, so only they give a patch
+SURE: tuple[Kind, ...] = (
+    "named",
+    "one_of",
+)  # only these kinds explain the gap, so only they give a patch
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +29,9 @@ def where(phase: str, variable: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A place of the gap: channel, phase of flight or variable (one of them empty, or both), significance in σ."""
+    """A place of the gap: channel, phase of flight or variable (one of them empty, or both),
+    significance in σ.
+    """
 
     channel: str
     phase: str
@@ -43,9 +48,9 @@ class Located:
 class Candidate:
     """An effect of the table as an explanation of the gap; its sizes are in the table's units.
 
-    `score` is its significance [σ], relative to null flights of this card. `probability` is that of its cause,
-    given a gap; 1 for what is counted and not fitted. `times` are those at which an effect for a part of the flight
-    begins and ends [s], by name.
+    `score` is its significance [σ], relative to null flights of this card. `probability` is that of
+    its cause, given a gap; 1 for what is counted and not fitted. `times` are those at which an
+    effect for a part of the flight begins and ends [s], by name.
     """
 
     name: str
@@ -57,7 +62,9 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Detectable:
-    """The smallest size of an effect's parameter that a log like this one shows in half of all flights."""
+    """The smallest size of an effect's parameter that a log like this one shows in half of all
+    flights.
+    """
 
     effect: str
     parameter: str
@@ -66,9 +73,11 @@ class Detectable:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """The gap as sums of squares over noise variance: before, after, and the part that is noise alone.
+    """The gap as sums of squares over noise variance: before, after, and the part that is noise
+    alone.
 
-    `chance` is what sizes that were not fitted to this log leave on average, because they have errors of their own.
+    `chance` is what sizes that were not fitted to this log leave on average, because they have
+    errors of their own.
     """
 
     before: float
@@ -78,7 +87,9 @@ class Closure:
 
     @property
     def share(self) -> float:
-        """Explainable gap that is closed, (before − after)/(before − noise) (1 closed, 0 as before)."""
+        """Explainable gap that is closed, (before − after)/(before − noise) (1 closed, 0 as
+        before).
+        """
         return (self.before - self.after) / max(self.before - self.noise, 1e-9)
 
 
@@ -86,14 +97,15 @@ class Closure:
 class Verdict:
     """The answer of one pass over a log.
 
-    `effects` are those named. `alternatives` holds, for each of them, the names of the effects that the log cannot
-    distinguish from it. `candidates` are all single explanations, the best first. `probabilities` is that of each
-    cause of the table, given a gap; the causes may act together, so they do not sum to 1. `parts` is that of each
-    part of the airplane, its instruments or the world, the most probable first, and `named_parts` are those above
-    the probability of a name. `log_bayes_factor` is the logarithm of the Bayes factor of a gap against none.
-    `remains` says whether something significant is left beside the effects. `doubts` are the checks that speak
-    against the effects, so that none of them is named. `changes` has a line for each change of the kind after the
-    posterior's own answer: `named -> one_of: why`.
+    `effects` are those named. `alternatives` holds, for each of them, the names of the effects that
+    the log cannot distinguish from it. `candidates` are all single explanations, the best first.
+    `probabilities` is that of each cause of the table, given a gap; the causes may act together, so
+    they do not sum to 1. `parts` is that of each part of the airplane, its instruments or the
+    world, the most probable first, and `named_parts` are those above the probability of a name.
+    `log_bayes_factor` is the logarithm of the Bayes factor of a gap against none. `remains` says
+    whether something significant is left beside the effects. `doubts` are the checks that speak
+    against the effects, so that none of them is named. `changes` has a line for each change of the
+    kind after the posterior's own answer: `named -> one_of: why`.
     """
 
     kind: Kind
@@ -116,12 +128,14 @@ class Verdict:
     changes: tuple[str, ...] = ()
 
 
-# One flight of several that were reconciled together: what it says alone, and how it agrees with the others.
+# One flight of several that were reconciled together: what it says alone, and how it agrees with
+# the others.
 
 
 @dataclass(frozen=True, slots=True)
 class OwnSize:
-    """The size of an effect that one flight shows by itself; `apart` [σ] is its distance from that of the others.
+    """The size of an effect that one flight shows by itself; `apart` [σ] is its distance from that
+    of the others.
 
     `apart` is None where no other flight shows the effect.
     """
@@ -135,9 +149,10 @@ class OwnSize:
 class JoinedFlight:
     """A flight of a reconciliation.
 
-    `alone` and `causes` are the verdict and the named causes of this flight by itself, `probabilities` those of its
-    causes, `log_bayes_factor` its own evidence for a gap. `closure` is by the sizes that all flights share,
-    `left_out` by the sizes of the other flights. `own_sizes` are those that it shows of the shared effects.
+    `alone` and `causes` are the verdict and the named causes of this flight by itself,
+    `probabilities` those of its causes, `log_bayes_factor` its own evidence for a gap. `closure` is
+    by the sizes that all flights share, `left_out` by the sizes of the other flights. `own_sizes`
+    are those that it shows of the shared effects.
     """
 
     log: str

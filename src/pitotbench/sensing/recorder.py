@@ -1,4 +1,6 @@
-"""Record a flight: pass the truth through every sensor, and write the truth to a file of its own on request."""
+"""Record a flight: pass the truth through every sensor, and write the truth to a file of its own on
+request.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -25,15 +27,25 @@ from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, rate_pr
 from pitotbench.records.case_file import case_table, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sensing.sampling import Instants, Schedule, flight_rate, has_velocity_down, require_rates, schedule
+from pitotbench.sensing.sampling import (
+    Instants,
+    Schedule,
+    flight_rate,
+    has_velocity_down,
+    require_rates,
+    schedule,
+)
 from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Meters, Pascal, Seconds
 
-# The parts of a simulated sensor: pressure error, noise, range, resolution, and the effects of a case.
+# The parts of a simulated sensor: pressure error, noise, range, resolution, and the effects of a
+# case.
 
 Curve = PressureErrorCurve | TableCurve
 
-PLAIN = tuple(c for c in CHANNELS.values() if c.noise is not None)  # sensors that only add noise and round
+PLAIN = tuple(
+    c for c in CHANNELS.values() if c.noise is not None
+)  # sensors that only add noise and round
 
 
 def known_curve(spec: PressureErrorSpec) -> Curve:
@@ -53,8 +65,8 @@ def known_curve(spec: PressureErrorSpec) -> Curve:
 def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
     """Return the indicated impact pressure q_ci = q_c − Δp of a true impact pressure q_c [Pa].
 
-    Δp = q_c f(q_ci/q_ref). Where Δp is positive, the airplane flies faster than it reads. As in the source, the
-    error is in the impact pressure alone: the static channel reads the true pressure.
+    Δp = q_c f(q_ci/q_ref). Where Δp is positive, the airplane flies faster than it reads. As in the
+    source, the error is in the impact pressure alone: the static channel reads the true pressure.
     Raises BadInputError where the error cannot be applied.
     """
     try:
@@ -65,14 +77,19 @@ def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
 
 def resolution(channel: Channel, das: DataSystem) -> float:
     """Return the smallest step of a plain channel [SI]; 0 means no rounding."""
-    return float(getattr(das, channel.resolution)) if isinstance(channel.resolution, str) else channel.resolution
+    return (
+        float(getattr(das, channel.resolution))
+        if isinstance(channel.resolution, str)
+        else channel.resolution
+    )
 
 
 def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generator:
     """Return the random stream of one channel.
 
-    `SeedSequence.spawn` numbers its streams in order. Here the key is made of the channel's name and the rates: a
-    new channel then leaves the noise of all others as it was, and another rate is another draw.
+    `SeedSequence.spawn` numbers its streams in order. Here the key is made of the channel's name
+    and the rates: a new channel then leaves the noise of all others as it was, and another rate is
+    another draw.
     """
     key = (crc32(channel.encode()), round(das.air_rate * 1e6), round(das.gps_rate * 1e6))
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -98,8 +115,9 @@ def quantize(values: Array, resolution: float) -> Array:
     """Return the values, (n,), rounded to multiples of a resolution; 0 means no rounding."""
     if resolution == 0.0:
         return values
-    # 1/resolution is often a whole number. Dividing by it gives the double nearest to the decimal number, which a
-    # log writes with few digits (0.3); multiplying by the resolution does not (0.30000000000000004).
+    # 1/resolution is often a whole number. Dividing by it gives the double nearest to the decimal
+    # number, which a log writes with few digits (0.3); multiplying by the resolution does not
+    # (0.30000000000000004).
     per_unit = 1.0 / resolution
     if abs(per_unit - round(per_unit)) < 1e-9 * per_unit:
         whole = float(round(per_unit))
@@ -107,11 +125,14 @@ def quantize(values: Array, resolution: float) -> Array:
     return np.rint(values * per_unit) * resolution
 
 
-# Add the slow part of a receiver's height error: satellite geometry and the ionosphere change over minutes.
+# Add the slow part of a receiver's height error: satellite geometry and the ionosphere change over
+# minutes.
 
 
 def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
-    """Return the flight with the slow error in its altitude; the same flight where the receiver has none."""
+    """Return the flight with the slow error in its altitude; the same flight where the receiver has
+    none.
+    """
     if das.altitude_drift == 0.0 or "altitude" not in flight.channels:
         return flight
     stream = noise_stream(seed, "altitude_drift", das)
@@ -119,11 +140,13 @@ def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
     return replace(flight, channels={**flight.channels, "altitude": flight["altitude"] + error})
 
 
-def slow_error(time: Seconds, deviation: float, memory: float, stream: np.random.Generator) -> Meters:
+def slow_error(
+    time: Seconds, deviation: float, memory: float, stream: np.random.Generator
+) -> Meters:
     """Return a stationary first-order Gauss-Markov process at increasing times [s], (n,).
 
-    `deviation` is its standard deviation and gives the unit, `memory` [s] its correlation time. Recorded time may
-    have gaps, in which the process continues.
+    `deviation` is its standard deviation and gives the unit, `memory` [s] its correlation time.
+    Recorded time may have gaps, in which the process continues.
     """
     new = stream.standard_normal(len(time))
     parts, last = [], 0.0
@@ -135,7 +158,9 @@ def slow_error(time: Seconds, deviation: float, memory: float, stream: np.random
 
 
 def _run(new: Array, before: float, gap: float, step: float, memory: float) -> Array:
-    """Return one stretch of unit deviation from such white noise; `before` is the value a gap [s] ago."""
+    """Return one stretch of unit deviation from such white noise; `before` is the value a gap [s]
+    ago.
+    """
     kept, across = np.exp(-step / memory), np.exp(-gap / memory)
     drive = np.sqrt(1.0 - kept**2) * new
     drive[0] = np.sqrt(1.0 - across**2) * new[0] + across * before
@@ -144,17 +169,23 @@ def _run(new: Array, before: float, gap: float, step: float, memory: float) -> A
     return np.array(list(accumulate(drive.tolist(), lambda value, more: share * value + more)))
 
 
-# Apply the effects of a case on the sensors: on the probes before sampling, and on the recorded samples.
+# Apply the effects of a case on the sensors: on the probes before sampling, and on the recorded
+# samples.
 
 PROBES = ("static_pressure", "impact_pressure", "total_temperature")
-_FELT = "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
+_FELT = (
+    "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
+)
 
 
-def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[str, Array]:
-    """Return static pressure, indicated impact pressure and total temperature at the probes [SI], (n,) each.
+def values_at_probes(
+    flight: Flight, das: DataSystem, at: Callable[[Array], Array]
+) -> dict[str, Array]:
+    """Return static pressure, indicated impact pressure and total temperature at the probes [SI],
+    (n,) each.
 
-    Parameters: flight; das; at, a function that takes a channel of the flight to the instants wanted.
-    Raises BadInputError where the case's pressure error cannot be applied.
+    Parameters: flight; das; at, a function that takes a channel of the flight to the instants
+    wanted. Raises BadInputError where the case's pressure error cannot be applied.
     """
     if _FELT + PROBES[0] in flight.channels:
         return {name: at(flight[_FELT + name]) for name in PROBES}
@@ -164,7 +195,8 @@ def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Arra
     mach = air.mach_from_impact_pressure(impact, static)
     error = flight.case.pressure_error
     indicated = indicated_impact_pressure(impact, known_curve(error))
-    # Where the total pressure is right, p_i − p = q_c − q_ci; an error of the total source leaves p_i alone.
+    # Where the total pressure is right, p_i − p = q_c − q_ci; an error of the total source leaves
+    # p_i alone.
     return {
         "static_pressure": static + (impact - indicated) if error.location == "static" else static,
         "impact_pressure": indicated,
@@ -173,7 +205,8 @@ def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Arra
 
 
 def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
-    """Return the flight with the case's effects on the probes; the same flight where there are none.
+    """Return the flight with the case's effects on the probes; the same flight where there are
+    none.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
@@ -189,12 +222,16 @@ def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
 
 
 def with_listed_mass(flight: Flight) -> Flight:
-    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect adds.
+    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect
+    adds.
 
-    Otherwise the mass column would reveal the effect, and a model flown at that mass would show no gap.
+    Otherwise the mass column would reveal the effect, and a model flown at that mass would show no
+    gap.
     """
     time = flight["time"] - flight["time"][0]
-    added = (c for c in chosen(flight.case.effects) if MASS.name in (c.effect.name, c.effect.part_of))
+    added = (
+        c for c in chosen(flight.case.effects) if MASS.name in (c.effect.name, c.effect.part_of)
+    )
     unlisted = sum(c.sizes["mass_kg"] * share_of_size(c.effect, time, c.sizes) for c in added)
     if not np.any(unlisted) or "mass" not in flight.channels:
         return flight
@@ -202,11 +239,17 @@ def with_listed_mass(flight: Flight) -> Flight:
 
 
 def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
-    """Return the log with the case's effects on recorded samples; the same log where there are none."""
+    """Return the log with the case's effects on recorded samples; the same log where there are
+    none.
+    """
     choices = _sensor_effects(case, after_noise=True)
     if not choices:
         return log
-    channels = {name: values for name, values in log.channels().items() if values.dtype == float and name != "time"}
+    channels = {
+        name: values
+        for name, values in log.channels().items()
+        if values.dtype == float and name != "time"
+    }
     signals = Signals(log.time, channels)
     for effect, sizes in choices:
         signals = effect.apply(signals, sizes)
@@ -214,14 +257,28 @@ def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
     return replace(log, **changed)
 
 
-def _sensor_effects(case: Case, after_noise: bool) -> list[tuple[SensorEffect, Mapping[str, float]]]:
-    found = [(c.effect, c.sizes) for c in chosen(case.effects) if isinstance(c.effect, SensorEffect)]
+def _sensor_effects(
+    case: Case, after_noise: bool
+) -> list[tuple[SensorEffect, Mapping[str, float]]]:
+    found = [
+        (c.effect, c.sizes) for c in chosen(case.effects) if isinstance(c.effect, SensorEffect)
+    ]
     return [(effect, sizes) for effect, sizes in found if effect.after_noise == after_noise]
 
 
-TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
-# The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ of each.
-EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
+TRUTH_FIELDS = (
+    "pressure_error",
+    "wind",
+    "effects",
+)  # of a Case: what the calibrator is to find, so not in a log
+# The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ
+# of each.
+EXACT = {
+    "temperature_k": 0.0,
+    "recovery_factor": 0.0,
+    "static_pressure_pa": 0.0,
+    "velocity_mps": 0.0,
+}
 # What a flight has to hold: for a calibration, and for a log with every column.
 CALIBRATION_CHANNELS = (
     "total_pressure", "static_pressure", "air_temperature", "altitude",
@@ -231,13 +288,16 @@ LOG_CHANNELS = tuple(dict.fromkeys((*CALIBRATION_CHANNELS, *(channel.name for ch
 _FULL_TURN = 2.0 * np.pi
 
 
-def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: bool | None = None) -> FlightLog:
+def record(
+    flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: bool | None = None
+) -> FlightLog:
     """Record a flight with a data system. One flight, system and seed give one log, bit for bit.
 
-    The order is: truth, pressure error, the case's effects on the probes, latency, white noise, range, resolution,
-    the case's effects on the samples. GPS velocity and altitude are sampled at the GPS rate and each fix is
-    repeated until the next. `velocity_down` says whether that channel is recorded; None means as the system does.
-    Raises BadInputError where the rates do not fit the flight or the pressure error cannot be applied.
+    The order is: truth, pressure error, the case's effects on the probes, latency, white noise,
+    range, resolution, the case's effects on the samples. GPS velocity and altitude are sampled at
+    the GPS rate and each fix is repeated until the next. `velocity_down` says whether that channel
+    is recorded; None means as the system does. Raises BadInputError where the rates do not fit the
+    flight or the pressure error cannot be applied.
     """
     require_rates(das, flight_rate(flight["time"]))
     if problem := rate_problem(flight.case.integration_rate, das.air_rate):
@@ -268,7 +328,9 @@ def _air_data(flight: Flight, das: DataSystem, when: Instants, seed: int) -> dic
 
     # Noise comes before the range: a sensor at its end shows no noise beyond it.
     indicated = saturate(
-        noisy("impact_pressure", indicated, das.impact_pressure_noise), 0.0, das.impact_pressure_range
+        noisy("impact_pressure", indicated, das.impact_pressure_noise),
+        0.0,
+        das.impact_pressure_range,
     )
     static = noisy("static_pressure", static, das.static_pressure_noise)
     probe = noisy("total_temperature", probe, das.temperature_noise)
@@ -285,7 +347,11 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
     instants = when.gps if by_gps else when.rows
     # A heading is unwrapped before interpolation: halfway between 359° and 1° lies 0°, not 180°.
     values = instants.of(np.unwrap(truth) if channel.wraps else truth)
-    deviation = float(getattr(das, channel.noise)) if isinstance(channel.noise, str) else channel.noise or 0.0
+    deviation = (
+        float(getattr(das, channel.noise))
+        if isinstance(channel.noise, str)
+        else channel.noise or 0.0
+    )
     values = add_noise(values, deviation, noise_stream(seed, channel.name, das))
     if channel.wraps:
         values = np.mod(values, _FULL_TURN)
@@ -294,7 +360,8 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
 
 
 def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
-    """Return the header of a synthetic log: versions, seeds, accuracies, and the case without its truth.
+    """Return the header of a synthetic log: versions, seeds, accuracies, and the case without its
+    truth.
 
     It holds a digest of the whole case, so that a truth file can be matched to its log.
     """
@@ -330,10 +397,11 @@ def truth_path(log_path: Path | str) -> Path:
 
 
 def write_truth(flight: Flight, log_path: Path | str) -> Path:
-    """Write all channels [SI], labels and the whole case of a flight next to its log, and return the path.
+    """Write all channels [SI], labels and the whole case of a flight next to its log, and return
+    the path.
 
-    Columns have the prefix `true_` and, where a log has the quantity, the suffix of its unit. An error leaves no
-    incomplete file.
+    Columns have the prefix `true_` and, where a log has the quantity, the suffix of its unit. An
+    error leaves no incomplete file.
     """
     import pyarrow as pa
     from pyarrow import parquet

@@ -72,11 +72,17 @@ def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
         "altitude_correction_ft": none if altitude is None else altitude / FOOT,
         "two_sigma_ft": none if altitude_bound is None else altitude_bound / FOOT,
     }
-    rows = zip(*(each if each is none else map(float, each) for each in columns.values()), strict=True)
+    rows = zip(
+        *(each if each is none else map(float, each) for each in columns.values()), strict=True
+    )
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-_USUAL_KT = (100.0, 130.0, 160.0)  # the low end, the middle and the high end of the study's maneuvers
+_USUAL_KT = (
+    100.0,
+    130.0,
+    160.0,
+)  # the low end, the middle and the high end of the study's maneuvers
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +122,8 @@ class ShortAnswer:
         if self.wind_kt is None:
             return "The wind is unknown."
         return (
-            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its components is known "
+            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its "
+            "components is known "
             f"to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
         )
 
@@ -130,7 +137,9 @@ def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
         corrections=_corrections(result),
         wind_kt=None if wind is None else wind.speed_kt,
         wind_from_deg=None if wind is None else wind.from_deg,
-        wind_two_sigma_kt=None if wind is None else max(wind.north.two_sigma, wind.east.two_sigma) / KNOT,
+        wind_two_sigma_kt=None
+        if wind is None
+        else max(wind.north.two_sigma, wind.east.two_sigma) / KNOT,
         residual_two_sigma_kt=result.residual_two_sigma / KNOT,
         warnings=result.warnings,
     )
@@ -141,13 +150,16 @@ def _corrections(result: Calibration) -> tuple[Correction, ...]:
     curve = result.curve
     speed = curve.indicated_airspeed / KNOT
     covered = speed[0] <= _USUAL_KT[0] + 0.5 and speed[-1] >= _USUAL_KT[-1] - 0.5
-    wanted: Sequence[float] = _USUAL_KT if covered else speed[np.linspace(0, len(speed) - 1, 3).astype(int)]
+    wanted: Sequence[float] = (
+        _USUAL_KT if covered else speed[np.linspace(0, len(speed) - 1, 3).astype(int)]
+    )
     values = np.interp(wanted, speed, curve.correction / KNOT)
     bounds = np.interp(wanted, speed, curve.two_sigma / KNOT)
     return tuple(Correction(*map(float, row)) for row in zip(wanted, values, bounds, strict=True))
 
 
-# The assumptions of a bound in words: accuracies that no residual shows, and a zero offset that is corrected.
+# The assumptions of a bound in words: accuracies that no residual shows, and a zero offset that is
+# corrected.
 
 _WORDS = {
     "temperature_k": ("temperature", "K"),
@@ -161,25 +173,32 @@ _SOURCES = {"header": "stated by the log"}  # any other in its own word
 
 
 def assumption_lines(result: Calibration) -> list[str]:
-    """Return the accuracies on which the bounds depend, and the zero offset that the correction takes out."""
+    """Return the accuracies on which the bounds depend, and the zero offset that the correction
+    takes out.
+    """
     parts, exact, sources = [], [], []
     for each in result.assumptions:
         name, unit = _WORDS[each.name]
         if each.two_sigma > 0.0:
             parts.append(
-                f"{name} ±{f'{each.two_sigma:g} {unit}'.rstrip()} ({_SOURCES.get(each.source, each.source)})"
+                f"{name} ±{f'{each.two_sigma:g} {unit}'.rstrip()} "
+                f"({_SOURCES.get(each.source, each.source)})"
             )
         else:
             exact.append(name)
             sources.append(_SOURCES.get(each.source, each.source))
     if exact:
-        parts.append(f"no constant error of {', '.join(exact)} ({', '.join(dict.fromkeys(sources))})")
+        parts.append(
+            f"no constant error of {', '.join(exact)} ({', '.join(dict.fromkeys(sources))})"
+        )
     lines = [f"The bounds assume these constant errors (2σ): {'; '.join(parts)}."] if parts else []
     zero = result.impact_pressure_zero
     if zero is not None:
         lines.append(
-            "Add the correction to the raw reading: it takes out a zero offset of the impact pressure of "
-            f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is right: a constant part of "
+            "Add the correction to the raw reading: it takes out a zero offset of the impact "
+            "pressure of "
+            f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is right: a "
+            "constant part of "
             "Δp looks the same); Δp/q_c is the pressure error without it."
         )
     return lines
@@ -191,7 +210,8 @@ _STEPS = (5, 10, 20, 50, 100)  # kt
 _MOST_ROWS = 13  # of a table that is read at one glance
 
 _COLUMN = {column.key: column for column in CURVE_COLUMNS}
-# What a pilot needs of the curve; the bound's digits say how many of the correction's mean something.
+# What a pilot needs of the curve; the bound's digits say how many of the correction's mean
+# something.
 GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
     replace(_COLUMN["indicated_airspeed_kt"], heading="KIAS", unit=""),
     replace(_COLUMN["calibrated_airspeed_kt"], heading="KCAS", unit="", style=".1f"),
@@ -203,7 +223,9 @@ GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 
 def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
-    """The points of a curve at round airspeeds and at its ends, few enough to be read at one glance."""
+    """The points of a curve at round airspeeds and at its ends, few enough to be read at one
+    glance.
+    """
     points = curve_points(curve)
     for step in _STEPS:
         inner = [p for p in points[1:-1] if round(p["indicated_airspeed_kt"] or 0.0) % step == 0]
@@ -216,7 +238,9 @@ def card_html(curve: ErrorCurve, subject: str) -> str:
     """The card as an HTML table with a link that saves it as CSV."""
     data = quote(card_csv(curve))
     name = "".join(letter if letter.isalnum() else "-" for letter in subject) or "airspeed"
-    link = f'<a download="card-{name}.csv" href="data:text/csv;charset=utf-8,{data}">Save as CSV</a>'
+    link = (
+        f'<a download="card-{name}.csv" href="data:text/csv;charset=utf-8,{data}">Save as CSV</a>'
+    )
     return f'{html_table(GLANCE_COLUMNS, curve_points(curve))}<p class="save">{link}</p>'
 
 
@@ -227,11 +251,14 @@ def card_csv(curve: ErrorCurve) -> str:
     text = StringIO()
     rows = writer(text, lineterminator="\n")
     rows.writerow(keys)
-    rows.writerows(["" if (value := p[key]) is None else f"{value:.3f}" for key in keys] for p in points)
+    rows.writerows(
+        ["" if (value := p[key]) is None else f"{value:.3f}" for key in keys] for p in points
+    )
     return text.getvalue()
 
 
-# The models that a calibration with `--model auto` weighed, with the probability and the criteria of each.
+# The models that a calibration with `--model auto` weighed, with the probability and the criteria
+# of each.
 
 
 def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
@@ -250,7 +277,11 @@ def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
     return [
         Column("model", lambda row: row.model),
         Column("chosen", lambda row: "chosen" if row.chosen else ""),
-        Column("parameters", lambda row: None if row.criteria is None else row.criteria.parameters, style="d"),
+        Column(
+            "parameters",
+            lambda row: None if row.criteria is None else row.criteria.parameters,
+            style="d",
+        ),
         Column("probability", lambda row: 100.0 * row.weight, "%", ".1f"),
         criterion("AICc − least", lambda each: each.aicc, min),
         criterion("BIC − least", lambda each: each.bic, min),
@@ -261,7 +292,9 @@ def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
 
 def departure_line(result: Calibration) -> str:
     """The probability of each size of a departure of the true curve from every model."""
-    parts = ", ".join(f"{size} with {100 * p:.0f} %" for size, p in (result.diagnostics.departures or {}).items())
+    parts = ", ".join(
+        f"{size} with {100 * p:.0f} %" for size, p in (result.diagnostics.departures or {}).items()
+    )
     return f"departure of the curve from its model, rms in Δp/q_c, with its probability: {parts}"
 
 
@@ -269,11 +302,17 @@ def departure_line(result: Calibration) -> str:
 
 _MOST_PARTS = 6  # of the log that are named
 _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
-_LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
+_LOCATIONS = {
+    "static": "the static source",
+    "total": "the total source",
+    "impact": "the impact pressure",
+}
 
 
 def flight_lines(flight: CalibratedFlight) -> list[str]:
-    """Which flight of its log a calibration is of, and with how many it shares the curve, in at most one line."""
+    """Which flight of its log a calibration is of, and with how many it shares the curve, in at
+    most one line.
+    """
     told = []
     if flight.count > 1:
         begin, end = (minutes_text(float(flight.log.time[row])) for row in (0, -1))
@@ -286,9 +325,11 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
 def print_calibration(
     result: Calibration, console: "Console", limit: Limit | str | None = AUTO, details: bool = False
 ) -> None:
-    """Print one calibration: the short answer, the warnings, the curve at round airspeeds, and the assumptions.
+    """Print one calibration: the short answer, the warnings, the curve at round airspeeds, and the
+    assumptions.
 
-    `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and the fit.
+    `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and
+    the fit.
     """
     answer = short_answer_of(result, "")
     rules = [judgment.sentence for judgment in judgments(result, limit)]
@@ -296,7 +337,11 @@ def print_calibration(
         console.print(outside(line))
     print_warnings(result.warnings, console)
     console.print()
-    parameters, wind, fit = parameter_lines(result), wind_lines(result), [*share_lines(result), *fit_lines(result)]
+    parameters, wind, fit = (
+        parameter_lines(result),
+        wind_lines(result),
+        [*share_lines(result), *fit_lines(result)],
+    )
     if not details:
         parameters, wind, fit = [], [], []
         print_table(GLANCE_COLUMNS, glance_points(result.curve), console)
@@ -316,7 +361,12 @@ def print_calibration(
 
 def calibration_html(result: Calibration) -> str:
     """The curve in numbers, the fit behind it and the models weighed, as HTML, folded away."""
-    lines = [*parameter_lines(result), *wind_lines(result), *share_lines(result), *fit_lines(result)]
+    lines = [
+        *parameter_lines(result),
+        *wind_lines(result),
+        *share_lines(result),
+        *fit_lines(result),
+    ]
     fit = "".join(f"<p>{escape(line)}</p>" for line in lines)
     models = ""
     if rows := result.diagnostics.models:
@@ -349,20 +399,34 @@ def headline(result: Calibration) -> list[str]:
 
 
 def part_lines(result: Calibration) -> list[str]:
-    """Which parts of the log were used, in minutes of the log, and what was left out; empty where all was used."""
+    """Which parts of the log were used, in minutes of the log, and what was left out; empty where
+    all was used.
+    """
     if not result.left_out:
         return []
     start = result.log_start
     told = [
-        f"{minutes_text(begin - start)} to {minutes_text(end - start)}" for begin, end in result.parts[:_MOST_PARTS]
+        f"{minutes_text(begin - start)} to {minutes_text(end - start)}"
+        for begin, end in result.parts[:_MOST_PARTS]
     ]
-    more = f" and {len(result.parts) - _MOST_PARTS} more parts" if len(result.parts) > _MOST_PARTS else ""
-    return [f"used: {', '.join(told)}{more} (minutes of the log); left out: {', '.join(result.left_out)}"]
+    more = (
+        f" and {len(result.parts) - _MOST_PARTS} more parts"
+        if len(result.parts) > _MOST_PARTS
+        else ""
+    )
+    return [
+        f"used: {', '.join(told)}{more} (minutes of the log); left out: "
+        f"{', '.join(result.left_out)}"
+    ]
 
 
 def location_lines(result: Calibration) -> list[str]:
     """The place of the pressure error, which decides what it does to the altitude."""
-    assumed = ", assumed (without a height by GPS the log does not show it)" if result.place_assumed else ""
+    assumed = (
+        ", assumed (without a height by GPS the log does not show it)"
+        if result.place_assumed
+        else ""
+    )
     return [f"place of the error: {_LOCATIONS[result.error_location]}{assumed}"]
 
 
@@ -371,8 +435,16 @@ def wind_lines(result: Calibration) -> list[str]:
     wind = result.wind
     if wind is None:
         return ["wind velocity: unknown"]
-    known: list[tuple[str, Estimate | None]] = [("north", wind.north), ("east", wind.east), ("down", wind.down)]
-    parts = [f"{to} {v.value / KNOT:+.2f} ± {v.two_sigma / KNOT:.2f} kt" for to, v in known if v is not None]
+    known: list[tuple[str, Estimate | None]] = [
+        ("north", wind.north),
+        ("east", wind.east),
+        ("down", wind.down),
+    ]
+    parts = [
+        f"{to} {v.value / KNOT:+.2f} ± {v.two_sigma / KNOT:.2f} kt"
+        for to, v in known
+        if v is not None
+    ]
     return [f"wind velocity (± is 2σ): toward {', '.join(parts)}"]
 
 
@@ -391,7 +463,8 @@ def share_lines(result: Calibration) -> list[str]:
         if max(share.curve, share.wind) > _LEAST_SHARE * KNOT:
             lines.append(
                 f"{share.name} (estimated {value:+.3g} ± {found.two_sigma:.3g}) contributes "
-                f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and ±{share.wind / KNOT:.2f} kt to "
+                f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and "
+                f"±{share.wind / KNOT:.2f} kt to "
                 f"the wind's ±{wind:.2f} kt (2σ, as squares; parts overlap)"
             )
     return lines
@@ -400,7 +473,8 @@ def share_lines(result: Calibration) -> list[str]:
 def fit_lines(result: Calibration) -> list[str]:
     """The residual and the state of the fit."""
     return [
-        f"2σ of the residual {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} samples, "
+        f"2σ of the residual {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} "
+        "samples, "
         f"condition number {result.condition_number:.1e}; {result.reason}"
     ]
 
@@ -410,7 +484,11 @@ def fit_lines(result: Calibration) -> list[str]:
 
 def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> dict[str, Any]:
     """A calibration as plain data; the unit is in each key. `limit` as for `judgments`."""
-    answer, found, zero = short_answer_of(result, ""), _plain(result.diagnostics), result.impact_pressure_zero
+    answer, found, zero = (
+        short_answer_of(result, ""),
+        _plain(result.diagnostics),
+        result.impact_pressure_zero,
+    )
     return {
         "model": result.model,
         "parameters": [asdict(each) for each in result.parameters],
@@ -427,12 +505,15 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "error_location_assumed": result.place_assumed,
         "usable": result.usable,
         "disagreements": [
-            {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT} for each in result.disagreements
+            {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT}
+            for each in result.disagreements
         ],
         "parts": [{"from_s": begin, "to_s": end} for begin, end in result.parts],
         "left_out": list(result.left_out),
         "assumptions": [asdict(each) for each in result.assumptions],
-        "impact_pressure_zero_pa": None if zero is None else {"value": zero.value, "two_sigma": zero.two_sigma},
+        "impact_pressure_zero_pa": None
+        if zero is None
+        else {"value": zero.value, "two_sigma": zero.two_sigma},
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
         "converged": result.converged,
@@ -445,7 +526,9 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
 
 
 def _plain(found: Any) -> dict[str, Any]:
-    """A record as plain data, with those inside it in their places; what was not looked for has no key."""
+    """A record as plain data, with those inside it in their places; what was not looked for has no
+    key.
+    """
     plain: dict[str, Any] = {}
     for each in fields(found):
         value = getattr(found, each.name)
@@ -457,7 +540,9 @@ def _plain(found: Any) -> dict[str, Any]:
 
 
 def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
-    """Which flight of its log a calibration is of, as plain data; nothing where a log alone holds one flight."""
+    """Which flight of its log a calibration is of, as plain data; nothing where a log alone holds
+    one flight.
+    """
     if flight.count == 1 and flight.joined == 1:
         return {}
     return {
@@ -474,7 +559,8 @@ def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
 def _components(wind: WindEstimate | WindowWind, *axes: str) -> dict[str, Any]:
     found: dict[str, Estimate | None] = {axis: getattr(wind, axis) for axis in axes}
     return {f"{axis}_kt": each.value / KNOT if each else None for axis, each in found.items()} | {
-        f"{axis}_two_sigma_kt": each.two_sigma / KNOT if each else None for axis, each in found.items()
+        f"{axis}_two_sigma_kt": each.two_sigma / KNOT if each else None
+        for axis, each in found.items()
     }
 
 

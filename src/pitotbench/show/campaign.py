@@ -48,12 +48,18 @@ _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the sha
 
 
 def remarks(results: "pd.DataFrame | None", answers: Sequence[ShortAnswer]) -> list[str]:
-    """Sentences for the top of a page, the most important first. `results` is None for measured logs."""
+    """Sentences for the top of a page, the most important first. `results` is None for measured
+    logs.
+    """
     lines = []
     for text in dict.fromkeys(w for answer in answers for w in answer.warnings):
         subjects = ", ".join(answer.subject for answer in answers if text in answer.warnings)
         lines.append(f"{subjects}: {text}.")
-    return lines if results is None or not len(results) else [*lines, *_ranking(results), *_shapes(results)]
+    return (
+        lines
+        if results is None or not len(results)
+        else [*lines, *_ranking(results), *_shapes(results)]
+    )
 
 
 def _ranking(results: "pd.DataFrame") -> Iterator[str]:
@@ -66,15 +72,20 @@ def _ranking(results: "pd.DataFrame") -> Iterator[str]:
     for _, rows in table["residual_two_sigma_kt"].groupby(level="maneuver", sort=False):
         if rows.max() > _LOUD * rows.min():
             yield (
-                f"{_words(rows.idxmax())} has a residual of {rows.max():.2f} kt, {_words(rows.idxmin())} one of "
-                f"{rows.min():.2f} kt: where the airspeed changes fast, a slow GPS misses what happens between two "
+                f"{_words(rows.idxmax())} has a residual of {rows.max():.2f} kt, "
+                f"{_words(rows.idxmin())} one of "
+                f"{rows.min():.2f} kt: where the airspeed changes fast, a slow GPS misses what "
+                "happens between two "
                 "fixes. The bound allows for it."
             )
     if quiet != known:
         yield (
-            f"{_words(quiet)} has the smallest residual (2σ {_at(table, quiet, 'residual_two_sigma_kt')}), but "
-            f"{_words(known)} gives the smallest bound of the curve (mean ±2σ {_at(table, known, 'two_sigma_kt')} "
-            f"against {_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its residual."
+            f"{_words(quiet)} has the smallest residual (2σ "
+            f"{_at(table, quiet, 'residual_two_sigma_kt')}), but "
+            f"{_words(known)} gives the smallest bound of the curve (mean ±2σ "
+            f"{_at(table, known, 'two_sigma_kt')} "
+            f"against {_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its "
+            "residual."
         )
 
 
@@ -84,8 +95,10 @@ def _shapes(results: "pd.DataFrame") -> Iterator[str]:
     stiff = [str(name) for name, value in share.items() if value < _OFTEN_OUTSIDE]
     if stiff and len(share) > 1:
         yield (
-            f"The true curve lies outside the ±2σ bound of {' and '.join(stiff)} over much of the range: the bound "
-            "says how far noise moves the curve of a model, not whether the model can take the true shape."
+            f"The true curve lies outside the ±2σ bound of {' and '.join(stiff)} over much of the "
+            "range: the bound "
+            "says how far noise moves the curve of a model, not whether the model can take the "
+            "true shape."
         )
 
 

@@ -1,4 +1,6 @@
-"""The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown and JSON."""
+"""The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown
+and JSON.
+"""
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,8 +19,15 @@ if TYPE_CHECKING:
 
 # Make texts from outside (file names, columns, segments, messages) safe to print on a terminal.
 
-_CONTROLS = ("Cc", "Cs", "Zl", "Zp")  # control codes, lone surrogates, line and paragraph separators
-_DIRECTIONS = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")  # turn text around
+_CONTROLS = (
+    "Cc",
+    "Cs",
+    "Zl",
+    "Zp",
+)  # control codes, lone surrogates, line and paragraph separators
+_DIRECTIONS = frozenset(
+    "\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+)  # turn text around
 
 
 def printable(text: str, keep: str = "") -> str:
@@ -30,14 +39,18 @@ def printable(text: str, keep: str = "") -> str:
 
 
 def outside(text: str, style: str = "") -> "Text":
-    """One line of text from outside for a rich console or table: no markup, no emoji codes, no control codes."""
+    """One line of text from outside for a rich console or table: no markup, no emoji codes, no
+    control codes.
+    """
     from rich.text import Text
 
     return Text(printable(text), style=style)
 
 
 def print_warnings(warnings: Iterable[str], console: "Console") -> None:
-    """Print what changes the trust in an answer: below the answer's sentences, above its first table."""
+    """Print what changes the trust in an answer: below the answer's sentences, above its first
+    table.
+    """
     for warning in warnings:
         console.print(outside(f"warning: {warning}", "yellow"), soft_wrap=True)
 
@@ -56,10 +69,11 @@ _ABSENT = "–"
 class Column(Generic[Row]):
     """One column of a table of rows of one kind.
 
-    `heading` is the text above the column, without the unit; a column without a heading is in JSON only. `value`
-    takes a row and returns a number, a text, a truth value, or None where the row has none. `style` is the format
-    specification of the number; `.0%` shows a share in percent, for a column with the unit `%`. A column without a
-    style holds text and is aligned left. `key` is the name in JSON; a column without a key is not in JSON.
+    `heading` is the text above the column, without the unit; a column without a heading is in JSON
+    only. `value` takes a row and returns a number, a text, a truth value, or None where the row has
+    none. `style` is the format specification of the number; `.0%` shows a share in percent, for a
+    column with the unit `%`. A column without a style holds text and is aligned left. `key` is the
+    name in JSON; a column without a key is not in JSON.
     `optional`: the column is in the table, and in JSON, only where a row has a value.
     """
 
@@ -77,7 +91,11 @@ class Column(Generic[Row]):
             return _ABSENT
         if isinstance(value, bool):
             return "yes" if value else "no"
-        return format(value, self.style.replace("+", "+z")).removesuffix("%") if self.style else str(value)
+        return (
+            format(value, self.style.replace("+", "+z")).removesuffix("%")
+            if self.style
+            else str(value)
+        )
 
     @property
     def title(self) -> str:
@@ -92,11 +110,14 @@ def keyed(
     return Column(heading, itemgetter(key), unit, style, key, optional)
 
 
-def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = "") -> None:
-    """Print a table to a terminal or a pipe, with its title on a line above; nothing where there is no row.
+def print_table(
+    columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = ""
+) -> None:
+    """Print a table to a terminal or a pipe, with its title on a line above; nothing where there is
+    no row.
 
-    Headings break between words where the terminal is narrow. No cell and no word is ever cut: a table that needs
-    more is wider than the terminal.
+    Headings break between words where the terminal is narrow. No cell and no word is ever cut: a
+    table that needs more is wider than the terminal.
     """
     from rich.box import Box
     from rich.measure import Measurement
@@ -107,13 +128,23 @@ def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "C
     if not rows:
         return
     blank = "    \n"  # a rule stands below the heading, and nothing else is drawn
-    table = Table(box=Box(2 * blank + " ─  \n" + 5 * blank), show_edge=False, pad_edge=False, header_style="bold")
+    table = Table(
+        box=Box(2 * blank + " ─  \n" + 5 * blank),
+        show_edge=False,
+        pad_edge=False,
+        header_style="bold",
+    )
     cells = []
     for column in shown_columns(columns, rows):
         cells.append([Text(printable(column.text(row))) for row in rows])
         heading = Text(f"{column.heading}\n[{column.unit}]" if column.unit else column.heading)
         longest = max(text.cell_len for text in [*map(Text, heading.plain.split()), *cells[-1]])
-        table.add_column(heading, justify="right" if column.style else "left", vertical="bottom", min_width=longest)
+        table.add_column(
+            heading,
+            justify="right" if column.style else "left",
+            vertical="bottom",
+            min_width=longest,
+        )
     for line in zip(*cells, strict=True):
         table.add_row(*line)
     if title:
@@ -123,7 +154,9 @@ def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "C
         table.padding = (0, gap, 0, 0)
         return Measurement.get(console, console.options.update(width=10_000), table).minimum
 
-    if least(1) > console.width and least(0) > console.width:  # narrower gaps only where they make the table fit
+    if (
+        least(1) > console.width and least(0) > console.width
+    ):  # narrower gaps only where they make the table fit
         table.width = least(1)
     console.print(table, crop=False)
 
@@ -134,7 +167,9 @@ def html_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
     shown = shown_columns(columns, rows)
     head = "".join(f"<th{_kind(column)}>{_html_heading(column)}</th>" for column in shown)
     body = "".join(
-        "<tr>" + "".join(f"<td{_kind(column)}>{escape(column.text(row))}</td>" for column in shown) + "</tr>\n"
+        "<tr>"
+        + "".join(f"<td{_kind(column)}>{escape(column.text(row))}</td>" for column in shown)
+        + "</tr>\n"
         for row in rows
     )
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
@@ -172,10 +207,11 @@ def _html_heading(column: Column[Row]) -> str:
 
 
 def json_text(document: object) -> str:
-    """A document of mappings, sequences, text and numbers as strict JSON (RFC 8259), ending in a line break.
+    """A document of mappings, sequences, text and numbers as strict JSON (RFC 8259), ending in a
+    line break.
 
-    A number that is not finite becomes null, because JSON cannot write it. Raises TypeError for anything else that
-    JSON cannot hold.
+    A number that is not finite becomes null, because JSON cannot write it. Raises TypeError for
+    anything else that JSON cannot hold.
     """
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 

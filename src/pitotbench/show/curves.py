@@ -53,18 +53,26 @@ def curve_panels(
     points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | str | None = AUTO,
 ) -> list[Panel]:
-    """The error curve between its limits, its bounds, and the altitude error where the static source errs.
+    """The error curve between its limits, its bounds, and the altitude error where the static
+    source errs.
 
-    `results` by model: the first is explained, the others are drawn beside it. `truth`: the true correction [m/s]
-    by model, at the airspeeds of its curve, or None for a measured log. `limit` as for `judgments`.
+    `results` by model: the first is explained, the others are drawn beside it. `truth`: the true
+    correction [m/s] by model, at the airspeeds of its curve, or None for a measured log. `limit` as
+    for `judgments`.
     """
     name, first = next(iter(results.items()))
     true = None if truth is None else truth[name]
     chosen = limit_for(first, limit)
     note = " ".join(judgment.sentence for judgment in judgments(first, limit))
     panels = [
-        panel("Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note, _MAIN),
-        panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
+        panel(
+            "Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note, _MAIN
+        ),
+        panel(
+            "How well the curve is known",
+            lambda axes: draw_bound(axes, first, true),
+            legend_columns=2,
+        ),
     ]
     if first.curve.altitude_correction is not None:
         panels.append(panel("Altitude error", lambda axes: draw_altitude(axes, first.curve)))
@@ -78,24 +86,33 @@ def draw_curve(
     points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | None = None,
 ) -> None:
-    """Draw the correction over indicated airspeed with ±2σ and the data behind it, the curves of other models, the
-    limit, and the truth where known.
+    """Draw the correction over indicated airspeed with ±2σ and the data behind it, the curves of
+    other models, the limit, and the truth where known.
 
     Points of fixed-speed methods lie over the curve, as in Martos et al. (2011), Fig. 13.
     """
     name, first = next(iter(results.items()))
     speed, value, bound = _knots(first)
     draw_data(axes, first)
-    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.25, lw=0, label="±2σ of the curve")
+    axes.fill_between(
+        speed, value - bound, value + bound, color=BLUE, alpha=0.25, lw=0, label="±2σ of the curve"
+    )
     for color, (other, result) in zip(_MODEL_COLORS, list(results.items())[1:], strict=False):
         curve = result.curve
-        axes.plot(curve.indicated_airspeed / KNOT, curve.correction / KNOT, color=color, lw=1.0, label=other)
+        axes.plot(
+            curve.indicated_airspeed / KNOT,
+            curve.correction / KNOT,
+            color=color,
+            lw=1.0,
+            label=other,
+        )
     axes.plot(speed, value, color=BLUE, label=f"curve ({name})")
     if truth is not None:
         axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
     draw_points(axes, points)
     axes.axhline(0.0, color=INK, lw=0.5)
-    # A limit far beyond the curve would squeeze it to a stripe; the sentence of the rule tells its margin.
+    # A limit far beyond the curve would squeeze it to a stripe; the sentence of the rule tells its
+    # margin.
     low, high = axes.get_ylim()
     if limit is not None and np.min(limit.airspeed(speed)) < _LIMIT_WITHIN * max(-low, high):
         axes.plot(speed, limit.airspeed(speed), color=RED, ls=":", lw=1.4, label=limit.label)
@@ -109,14 +126,18 @@ def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurv
 
     def draw_both(axes: Axes) -> None:
         for name, curve, color in ((found.first, one, ORANGE), (found.second, other, BLUE)):
-            speed, value, bound = (a / KNOT for a in (curve.indicated_airspeed, curve.correction, curve.two_sigma))
+            speed, value, bound = (
+                a / KNOT for a in (curve.indicated_airspeed, curve.correction, curve.two_sigma)
+            )
             axes.fill_between(speed, value - bound, value + bound, color=color, alpha=0.25, lw=0)
             axes.plot(speed, value, color=color, label=f"{name} (±2σ)")
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(ylabel=_CORRECTION)
 
     def draw_difference(axes: Axes) -> None:
-        speed, value, bound = (a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma))
+        speed, value, bound = (
+            a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma)
+        )
         axes.fill_between(speed, value - bound, value + bound, color=PURPLE, alpha=0.25, lw=0)
         axes.plot(speed, value, color=PURPLE, label="difference of the corrections (±2σ)")
         axes.axhline(0.0, color=INK, lw=0.5)
@@ -150,15 +171,21 @@ def parts_panel(log: FlightLog, result: Calibration) -> Panel:
 
 
 def draw_data(axes: Axes, result: Calibration) -> None:
-    """Draw what at most some 900 single samples say: the curve less the residual, of which the middle 99 %."""
+    """Draw what at most some 900 single samples say: the curve less the residual, of which the
+    middle 99 %.
+    """
     curve, residuals = result.curve, result.residuals
     thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
     speed = residuals.indicated_airspeed[thinned]
-    data = np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
+    data = (
+        np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
+    )
     low, high = np.quantile(data, [0.005, 0.995])
     shown = (data >= low) & (data <= high)
     axes.plot(speed[shown] / KNOT, data[shown] / KNOT, ".", color=PALE, ms=2.0, zorder=1)
-    axes.plot([], [], ".", color=GREY, ms=5.0, label="samples without the wind")  # large enough to be seen
+    axes.plot(
+        [], [], ".", color=GREY, ms=5.0, label="samples without the wind"
+    )  # large enough to be seen
 
 
 def draw_altitude(axes: Axes, curve: ErrorCurve) -> None:
@@ -167,7 +194,9 @@ def draw_altitude(axes: Axes, curve: ErrorCurve) -> None:
     assert curve.altitude_two_sigma is not None
     speed, value = curve.indicated_airspeed / KNOT, curve.altitude_correction / FOOT
     bound = curve.altitude_two_sigma / FOOT
-    axes.fill_between(speed, value - bound, value + bound, color=GREEN, alpha=0.25, lw=0, label="±2σ")
+    axes.fill_between(
+        speed, value - bound, value + bound, color=GREEN, alpha=0.25, lw=0, label="±2σ"
+    )
     axes.plot(speed, value, color=GREEN, label="correction of the altitude")
     axes.axhline(0.0, color=INK, lw=0.5)
     axes.set(xlabel=_AIRSPEED, ylabel="true − indicated pressure altitude [ft]")
@@ -187,15 +216,28 @@ def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
 
 
 def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -> None:
-    """Draw the bound of each point, the band of the whole curve, the bound for white residuals, and the true error
-    where known."""
+    """Draw the bound of each point, the band of the whole curve, the bound for white residuals, and
+    the true error where known."""
     speed, value, bound = _knots(result)
     axes.plot(speed, bound, color=BLUE, label="±2σ bound")
     whole = result.curve.simultaneous_two_sigma / KNOT
     axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="±2σ band of the whole curve")
-    axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="2σ for white residuals")
+    axes.plot(
+        speed,
+        result.curve.white_two_sigma / KNOT,
+        color=ORANGE,
+        lw=1.1,
+        label="2σ for white residuals",
+    )
     if truth is not None:
-        axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="absolute true error")
+        axes.plot(
+            speed,
+            np.abs(value - truth / KNOT),
+            color="black",
+            ls="--",
+            lw=1.2,
+            label="absolute true error",
+        )
     axes.set(xlabel=_AIRSPEED, ylabel="bound of the correction [kt]")
     axes.set_ylim(bottom=0.0)
 
@@ -206,11 +248,13 @@ def _knots(result: Calibration) -> tuple[Array, Array, Array]:
     return curve.indicated_airspeed / KNOT, curve.correction / KNOT, curve.two_sigma / KNOT
 
 
-# Pictures of the data behind a curve: samples by airspeed, residuals over time, and their autocorrelation.
+# Pictures of the data behind a curve: samples by airspeed, residuals over time, and their
+# autocorrelation.
 
 _BIN_KT = 2.0
 _DENSITY = (
-    "All samples that the fit uses, also those in turns: many samples at one airspeed need not mean many legs."
+    "All samples that the fit uses, also those in turns: many samples at one airspeed need "
+    "not mean many legs."
 )
 _LONGEST_LAG = 40  # s
 
@@ -230,12 +274,19 @@ def residual_panels(result: Calibration) -> list[Panel]:
         time, value = broken(*thin(residuals.time - residuals.time[0], residuals.airspeed / KNOT))
         axes.plot(time / 60.0, value, color=GREY, lw=0.5)
         axes.axhline(bound, color=RED, lw=1.2, ls="--")
-        axes.axhline(-bound, color=RED, lw=1.2, ls="--", label=f"±2σ of the residual, {bound:.2f} kt")
+        axes.axhline(
+            -bound, color=RED, lw=1.2, ls="--", label=f"±2σ of the residual, {bound:.2f} kt"
+        )
         axes.set(xlabel="time [min]", ylabel="measured − predicted [kt]")
 
     def draw_autocorrelation(axes: Axes) -> None:
         lags, values, count = residual_autocorrelation(result)
-        axes.axhspan(-2.0 / np.sqrt(count), 2.0 / np.sqrt(count), color=PALE, label="95 % band of white noise")
+        axes.axhspan(
+            -2.0 / np.sqrt(count),
+            2.0 / np.sqrt(count),
+            color=PALE,
+            label="95 % band of white noise",
+        )
         axes.vlines(lags, 0.0, values, color=BLUE, lw=1.5)
         axes.axhline(0.0, color=GREY, lw=0.8)
         axes.set(xlabel="lag [s]", ylabel="correlation of 1 s means", ylim=(-0.6, 1.05))
@@ -248,7 +299,9 @@ def residual_panels(result: Calibration) -> list[Panel]:
 
 
 def residual_autocorrelation(result: Calibration) -> tuple[Array, Array, int]:
-    """Lags [s], autocorrelation and number of one-second means of the residual; pauses do not count."""
+    """Lags [s], autocorrelation and number of one-second means of the residual; pauses do not
+    count.
+    """
     second = np.floor(result.residuals.time - result.residuals.time[0]).astype(np.intp)
     filled = np.full(second[-1] + 1, np.nan)
     count = np.bincount(second)
@@ -275,7 +328,11 @@ def scatter_svg(results: "pd.DataFrame", vertical: str, horizontal: str) -> str:
         [lambda axes: draw_scatter(axes, results, vertical, horizontal)], _SIZE, legend_columns=4
     ) as figure:
         text = svg(figure, f"{vertical} against {horizontal}")
-    return text if "xmlns=" in text else text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+    return (
+        text
+        if "xmlns=" in text
+        else text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+    )
 
 
 def draw_scatter(axes: Axes, results: "pd.DataFrame", vertical: str, horizontal: str) -> None:
@@ -284,26 +341,40 @@ def draw_scatter(axes: Axes, results: "pd.DataFrame", vertical: str, horizontal:
     for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False)):
         color = _COLORS[number % len(_COLORS)]
         label = str(name).replace("_", " ")
-        axes.plot(rows[horizontal], rows[vertical], ".", markersize=6, alpha=0.6, color=color, label=label)
+        axes.plot(
+            rows[horizontal], rows[vertical], ".", markersize=6, alpha=0.6, color=color, label=label
+        )
     axes.set(xlabel=horizontal, ylabel=vertical)
 
 
 def all_flights_panel(results: "pd.DataFrame") -> Panel:
-    """The bound of every flight against its minutes, with twice its true error, for the first model."""
+    """The bound of every flight against its minutes, with twice its true error, for the first
+    model.
+    """
     first = results[results["model"] == results["model"].iloc[0]]
 
     def draw(axes: Axes) -> None:
         draw_scatter(axes, first, "two_sigma_kt", "minutes")
         error = 2.0 * first["curve_rms_error_kt"]
         axes.plot(first["minutes"], error, "_", ms=7.0, color="black", label="2 × true rms error")
-        axes.set(xlabel="time [min]", ylabel="mean ±2σ of the curve [kt]", xlim=(0.0, None), ylim=(0.0, None))
+        axes.set(
+            xlabel="time [min]",
+            ylabel="mean ±2σ of the curve [kt]",
+            xlim=(0.0, None),
+            ylim=(0.0, None),
+        )
 
-    note = "A dot: the bound of the curve from one flight, as one data system recorded it; in black its true error."
+    note = (
+        "A dot: the bound of the curve from one flight, as one data system recorded it; in "
+        "black its true error."
+    )
     return panel(f"How well the curve is known ({first['model'].iloc[0]})", draw, note)
 
 
 def corrections_panel(sections: Sequence[Section]) -> Panel:
-    """The corrections of each flight with their bounds, side by side at each airspeed, a color a maneuver."""
+    """The corrections of each flight with their bounds, side by side at each airspeed, a color a
+    maneuver.
+    """
     maneuvers = list(dict.fromkeys(section.group for section in sections))
 
     def draw(axes: Axes) -> None:
@@ -316,7 +387,9 @@ def corrections_panel(sections: Sequence[Section]) -> Panel:
             color = _COLORS[maneuvers.index(section.group) % len(_COLORS)]
             label = section.group.replace("_", " ")
             at = np.array(speed) + shift
-            axes.errorbar(at, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=label)
+            axes.errorbar(
+                at, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=label
+            )
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
 

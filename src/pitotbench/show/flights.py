@@ -28,18 +28,26 @@ class _History:
 def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel]:
     """Ground track and time histories of airspeed, altitude, heading, bank and power.
 
-    `tolerances`: half-width of the band [SI] by channel of the flight, drawn where that channel is held.
+    `tolerances`: half-width of the band [SI] by channel of the flight, drawn where that channel is
+    held.
     """
     channels = (
         _History("Airspeed", "calibrated airspeed", "calibrated_airspeed", "kt", KNOT),
         _History("Altitude", "geometric altitude", "altitude", "ft", FOOT),
         _History("Heading", "true heading, unwrapped", "heading", "°", DEGREE),
         _History("Bank", "bank angle", "roll", "°", DEGREE),
-        _History("Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY),
+        _History(
+            "Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY
+        ),
     )
     track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW)
-    served = [each for each in channels if each.channel in flight.channels]  # an electric motor has no manifold
-    return [track, *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in served)]
+    served = [
+        each for each in channels if each.channel in flight.channels
+    ]  # an electric motor has no manifold
+    return [
+        track,
+        *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in served),
+    ]
 
 
 def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel:
@@ -51,18 +59,24 @@ def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel
         values = values / history.si
 
     def draw(axes: Axes) -> None:
-        time, value, on = broken(*thin(_minutes(flight), values, flight.on_condition.astype(np.float64)))
+        time, value, on = broken(
+            *thin(_minutes(flight), values, flight.on_condition.astype(np.float64))
+        )
         axes.plot(time, value, color=GREY, lw=0.8)
         axes.plot(time, np.where(on > 0.5, value, np.nan), color=BLUE, lw=1.4, label="on condition")
         if half > 0.0:
-            draw_tolerance(axes, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}")
+            draw_tolerance(
+                axes, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}"
+            )
         axes.set(xlabel="time [min]", ylabel=f"{history.label} [{history.unit}]")
 
     return panel(history.title, draw, size=NARROW, legend_columns=2)
 
 
 def draw_track(axes: Axes, flight: Flight) -> None:
-    """Draw the ground track, with its on-condition parts in color and an arrow in the direction of the wind."""
+    """Draw the ground track, with its on-condition parts in color and an arrow in the direction of
+    the wind.
+    """
     east, north = flight["position_east"] / NAUTICAL_MILE, flight["position_north"] / NAUTICAL_MILE
     on = flight.on_condition.astype(np.float64)
     _, x, y, on = broken(*thin(flight["time"], east, north, on))
@@ -75,7 +89,9 @@ def draw_track(axes: Axes, flight: Flight) -> None:
 
 
 def _draw_wind(axes: Axes, flight: Flight) -> None:
-    """Draw an arrow outside the axes, where it hides no track; its length does not depend on the wind."""
+    """Draw an arrow outside the axes, where it hides no track; its length does not depend on the
+    wind.
+    """
     wind = flight.case.wind
     if wind.speed <= 0.0:
         return
@@ -91,7 +107,9 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
         annotation_clip=False,
     )
     words = f"wind\n{wind.speed / KNOT:.0f} kt"
-    axes.text(1.12, 0.56, words, transform=axes.transAxes, ha="center", va="top", fontsize=8, color=RED)
+    axes.text(
+        1.12, 0.56, words, transform=axes.transAxes, ha="center", va="top", fontsize=8, color=RED
+    )
 
 
 def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label: str) -> None:
@@ -99,14 +117,18 @@ def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label
 
     `half` is the half-width of the band in the unit of the values.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flight.on_condition, [False]]).astype(np.int8)))
+    edges = np.flatnonzero(
+        np.diff(np.concatenate([[False], flight.on_condition, [False]]).astype(np.int8))
+    )
     minutes = _minutes(flight)
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         piece = values[start:stop]
         if np.ptp(piece) > _HELD * half:
             continue
         middle, span = float(np.median(piece)), minutes[[start, stop - 1]]
-        axes.fill_between(span, middle - half, middle + half, color=ORANGE, alpha=0.3, lw=0, label=label)
+        axes.fill_between(
+            span, middle - half, middle + half, color=ORANGE, alpha=0.3, lw=0, label=label
+        )
         label = "_"  # one entry of the legend is enough
 
 

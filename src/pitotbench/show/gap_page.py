@@ -67,7 +67,8 @@ from pitotbench.show.words import (
 from pitotbench.timeline import interval, stretches
 from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 
-# Instants of a log that the comparison did not use, in words and as shaded stretches of a picture over time.
+# Instants of a log that the comparison did not use, in words and as shaded stretches of a picture
+# over time.
 
 _SHADE = "#F0E0D0"  # unlike the grey of a noise band
 
@@ -78,23 +79,35 @@ def unused_words(traces: Sequence[Trace]) -> str:
         return ""
     share = max(float(np.mean(~trace.used)) for trace in traces)
     return (
-        f"Shaded: {100.0 * share:.1f} % of the flight that was not used, because the impact pressure stood at the "
+        f"Shaded: {100.0 * share:.1f} % of the flight that was not used, because the impact "
+        "pressure stood at the "
         "end of its sensor's range or the Mach number was above the limit."
     )
 
 
 def shade_unused(axes: Axes, time: Array, used: Booleans) -> None:
-    """Shade the stretches of time [min], (n,), that are not used, (n,), with one entry in the legend."""
+    """Shade the stretches of time [min], (n,), that are not used, (n,), with one entry in the
+    legend.
+    """
     half = 0.5 * interval(time)
-    changes = np.flatnonzero((np.diff(used.astype(np.int8)) != 0) | (np.diff(time) > 3.0 * half)) + 1
+    changes = (
+        np.flatnonzero((np.diff(used.astype(np.int8)) != 0) | (np.diff(time) > 3.0 * half)) + 1
+    )
     label = "not used"
     for part in stretches(time, changes):
         if not used[part.start]:
-            axes.axvspan(time[part.start] - half, time[part.stop - 1] + half, color=_SHADE, lw=0.0, label=label)
+            axes.axvspan(
+                time[part.start] - half,
+                time[part.stop - 1] + half,
+                color=_SHADE,
+                lw=0.0,
+                label=label,
+            )
             label = "_"
 
 
-# Pictures of a gap: its map, the part that each effect explains, the rest, and the card flown again.
+# Pictures of a gap: its map, the part that each effect explains, the rest, and the card flown
+# again.
 
 SHOWN = 6  # channels over time
 VISIBLE = 0.1  # of the remaining gap: a smaller change by the patch cannot be read from a picture
@@ -102,7 +115,9 @@ BIN = 4.0  # s: long enough to average the sensor noise, short enough for the ph
 
 
 def map_panels(found: GapMap) -> list[Panel]:
-    """The map of the remaining gap first, then that without the named effects in the model, on one scale."""
+    """The map of the remaining gap first, then that without the named effects in the model, on one
+    scale.
+    """
     scale = max(2.0 * found.threshold, float(np.nanmax(np.abs(found.before))))
     note = (
         f"Flights without an effect stay below {found.threshold:.1f}σ; cells above it are framed. "
@@ -110,7 +125,10 @@ def map_panels(found: GapMap) -> list[Panel]:
     )
     tables = [("Where the gap is [σ]", found.before)]
     if np.any(found.before != found.after):
-        tables = [("The remaining gap [σ]", found.after), ("The gap before the patch [σ]", found.before)]
+        tables = [
+            ("The remaining gap [σ]", found.after),
+            ("The gap before the patch [σ]", found.before),
+        ]
     return [_map_panel(title, found, values, scale, note) for title, values in tables]
 
 
@@ -119,15 +137,23 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
     with canvas(1, 1, width, height) as (figure, (axes,)):
         norm = SymLogNorm(linthresh=found.threshold, vmin=-scale, vmax=scale)
         image = axes.imshow(values, cmap="RdBu_r", norm=norm, aspect="auto")
-        axes.set_xticks(range(len(found.places)), [words(p) for p in found.places], rotation=55, ha="right")
+        axes.set_xticks(
+            range(len(found.places)), [words(p) for p in found.places], rotation=55, ha="right"
+        )
         axes.set_yticks(range(len(found.channels)), [words(c) for c in found.channels])
         axes.tick_params(labelsize=9, length=0)
         axes.grid(visible=False)
         for row, column in np.argwhere(np.abs(np.nan_to_num(values)) > found.threshold).tolist():
             value = float(values[row, column])
-            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8))
-            color = "white" if abs(float(norm(value)) - 0.5) > 0.33 else INK  # light on a dark shade
-            axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=9, color=color)
+            axes.add_patch(
+                Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8)
+            )
+            color = (
+                "white" if abs(float(norm(value)) - 0.5) > 0.33 else INK
+            )  # light on a dark shade
+            axes.text(
+                column, row, f"{value:+.0f}", ha="center", va="center", fontsize=9, color=color
+            )
         ticks = [-scale, -found.threshold, 0, found.threshold, scale]
         bar = figure.colorbar(image, ax=axes, shrink=0.8, ticks=ticks)
         bar.ax.set_yticklabels([f"{t:+.0f}" for t in ticks])
@@ -145,14 +171,22 @@ def waterfall_panel(account: Account) -> Panel:
 
     def draw(axes: Axes) -> None:
         for i, rest in enumerate(remaining):
-            axes.barh(i, rest, color=GREY if i == 0 else GREEN, height=0.6, label="remaining" if i == 1 else "_")
+            axes.barh(
+                i,
+                rest,
+                color=GREY if i == 0 else GREEN,
+                height=0.6,
+                label="remaining" if i == 1 else "_",
+            )
             if i:
                 taken, name = remaining[i - 1] - rest, "closed by the effect" if i == 1 else "_"
                 axes.barh(i, taken, left=rest, color=ORANGE, alpha=0.45, height=0.6, label=name)
             axes.text(max(rest, 0.0) + 1.0, i, f"{rest:.1f} %", va="center", fontsize=8)
         axes.set_yticks(range(len(names)), names)
         axes.invert_yaxis()
-        axes.set(xlabel="remaining part of the explainable gap [%]", xlim=(min(0.0, *remaining), 114.0))
+        axes.set(
+            xlabel="remaining part of the explainable gap [%]", xlim=(min(0.0, *remaining), 114.0)
+        )
         axes.grid(axis="y", visible=False)
 
     sums = f"{closed.before:,.0f} before, {closed.after:,.0f} after, {closed.noise:,.0f} noise"
@@ -166,10 +200,21 @@ def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
     def draw(axes: Axes) -> None:
         for i, (_, closed) in enumerate(closures):
             before, after = closed.before - closed.noise, max(closed.after - closed.noise, 0.0)
-            axes.barh(i - 0.2, before, color=GREY, height=0.36, label="_" if i else "without the patch")
-            axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
+            axes.barh(
+                i - 0.2, before, color=GREY, height=0.36, label="_" if i else "without the patch"
+            )
+            axes.barh(
+                i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch"
+            )
             share = f"{100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})"
-            axes.annotate(share, (after, i + 0.2), (4.0, 0.0), textcoords="offset points", va="center", fontsize=8)
+            axes.annotate(
+                share,
+                (after, i + 0.2),
+                (4.0, 0.0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8,
+            )
         axes.set_yticks(range(len(closures)), [name for name, _ in closures])
         axes.invert_yaxis()
         axes.set(xlabel="explainable gap, sum of squares over noise variance")
@@ -181,12 +226,19 @@ def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
 def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Panel]:
     """Channels over time: measured minus simulated, and the change by the patch."""
     shown = telling(traces, located)[:SHOWN]
-    return [panel(unit_without_mass(trace.channel).title, partial(draw_trace, trace=trace)) for trace in shown]
+    return [
+        panel(unit_without_mass(trace.channel).title, partial(draw_trace, trace=trace))
+        for trace in shown
+    ]
 
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
-    """Return the channels that the patch changes visibly, the clearest first; without a patch, those of the gap."""
-    clear: dict[str, float] = {}  # the change by the patch over the remaining gap, root mean squares
+    """Return the channels that the patch changes visibly, the clearest first; without a patch,
+    those of the gap.
+    """
+    clear: dict[
+        str, float
+    ] = {}  # the change by the patch over the remaining gap, root mean squares
     for trace in traces:
         explained = trace.explained[trace.used]
         remaining = float(np.sqrt(np.mean((trace.gap[trace.used] - explained) ** 2)))
@@ -199,13 +251,17 @@ def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
-    """Draw a residual channel, and its means over a few seconds and the change by the patch where it was used."""
+    """Draw a residual channel, and its means over a few seconds and the change by the patch where
+    it was used.
+    """
     since, used, shown = trace.time - trace.time[0], trace.used, unit_without_mass(trace.channel)
     measured, patched = trace.gap / shown.factor, trace.explained / shown.factor
     shade_unused(axes, since / 60.0, used)
     low, high = np.nanpercentile(measured[used], [0.5, 99.5])
     time, gap, explained = broken(since, measured, np.where(used, patched, np.nan))
-    axes.plot(time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated")
+    axes.plot(
+        time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated"
+    )
     middle = broken(*_averaged(since[used], measured[used]))
     axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"{BIN:g} s means")
     if np.any(trace.explained):
@@ -221,7 +277,9 @@ def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
 
 
 def history_panels(histories: Sequence[History]) -> list[Panel]:
-    """The card flown again: the measured, the simulated and the patched history, segment after segment."""
+    """The card flown again: the measured, the simulated and the patched history, segment after
+    segment.
+    """
     names = dict.fromkeys(history.quantity for history in histories)
     return [_history_panel(name, [h for h in histories if h.quantity == name]) for name in names]
 
@@ -231,7 +289,11 @@ def _history_panel(name: str, parts: Sequence[History]) -> Panel:
         same = all(np.array_equal(h.simulated, h.patched) for h in parts)
         for i, part in enumerate(parts):
             time, *sides = thin(part.time / 60.0, part.measured, part.simulated, part.patched)
-            looks = ((INK, "-", "measured"), (ORANGE, "-", "simulated"), (GREEN, "--", "simulated with the patch"))
+            looks = (
+                (INK, "-", "measured"),
+                (ORANGE, "-", "simulated"),
+                (GREEN, "--", "simulated with the patch"),
+            )
             for side, (color, style, label) in zip(sides, looks, strict=True):
                 if not (same and color == GREEN):
                     axes.plot(time, side, color=color, ls=style, lw=1.0, label="_" if i else label)
@@ -240,7 +302,8 @@ def _history_panel(name: str, parts: Sequence[History]) -> Panel:
     return panel(name.capitalize(), draw)
 
 
-# The first picture of a reconciliation: the telling channel over time, a variable, and the ground track.
+# The first picture of a reconciliation: the telling channel over time, a variable, and the ground
+# track.
 
 BINS = 12  # of the variable
 FEWEST = 4  # instants of a bin that is drawn
@@ -248,8 +311,14 @@ BAND = 2.0  # standard deviations of the noise band
 
 
 def telling_panels(telling: TellingChannel) -> list[Panel]:
-    """The telling channel over time and over a variable, and the ground track, in the units of the field."""
-    shown = CHANNELS[telling.channel] if telling.mass is not None else unit_without_mass(telling.channel)
+    """The telling channel over time and over a variable, and the ground track, in the units of the
+    field.
+    """
+    shown = (
+        CHANNELS[telling.channel]
+        if telling.mass is not None
+        else unit_without_mass(telling.channel)
+    )
     before, after, noise = _in_field_units(telling, shown)
     used, sides = telling.used, [(before, BLUE, "before the patch")]
     if not np.array_equal(before, after):
@@ -275,21 +344,30 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         of = telling.values / variable.factor
         for values, color, name in sides:
             center, middle, spread = _binned(of[used], values[used])
-            axes.errorbar(center, middle, spread, fmt="o", ms=4, color=color, lw=1.0, capsize=2, label=name)
+            axes.errorbar(
+                center, middle, spread, fmt="o", ms=4, color=color, lw=1.0, capsize=2, label=name
+            )
         axes.set(xlabel=f"{variable.name} [{variable.unit}]", ylabel=label)
 
     def over_ground(axes: Axes) -> None:
         east, north = telling.east / NAUTICAL_MILE, telling.north / NAUTICAL_MILE
         axes.plot(*thin(east, north), color=GREY, lw=1.0, label="ground track")
         far = np.where(telling.marked, 1.0, np.nan)
-        axes.plot(*thin(east * far, north * far), color=RED, lw=3.0, label="largest quarter of the gap")
+        axes.plot(
+            *thin(east * far, north * far), color=RED, lw=3.0, label="largest quarter of the gap"
+        )
         axes.plot(east[0], north[0], "o", color=GREY, ms=5)
         axes.set(xlabel="east of the start [nmi]", ylabel="north of the start [nmi]")
         axes.set_aspect("equal", adjustable="datalim")
 
     return [
         panel(f"{shown.title}, over time", over_time, f"Means of {telling.averaged:g} s.", NARROW),
-        panel(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins.", NARROW),
+        panel(
+            f"The same over {variable.name}",
+            over_variable,
+            "Means and standard deviations of bins.",
+            NARROW,
+        ),
         panel("Where it is", over_ground, "The dot is the start.", NARROW),
     ]
 
@@ -348,7 +426,9 @@ def account_page(account: Account) -> str:
         flown=[_flown(name, flown) for name, flown in flights],
         checks=html_table(CHECK_COLUMNS, verdict.checks),
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
-        patch=account.patch if (verdict.effects and verdict.kind in SURE) or _has_formula(account) else "",
+        patch=account.patch
+        if (verdict.effects and verdict.kind in SURE) or _has_formula(account)
+        else "",
         fly=flying_words(account),
         version=page_version(),
     )
@@ -357,8 +437,13 @@ def account_page(account: Account) -> str:
 def flying_words(account: Account) -> list[str]:
     """The commands that fly the patch: those of its aircraft, and those of a case file."""
     lines = ["cat patch.toml >> case.toml", "pitotbench fly case.toml -o patched.csv"]
-    if account.aircraft != "none" and any(effect_of(e.name).acts_on == "aircraft" for e in account.effects):
-        apply = f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft {account.aircraft} --apply NAME"
+    if account.aircraft != "none" and any(
+        effect_of(e.name).acts_on == "aircraft" for e in account.effects
+    ):
+        apply = (
+            f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft "
+            f"{account.aircraft} --apply NAME"
+        )
         lines += ["", apply, f'# fly it with aircraft = "{account.aircraft}+NAME" in the case file']
     return lines
 
@@ -376,7 +461,9 @@ def _closing(account: Account) -> list[Panel]:
     closures = [("fitted log", verdict.closure)]
     if verdict.closure_holdout is not None:
         closures.append(("held-out log", verdict.closure_holdout))
-    if len(account.flights) > 1:  # the steps are of the flight with the largest gap, the closure is of all
+    if (
+        len(account.flights) > 1
+    ):  # the steps are of the flight with the largest gap, the closure is of all
         return [before_after_panel(closures)]
     return [waterfall_panel(account), before_after_panel(closures)]
 
@@ -385,13 +472,17 @@ SHORT = 0.02  # of the time within a tolerance: a smaller difference from two fl
 
 
 def _shortfall(flown: FlownAgain) -> str:
-    """What the patch does not bring within the tolerance as often as two flights of one airplane are."""
+    """What the patch does not bring within the tolerance as often as two flights of one airplane
+    are.
+    """
     short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - SHORT]
     if not short:
         return ""
     return (
-        f"With the patch, {listed(short)} is within its tolerance less often than between two flights of one "
-        "airplane: what differs there is not in the patch. The hand of the pilot, the wind and its gusts over the "
+        f"With the patch, {listed(short)} is within its tolerance less often than between two "
+        "flights of one "
+        "airplane: what differs there is not in the patch. The hand of the pilot, the wind and its "
+        "gusts over the "
         "flight are the card's, not the log's."
     )
 
@@ -416,28 +507,42 @@ def _flown(name: str, flown: FlownAgain) -> dict[str, object]:
 # The record for the file, in the order of a qualification test.
 
 _TOLERANCES = (
-    "The simulator flies the card of the log again, before and with the patch. A sample is within tolerance where "
-    "it is no farther from the measured one than 40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a "
-    "simulator against flight: 3 kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one "
+    "The simulator flies the card of the log again, before and with the patch. A sample is within "
+    "tolerance where "
+    "it is no farther from the measured one than 40 % of what 14 CFR Part 60 (Appendix A, "
+    "Attachment 2) allows a "
+    "simulator against flight: 3 kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two "
+    "flights of one "
     "airplane, which differ by gusts alone, say what can be reached."
 )
 
 
 def reconciliation_record(account: Account, made: Provenance) -> str:
-    """The record of a reconciliation, in the order of a qualification test: objective to statement, and checks."""
+    """The record of a reconciliation, in the order of a qualification test: objective to statement,
+    and checks.
+    """
     verdict, flown, tables = account.rounds[0].verdict, account.flown, []
     for each, log in ((flown, account.log), (account.flown_holdout, account.holdout)):
         if each.tolerances:
             tables.append(f"<p>{escape(log)}</p>{html_table(TOLERANCE_COLUMNS, each.tolerances)}")
     judged = {each.quantity for each in flown.tolerances}
-    drawings = [p.drawing for p in history_panels([h for h in flown.histories if h.quantity in judged])]
-    lines = [f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights]
+    drawings = [
+        p.drawing for p in history_panels([h for h in flown.histories if h.quantity in judged])
+    ]
+    lines = [
+        f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights
+    ]
     if account.null_flights:
-        lines.append(f"{account.null_flights} simulated flights of the card without an effect give the thresholds")
+        lines.append(
+            f"{account.null_flights} simulated flights of the card without an effect give the "
+            "thresholds"
+        )
     results = [f"Not flown again: {flown.skipped}."] if flown.skipped else []
     if flown.features:
         many = f"{len(remaining_features(flown.features))} of {len(flown.features)}"
-        results = [f"With the patch, {many} characteristic numbers of the card differ by more than chance."]
+        results = [
+            f"With the patch, {many} characteristic numbers of the card differ by more than chance."
+        ]
     parts: list[Part] = [
         ("Conditions", conditions_of(made, lines), ""),
         ("Tolerances", [_TOLERANCES], ""),
@@ -450,22 +555,39 @@ def reconciliation_record(account: Account, made: Provenance) -> str:
         sides = f"the flight model {account.aircraft} and the measured flight disagree"
     objective = f"Find where {sides}, because of what, and how far what is named closes the gap."
     title = f"Record of a comparison of simulation and flight: {kind_words(verdict)}"
-    return record_page(title, objective, made, parts, [*account.warnings, *map(words, verdict.notes)])
+    return record_page(
+        title, objective, made, parts, [*account.warnings, *map(words, verdict.notes)]
+    )
 
 
 def _answer_checks(account: Account) -> list[Check]:
     """What is held against the answer of a reconciliation, beside the checks of its log."""
     verdict = account.rounds[0].verdict
     closed = (
-        f"closes {closure_percent(verdict.closure)} of the explainable gap of the log" if verdict.effects else ""
+        f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
+        if verdict.effects
+        else ""
     )
     held = verdict.closure_holdout
-    also = "" if held is None else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
+    also = (
+        ""
+        if held is None
+        else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
+    )
     skipped = account.flown.skipped or "nothing is named"
     fits = "as often as two flights of one airplane" if account.flown.tolerances else ""
     return [
-        check("nothing speaks against the answer", "; ".join(verdict.doubts), closed, "nothing is named"),
-        check("nothing remains beside it", "a gap remains" if verdict.remains else "", closed and "no gap remains"),
+        check(
+            "nothing speaks against the answer",
+            "; ".join(verdict.doubts),
+            closed,
+            "nothing is named",
+        ),
+        check(
+            "nothing remains beside it",
+            "a gap remains" if verdict.remains else "",
+            closed and "no gap remains",
+        ),
         check("a log that was not used is explained", "", also, "no log was held out"),
         check("flown again within the tolerances", _shortfall(account.flown), fits, skipped),
     ]

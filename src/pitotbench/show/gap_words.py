@@ -1,4 +1,6 @@
-"""A verdict in plain sentences: the missing effects, their sizes, the evidence, the formula of the rest."""
+"""A verdict in plain sentences: the missing effects, their sizes, the evidence, the formula of the
+rest.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -31,23 +33,32 @@ MEANINGS = {
 
 def formula_sentences(formula: FoundFormula, holdout: str) -> list[str]:
     """What a formula says, what would do as well, and how much of the gap it closes."""
-    left = f"Beside {listed([words(n) for n in formula.beside])}, the gap" if formula.beside else "The gap"
-    meanings = [text for symbol, text in MEANINGS.items() if any(_holds(t.term, symbol) for t in formula.terms)]
+    left = (
+        f"Beside {listed([words(n) for n in formula.beside])}, the gap"
+        if formula.beside
+        else "The gap"
+    )
+    meanings = [
+        text
+        for symbol, text in MEANINGS.items()
+        if any(_holds(t.term, symbol) for t in formula.terms)
+    ]
     legend = f" Here {listed(meanings)}." if meanings else ""
     lines = [f"{left} follows a formula: {'; '.join(_equations(formula))}; ± is 2σ.{legend}"]
     for term in formula.terms:
         if term.alternatives:
             others = listed(list(term.alternatives[:3]), "or")
             lines.append(
-                f"In the place of {term.symbol} with {term.term}, the log is explained as well by {others}."
+                f"In the place of {term.symbol} with {term.term}, the log is explained as well by "
+                f"{others}."
             )
-    closed = f"The formula closes {closure_percent(formula.closure)} of the explainable gap of this log"
+    closed = (
+        f"The formula closes {closure_percent(formula.closure)} of the explainable gap of this log"
+    )
     if formula.beside:
         closed += " that the names leave"
     if formula.closure_holdout is not None:
-        closed += (
-            f", and {closure_percent(formula.closure_holdout)} of that of {holdout}, to which it was not fitted"
-        )
+        closed += f", and {closure_percent(formula.closure_holdout)} of that of {holdout}, to which it was not fitted"
     lines.append(closed + ".")
     if formula.refused:
         lines.append(f"It is not put into the model: {formula.refused}.")
@@ -57,7 +68,9 @@ def formula_sentences(formula: FoundFormula, holdout: str) -> list[str]:
 def formula_closures(formula: FoundFormula) -> list[tuple[str, Closure]]:
     """The closures of a formula by the log that they are of."""
     closures = [("fitted log", formula.closure)]
-    return closures + ([("held-out log", formula.closure_holdout)] if formula.closure_holdout is not None else [])
+    return closures + (
+        [("held-out log", formula.closure_holdout)] if formula.closure_holdout is not None else []
+    )
 
 
 def formula_json(formula: FoundFormula | None) -> dict[str, Any] | None:
@@ -80,7 +93,9 @@ def formula_json(formula: FoundFormula | None) -> dict[str, Any] | None:
         "beside": list(formula.beside),
         "held_out_ratio": formula.held_out_ratio,
         "closure": formula.closure.share,
-        "closure_holdout": formula.closure_holdout.share if formula.closure_holdout is not None else None,
+        "closure_holdout": formula.closure_holdout.share
+        if formula.closure_holdout is not None
+        else None,
         "refused": formula.refused or None,
     }
 
@@ -97,15 +112,20 @@ def _equations(formula: FoundFormula) -> list[str]:
 
 
 def _holds(term: str, symbol: str) -> bool:
-    return any(word.startswith(symbol) for word in term.split()) and not (symbol == "q" and "q̄" in term)
+    return any(word.startswith(symbol) for word in term.split()) and not (
+        symbol == "q" and "q̄" in term
+    )
 
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
-TOLD_FROM = 0.02  # probability from which a further cause of a set is told: a doubted name may have none
+TOLD_FROM = (
+    0.02  # probability from which a further cause of a set is told: a doubted name may have none
+)
 DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told
 
 _WITHOUT_NULL_FLIGHTS = (
-    "No simulated flights of this card were there to compare with, so that the noise is judged by this log alone. "
+    "No simulated flights of this card were there to compare with, so that the noise is judged by "
+    "this log alone. "
     "Small gaps are not told. Repeat the flight before you believe a size of a few σ."
 )
 
@@ -117,7 +137,8 @@ def calibration_words(change: CalibrationChange) -> str:
     low, high = (round(float(v / KNOT)) for v in (change.airspeed[0], change.airspeed[-1]))
     if abs(wrong[worst]) < UNTOUCHED:
         return (
-            f"A calibration by this flight is not touched: it changes by less than {UNTOUCHED:g} kt between {low} "
+            f"A calibration by this flight is not touched: it changes by less than {UNTOUCHED:g} "
+            f"kt between {low} "
             f"and {high} KIAS."
         )
     way = "high" if wrong[worst] > 0.0 else "low"
@@ -129,7 +150,8 @@ def calibration_words(change: CalibrationChange) -> str:
 
 
 def effect_words(effect: Candidate, *more: str) -> str:
-    """An effect with its clear sizes, the times at which it begins and ends, and more to be told of it.
+    """An effect with its clear sizes, the times at which it begins and ends, and more to be told of
+    it.
 
     A size within its bound of zero is left out beside one that is not.
     """
@@ -152,11 +174,15 @@ PART_WORDS = {
 def part_words(part: str, causes: Sequence[str]) -> str:
     """A part in a sentence, with that of effects which are one model with one of its causes."""
     same = [effect.part for effect in EFFECTS.values() if effect.one_model_with in causes]
-    return listed([PART_WORDS.get(each, f"the {each}") for each in dict.fromkeys([part, *same])], "or")
+    return listed(
+        [PART_WORDS.get(each, f"the {each}") for each in dict.fromkeys([part, *same])], "or"
+    )
 
 
 def sentences(account: Account) -> list[str]:
-    """The answer in plain sentences: what, how big and how sure, what it does to a calibration, what is closed."""
+    """The answer in plain sentences: what, how big and how sure, what it does to a calibration,
+    what is closed.
+    """
     verdict = account.rounds[0].verdict
     lines = [_answer(verdict, account.aircraft)]
     if verdict.kind in SURE and account.calibration is not None:
@@ -181,13 +207,15 @@ def evidence_words(account: Account) -> list[str]:
     lines = []
     if verdict.kind != "no_gap" and verdict.located:
         places = [
-            f"{words(p.channel)} {'in ' if p.phase else ''}{words(p.where)} ({p.significance:+.0f}σ)"
+            f"{words(p.channel)} {'in ' if p.phase else ''}{words(p.where)} "
+            f"({p.significance:+.0f}σ)"
             for p in verdict.located[:3]
         ]
         lines.append(f"The gap is largest in {listed(places)}.")
     if account.null_flights:
         lines.append(
-            f"The thresholds come from {account.null_flights} simulated flights of the same card without an effect."
+            f"The thresholds come from {account.null_flights} simulated flights of the same card "
+            "without an effect."
         )
     parts = [f"{part} {percent(p)}" for part, p in verdict.parts.items() if p >= TOLD_FROM]
     if verdict.kind != "no_gap" and parts:
@@ -206,7 +234,9 @@ def _answer(verdict: Verdict, aircraft: str) -> str:
     groups: dict[str, list[tuple[Candidate, list[str]]]] = {}
     for effect, rivals in zip(verdict.effects, reported_rivals(verdict), strict=True):
         part = effect_of(effect.name).part
-        groups.setdefault(part if part in verdict.named_parts else effect.name, []).append((effect, rivals))
+        groups.setdefault(part if part in verdict.named_parts else effect.name, []).append(
+            (effect, rivals)
+        )
     clauses = [_clause(verdict, key, members) for key, members in groups.items()]
     doubt = "" if set(groups) <= set(verdict.named_parts) else _doubt(verdict)
     return f"It is {'; and it is '.join(clauses)}; ± is 2σ.{doubt}"
@@ -218,9 +248,15 @@ def _clause(verdict: Verdict, key: str, members: Sequence[tuple[Candidate, list[
 
     def told(name: str) -> str:
         chance = percent(
-            verdict.probabilities.get(name, candidates[name].probability if name in candidates else 0.0)
+            verdict.probabilities.get(
+                name, candidates[name].probability if name in candidates else 0.0
+            )
         )
-        return effect_words(candidates[name], chance) if name in candidates else f"{words(name)} ({chance})"
+        return (
+            effect_words(candidates[name], chance)
+            if name in candidates
+            else f"{words(name)} ({chance})"
+        )
 
     if key not in verdict.named_parts:
         ((effect, rivals),) = members
@@ -231,7 +267,9 @@ def _clause(verdict: Verdict, key: str, members: Sequence[tuple[Candidate, list[
     causes, elsewhere = [], []
     for effect, rivals in members:
         names = [effect_words(effect, percent(effect.probability))]
-        causes.append(listed([*names, *(told(n) for n in rivals if effect_of(n).part == key)], "or"))
+        causes.append(
+            listed([*names, *(told(n) for n in rivals if effect_of(n).part == key)], "or")
+        )
         elsewhere += [told(n) for n in rivals if effect_of(n).part != key]
     less = f"; less probably, it is {listed(elsewhere, 'or')}" if elsewhere else ""
     named = part_words(key, [effect_of(effect.name).cause for effect, _ in members])
@@ -240,7 +278,10 @@ def _clause(verdict: Verdict, key: str, members: Sequence[tuple[Candidate, list[
 
 def reported_rivals(verdict: Verdict) -> list[list[str]]:
     """For each effect, the other causes of its set that are worth telling."""
-    return [[n for n in names if verdict.probabilities.get(n, 1.0) >= TOLD_FROM] for names in verdict.alternatives]
+    return [
+        [n for n in names if verdict.probabilities.get(n, 1.0) >= TOLD_FROM]
+        for names in verdict.alternatives
+    ]
 
 
 def _doubt(verdict: Verdict) -> str:
@@ -252,7 +293,9 @@ def _doubt(verdict: Verdict) -> str:
     ]
     if max(left, default=0.0) < DOUBTED:
         return ""
-    return f" With {100.0 * max(left):.0f} % it is a cause that the table does not hold in this form."
+    return (
+        f" With {100.0 * max(left):.0f} % it is a cause that the table does not hold in this form."
+    )
 
 
 def percent(probability: float) -> str:
@@ -261,26 +304,38 @@ def percent(probability: float) -> str:
 
 
 def _best(verdict: Verdict) -> str:
-    """The best candidate of an unknown cause, with the reason why it is refused; empty without a candidate."""
+    """The best candidate of an unknown cause, with the reason why it is refused; empty without a
+    candidate.
+    """
     if not verdict.candidates:
         return ""
     best = verdict.candidates[0]
     return (
-        f"The best candidate, {effect_words(best)}, with a score of {best.score:.0f}σ, leaves a gap or does not "
+        f"The best candidate, {effect_words(best)}, with a score of {best.score:.0f}σ, leaves a "
+        "gap or does not "
         "explain parts of the log that it was not fitted to. "
     )
 
 
 def _closed(account: Account) -> str:
     verdict = account.rounds[0].verdict
-    more = ", with what further passes found," if any(each.added for each in account.rounds[1:]) else ""
-    line = f"Adding it{more} closes {closure_percent(verdict.closure)} of the explainable gap of this log"
+    more = (
+        ", with what further passes found,"
+        if any(each.added for each in account.rounds[1:])
+        else ""
+    )
+    line = (
+        f"Adding it{more} closes {closure_percent(verdict.closure)} of the explainable gap of "
+        "this log"
+    )
     if verdict.closure_holdout is not None:
         line += f", and {closure_percent(verdict.closure_holdout)} of that of {account.holdout}, which was not used"
     return line + "."
 
 
-BY_CHANCE = 0.05  # share of cards, flown again by one airplane, of which a characteristic number differs
+BY_CHANCE = (
+    0.05  # share of cards, flown again by one airplane, of which a characteristic number differs
+)
 
 
 def remaining_features(features: Sequence[Feature]) -> list[Feature]:
@@ -290,9 +345,11 @@ def remaining_features(features: Sequence[Feature]) -> list[Feature]:
 
 
 def features_limit(features: Sequence[Feature]) -> float:
-    """The deviations that the largest of some characteristic numbers exceeds by chance in one card of twenty.
+    """The deviations that the largest of some characteristic numbers exceeds by chance in one card
+    of twenty.
 
-    The deviation is that of a few flights, so the numbers are Student's; there are many of them (Bonferroni 1936).
+    The deviation is that of a few flights, so the numbers are Student's; there are many of them
+    (Bonferroni 1936).
     """
     least = min((f.freedom for f in features), default=1)
     return float(stdtrit(least, 1.0 - 0.5 * BY_CHANCE / max(len(features), 1)))
@@ -311,11 +368,13 @@ def _later_passes(account: Account) -> list[str]:
     features = account.flown.features
     differing = len(remaining_features(features))
     beside = (
-        f" in the channels; flown again, {differing} of {len(features)} characteristic numbers of the card still "
+        f" in the channels; flown again, {differing} of {len(features)} characteristic numbers of "
+        "the card still "
         "differ by more than chance"
     )
     end = {
-        "no_gap": f"With that in the model, no significant gap remains{beside if differing else ''}.",
+        "no_gap": "With that in the model, no significant gap "
+        f"remains{beside if differing else ''}.",
         "unknown": "With that in the model, a gap remains that no effect of the table explains.",
     }
     more_possible = "More may remain: the number of passes over one log is limited."

@@ -27,7 +27,11 @@ _FIELD = {
 
 
 def _unit(channel: HeldChannel) -> str:
-    return "rpm" if channel.name.startswith("propeller_speed") else _FIELD.get(channel.unit, channel.unit)
+    return (
+        "rpm"
+        if channel.name.startswith("propeller_speed")
+        else _FIELD.get(channel.unit, channel.unit)
+    )
 
 
 def _five_digits(channel: HeldChannel, value: float | None) -> float | None:
@@ -62,9 +66,11 @@ def inspection_sentences(found: LogInspection) -> list[str]:
     bottom, _, top = (value / FOOT for value in found.heights)
     count = len(found.flights)
     sentences = [
-        f"{found.rows:,} rows at {found.rate:.3g} Hz: {count} flight{'s' if count > 1 else ''}, {minutes:.1f} min, "
+        f"{found.rows:,} rows at {found.rate:.3g} Hz: {count} flight{'s' if count > 1 else ''}, "
+        f"{minutes:.1f} min, "
         f"{len(found.pauses)} pause{'' if len(found.pauses) == 1 else 's'}.",
-        f"Indicated airspeeds {low:.0f} to {high:.0f} kt, pressure altitudes {bottom:,.0f} to {top:,.0f} ft, "
+        f"Indicated airspeeds {low:.0f} to {high:.0f} kt, pressure altitudes {bottom:,.0f} to "
+        f"{top:,.0f} ft, "
         f"tracks in {found.headings} of 12 sectors of 30°.",
         f"Wind about {np.hypot(*found.wind) / KNOT:.0f} kt from "
         f"{np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE % 360.0:03.0f}°"
@@ -74,13 +80,17 @@ def inspection_sentences(found: LogInspection) -> list[str]:
         return [*sentences, f"No error curve can be found: {found.refusal}."]
     speeds, bound = found.expected
     points = ", ".join(
-        f"{bound[i] / KNOT:.2f} kt at {speeds[i] / KNOT:.0f} KIAS" for i in dict.fromkeys((0, len(speeds) // 2, -1))
+        f"{bound[i] / KNOT:.2f} kt at {speeds[i] / KNOT:.0f} KIAS"
+        for i in dict.fromkeys((0, len(speeds) // 2, -1))
     )
     if len(speeds) == 1:
         points = f"{bound[0] / KNOT:.2f} kt at {speeds[0] / KNOT:.0f} KIAS"
     heights = any(q.answered for q in found.questions if q.name.startswith("altitude"))
     given = f"model {found.model}, noise known{', without what the height adds' if heights else ''}"
-    return [*sentences, f"In light turbulence, expect an error curve with 2σ of at least {points} ({given})."]
+    return [
+        *sentences,
+        f"In light turbulence, expect an error curve with 2σ of at least {points} ({given}).",
+    ]
 
 
 def print_inspection(found: LogInspection, console: Console) -> None:
@@ -112,7 +122,9 @@ def inspection_json(found: LogInspection) -> dict[str, Any]:
         "wind_from_deg": float(np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE) % 360.0,
         "wind_drifts": found.wind_drifts,
         "questions": json_rows(QUESTION_COLUMNS, found.questions),
-        "expected": [{"indicated_airspeed_kt": v / KNOT, "two_sigma_kt": b / KNOT} for v, b in expected],
+        "expected": [
+            {"indicated_airspeed_kt": v / KNOT, "two_sigma_kt": b / KNOT} for v, b in expected
+        ],
         "refusal": found.refusal or None,
         "warnings": list(found.warnings),
     }
@@ -128,7 +140,9 @@ MANEUVER_COLUMNS: tuple[Column[ManeuverCheck], ...] = (
     Column("on condition", lambda m: m.on_condition, "%", ".0%", "on_condition"),
 )
 STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
-    Column("step", lambda s: f"{words(s.quantity)} {with_unit(f'{s.step:+.0f}', s.unit)}", key="step"),
+    Column(
+        "step", lambda s: f"{words(s.quantity)} {with_unit(f'{s.step:+.0f}', s.unit)}", key="step"
+    ),
     Column("at", lambda s: s.speed_kt, "KCAS", ".0f", "speed_kt"),
     Column("overshoot", lambda s: s.overshoot, "%", ".0%", "overshoot"),
     Column("settled to 10 %", lambda s: s.settled, "s", ".1f", "settled_s"),
@@ -136,26 +150,39 @@ STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
 
 
 def check_sentences(check: AircraftCheck) -> list[str]:
-    """The check in sentences: whether it can be flown, its engines and speeds, the channels it lacks."""
+    """The check in sentences: whether it can be flown, its engines and speeds, the channels it
+    lacks.
+    """
     flown = [m for m in check.maneuvers if not m.failure]
     answer = f"{check.aircraft}: {len(flown)} of {len(check.maneuvers)} maneuvers can be flown."
     failures = [f"{m.maneuver} was not flown: {m.failure}" for m in check.maneuvers if m.failure]
     if check.attached is None:
-        return [answer, "It has an autopilot of its own and flies the cards as they are written.", *failures]
+        return [
+            answer,
+            "It has an autopilot of its own and flies the cards as they are written.",
+            *failures,
+        ]
     return [answer, *_found(check.attached), *failures]
 
 
 def _found(found: Attached) -> list[str]:
-    fastest = "Mach 0.7, to which the bench keeps, is" if found.mach_limited else "the maximum level speed is"
+    fastest = (
+        "Mach 0.7, to which the bench keeps, is"
+        if found.mach_limited
+        else "the maximum level speed is"
+    )
     count = {1: "one engine", 2: "two engines"}.get(found.engines, f"{found.engines} engines")
     sentences = [
-        f"{found.mass_kg / POUND:,.0f} lb, {count} ({found.engine_kind}), thrust lag {found.engine_time_s:.1f} s.",
-        f"At {found.altitude_ft:,.0f} ft with flaps up the stall speed is {found.stall_kt:.0f} KCAS, and {fastest} "
+        f"{found.mass_kg / POUND:,.0f} lb, {count} ({found.engine_kind}), thrust lag "
+        f"{found.engine_time_s:.1f} s.",
+        f"At {found.altitude_ft:,.0f} ft with flaps up the stall speed is {found.stall_kt:.0f} "
+        f"KCAS, and {fastest} "
         f"{found.fastest_kt:.0f} KCAS: both found by flying the model.",
     ]
     if found.missing:
         sentences.append(
-            f"Not recorded, because the model has no such channel: {', '.join(map(words, found.missing))}."
+            "Not recorded, because the model has no such channel: "
+            f"{', '.join(map(words, found.missing))}."
         )
     return sentences
 
@@ -181,9 +208,19 @@ PERFORMANCE_COLUMNS: tuple[Column[PerformanceFigure], ...] = (
     Column("figure", lambda f: f.name, key="name"),
     Column("condition", lambda f: f.condition, key="condition"),
     Column("model", lambda f: _rounded(f.model), "", "s"),
-    Column("handbook", lambda f: None if f.published is None else _rounded(f.published), "", "s", optional=True),
     Column(
-        "difference", lambda f: None if f.difference is None else f"{f.difference:+,.1f}", "", "s", optional=True
+        "handbook",
+        lambda f: None if f.published is None else _rounded(f.published),
+        "",
+        "s",
+        optional=True,
+    ),
+    Column(
+        "difference",
+        lambda f: None if f.difference is None else f"{f.difference:+,.1f}",
+        "",
+        "s",
+        optional=True,
     ),
     Column("unit", lambda f: f.unit or "1", key="unit"),
     Column("", lambda f: f.model, key="model"),
@@ -197,9 +234,13 @@ SKIPPED_COLUMNS: tuple[Column[tuple[str, str]], ...] = (
 
 
 def print_performance(found: Performance, console: Console) -> None:
-    """Print the performance of an aircraft, beside its handbook where there is one, and what was left out."""
+    """Print the performance of an aircraft, beside its handbook where there is one, and what was
+    left out.
+    """
     loading = f"{found.mass / POUND:,.0f} lb"
-    console.print(outside(f"{found.aircraft}: steady flight at {loading}, the loading of its file.", "bold"))
+    console.print(
+        outside(f"{found.aircraft}: steady flight at {loading}, the loading of its file.", "bold")
+    )
     console.print()
     print_table(PERFORMANCE_COLUMNS, found.figures, console)
     console.print()

@@ -9,7 +9,14 @@ from rich.console import Console
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
 from pitotbench.show.calibration import CurvePoint, curve_points
-from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
+from pitotbench.show.columns import (
+    Column,
+    html_table,
+    json_rows,
+    outside,
+    print_table,
+    print_warnings,
+)
 from pitotbench.show.markup import render
 from pitotbench.show.words import listed
 from pitotbench.units import DEGREE, FOOT, KNOT
@@ -41,8 +48,12 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
 )  # fmt: skip
 
 
-def print_points(points: Sequence[FixedSpeedPoint], console: "Console", curve: ErrorCurve | None = None) -> None:
-    """Print the points, one a row; with a curve, also the difference of each from it. Nothing for no points."""
+def print_points(
+    points: Sequence[FixedSpeedPoint], console: "Console", curve: ErrorCurve | None = None
+) -> None:
+    """Print the points, one a row; with a curve, also the difference of each from it. Nothing for
+    no points.
+    """
     if points and curve is not None:
         console.print()  # the curve stands above
     print_table(point_columns(curve), points, console, "fixed-speed methods")
@@ -68,9 +79,11 @@ def point_columns(curve: ErrorCurve | None) -> list[Column[FixedSpeedPoint]]:
     return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")]
 
 
-def legs_json(true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float) -> dict[str, Any]:
-    """The answer of legs that were typed by hand: true airspeed, spread and wind speed [m/s] and the direction
-    [rad] that the wind comes from, as plain data in knots and degrees."""
+def legs_json(
+    true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float
+) -> dict[str, Any]:
+    """The answer of legs that were typed by hand: true airspeed, spread and wind speed [m/s] and
+    the direction [rad] that the wind comes from, as plain data in knots and degrees."""
     return {
         "true_airspeed_kt": true_airspeed / KNOT,
         "spread_kt": None if spread is None else spread / KNOT,
@@ -102,7 +115,13 @@ CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
     Column("configuration", lambda p: p.configuration or None, key="configuration", optional=True),
     Column("legs", lambda p: p.legs, "", "d", "legs"),
     Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
-    Column("KCAS", lambda p: _scaled(p.calibrated_airspeed, KNOT), "kt", ".1f", "calibrated_airspeed_kt"),
+    Column(
+        "KCAS",
+        lambda p: _scaled(p.calibrated_airspeed, KNOT),
+        "kt",
+        ".1f",
+        "calibrated_airspeed_kt",
+    ),
     Column("correction", lambda p: _scaled(p.correction, KNOT), "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda p: _scaled(p.two_sigma, KNOT), "kt", ".2f", "two_sigma_kt"),
     Column(
@@ -112,7 +131,9 @@ CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
         "+.0f",
         "altitude_correction_ft",
     ),
-    Column("±2σ", lambda p: _scaled(p.altitude_two_sigma, FOOT), "ft", ".0f", "altitude_two_sigma_ft"),
+    Column(
+        "±2σ", lambda p: _scaled(p.altitude_two_sigma, FOOT), "ft", ".0f", "altitude_two_sigma_ft"
+    ),
     Column("KTAS", lambda p: _scaled(p.true_airspeed, KNOT), "kt", ".1f", "true_airspeed_kt"),
     Column("spread", lambda p: _scaled(p.spread, KNOT), "kt", ".2f", "spread_kt"),
     Column("wind", lambda p: _scaled(p.wind_speed, KNOT), "kt", ".1f", "wind_speed_kt"),
@@ -127,10 +148,16 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
     Column("correction", lambda p: p["correction_kt"], "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda p: p["two_sigma_kt"], "kt", ".2f", "two_sigma_kt"),
     Column(
-        "altitude correction", lambda p: p["altitude_correction_ft"] or 0.0, "ft", "+.0f", "altitude_correction_ft"
+        "altitude correction",
+        lambda p: p["altitude_correction_ft"] or 0.0,
+        "ft",
+        "+.0f",
+        "altitude_correction_ft",
     ),
     Column("±2σ", lambda p: p["two_sigma_ft"] or 0.0, "ft", ".0f", "altitude_two_sigma_ft"),
-    Column("Δp/q_c", lambda p: p["normalized_pressure_error"], "", "+.4f", "normalized_pressure_error"),
+    Column(
+        "Δp/q_c", lambda p: p["normalized_pressure_error"], "", "+.4f", "normalized_pressure_error"
+    ),
     Column("", lambda p: p["normalized_two_sigma"], key="normalized_two_sigma"),
 )
 
@@ -141,16 +168,22 @@ def print_card(card: HandCard, console: Console) -> None:
     print_table(CARD_POINT_COLUMNS, card.points, console, "points")
     for name, curve in card.curves.items():
         console.print()
-        print_table(CURVE_COLUMNS, curve_points(curve), console, f"curve{f', {name}' if name else ''}")
+        print_table(
+            CURVE_COLUMNS, curve_points(curve), console, f"curve{f', {name}' if name else ''}"
+        )
 
 
 def card_json(card: HandCard) -> dict[str, Any]:
     """The card as plain data, in knots, feet and degrees."""
     return {
         "points": json_rows(CARD_POINT_COLUMNS, card.points),
-        "curves": {n: {"curve": json_rows(CURVE_COLUMNS, curve_points(curve))} for n, curve in card.curves.items()},
+        "curves": {
+            n: {"curve": json_rows(CURVE_COLUMNS, curve_points(curve))}
+            for n, curve in card.curves.items()
+        },
         "slips": [
-            {"row": s.row, "point": s.point, "what": s.words, "probably": s.probably or None} for s in card.slips
+            {"row": s.row, "point": s.point, "what": s.words, "probably": s.probably or None}
+            for s in card.slips
         ],
         "warnings": list(card.warnings),
     }
@@ -160,11 +193,19 @@ FLY_BY_COLUMNS: tuple[Column[FlyByPoint], ...] = (
     Column("point", lambda p: p.point, key="point"),
     Column("configuration", lambda p: p.configuration or None, key="configuration", optional=True),
     Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
-    Column("altitude correction", lambda p: p.altitude_correction / FOOT, "ft", "+.0f", "altitude_correction_ft"),
+    Column(
+        "altitude correction",
+        lambda p: p.altitude_correction / FOOT,
+        "ft",
+        "+.0f",
+        "altitude_correction_ft",
+    ),
     Column("±2σ", lambda p: p.altitude_two_sigma / FOOT, "ft", ".0f", "two_sigma_ft"),
     Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
-    Column("Δp/q_c", lambda p: p.normalized_pressure_error, "", "+.4f", "normalized_pressure_error"),
+    Column(
+        "Δp/q_c", lambda p: p.normalized_pressure_error, "", "+.4f", "normalized_pressure_error"
+    ),
     Column("±2σ", lambda p: p.normalized_two_sigma, "", ".4f", "normalized_two_sigma"),
 )
 
@@ -190,8 +231,12 @@ PLAN_COLUMNS: tuple[Column[HandPlan], ...] = (
 )
 
 
-def chosen_plan(plans: Sequence[HandPlan], want: float | None, minutes: float | None) -> HandPlan | None:
-    """The shortest card with the wanted bound [m/s], else the best within the minutes, else the best of all."""
+def chosen_plan(
+    plans: Sequence[HandPlan], want: float | None, minutes: float | None
+) -> HandPlan | None:
+    """The shortest card with the wanted bound [m/s], else the best within the minutes, else the
+    best of all.
+    """
     fitting = [plan for plan in plans if minutes is None or plan.minutes <= minutes]
     if want is not None:
         return next((plan for plan in fitting if plan.two_sigma <= want), None)
@@ -202,15 +247,23 @@ def plan_words(plan: HandPlan | None, want: float | None) -> list[str]:
     """The card in the words of a pilot."""
     if plan is None:
         wanted = "" if want is None else f" with ±{want / KNOT:g} kt (2σ)"
-        return [f"No card by hand{wanted} fits into the minutes: record a log instead, or allow more of either."]
+        return [
+            f"No card by hand{wanted} fits into the minutes: record a log instead, or allow more "
+            "of either."
+        ]
     speeds = listed([f"{speed / KNOT:.0f}" for speed in plan.airspeeds])
     tracks = listed([f"{track / DEGREE:03.0f}°" for track in plan.tracks])
-    again = "" if plan.times == 1 else f" Fly all of it {plan.times} times, every other time from the fast end."
+    again = (
+        ""
+        if plan.times == 1
+        else f" Fly all of it {plan.times} times, every other time from the fast end."
+    )
     return [
         f"Fly {speeds} KIAS, at each {plan.legs} legs on true tracks {tracks}; "
         "all turned together by any angle will do.",
         f"Hold each leg for 30 s and read whole knots and degrees.{again} "
-        f"It takes {plan.minutes:.0f} min and gives a curve with a 2σ of {plan.two_sigma / KNOT:.2f} kt.",
+        f"It takes {plan.minutes:.0f} min and gives a curve with a 2σ of "
+        f"{plan.two_sigma / KNOT:.2f} kt.",
     ]
 
 
@@ -237,10 +290,16 @@ def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[s
 
 
 def card_sheet(plan: HandPlan | None = None) -> str:
-    """The HTML of a sheet to fill in, which prints on one page: empty, or with the legs that a plan asks for."""
+    """The HTML of a sheet to fill in, which prints on one page: empty, or with the legs that a plan
+    asks for.
+    """
     legs, asked = 4, [""] * 24
     if plan is not None:
         legs = plan.legs
-        asked = [f"{v / KNOT:.0f} KIAS, {t / DEGREE:03.0f}°" for v in plan.airspeeds for t in plan.tracks]
+        asked = [
+            f"{v / KNOT:.0f} KIAS, {t / DEGREE:03.0f}°" for v in plan.airspeeds for t in plan.tracks
+        ]
     rows = [(place // legs + 1, place % legs == 0, text) for place, text in enumerate(asked)]
-    return render("sheet.html", legs=legs, rows=rows, words=[] if plan is None else plan_words(plan, None))
+    return render(
+        "sheet.html", legs=legs, rows=rows, words=[] if plan is None else plan_words(plan, None)
+    )

@@ -6,14 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.air import GAS_CONSTANT, GRAVITY, SEA_LEVEL_PRESSURE, SEA_LEVEL_TEMPERATURE, impact_pressure
+from pitotbench.air import (
+    GAS_CONSTANT,
+    GRAVITY,
+    SEA_LEVEL_PRESSURE,
+    SEA_LEVEL_TEMPERATURE,
+    impact_pressure,
+)
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Calibration
 from pitotbench.units import FOOT, KNOT, Array
 
 AUTO, NONE = "auto", "none"
 _TRANSPORT = 0.6  # Mach number from which on the rule of transport airplanes judges
-# No airplane certified under part 23 or 25 cruises below this speed: for a small drone the rule means nothing.
+# No airplane certified under part 23 or 25 cruises below this speed: for a small drone the rule
+# means nothing.
 _SLOWEST_KT = 60.0
 # At sea level in the standard atmosphere, where the rules apply: 1/(ρ g), with ρ = p/(R T).
 _FEET_A_PASCAL = GAS_CONSTANT * SEA_LEVEL_TEMPERATURE / (SEA_LEVEL_PRESSURE * GRAVITY) / FOOT
@@ -27,9 +34,9 @@ _LEAST_FEET = 30.0  # both rules: the limit need not be less
 class Limit:
     """The largest errors that a rule allows.
 
-    Airspeed: the larger of `share` of the airspeed and `knots`. Altitude: `feet` for each 100 kt of airspeed, 30 ft
-    or more, or None where the rule says nothing about it. `why` says
-    why a rule that nobody named was taken.
+    Airspeed: the larger of `share` of the airspeed and `knots`. Altitude: `feet` for each 100 kt of
+    airspeed, 30 ft or more, or None where the rule says nothing about it. `why` says why a rule
+    that nobody named was taken.
     """
 
     name: str
@@ -50,10 +57,13 @@ class Limit:
 
     def altitude(self, airspeed_kt: Array) -> Array | None:
         """Largest allowed altitude error [ft] at airspeeds [kt]."""
-        return None if self.feet is None else np.maximum(self.feet * airspeed_kt / 100.0, _LEAST_FEET)
+        return (
+            None if self.feet is None else np.maximum(self.feet * airspeed_kt / 100.0, _LEAST_FEET)
+        )
 
 
-# 14 CFR 25.1323(c) and 25.1325(e); 14 CFR 23.1323(b) and 23.1325(e) as they stood before amendment 23-64 (2017).
+# 14 CFR 25.1323(c) and 25.1325(e); 14 CFR 23.1323(b) and 23.1325(e) as they stood before amendment
+# 23-64 (2017).
 _RULES = {
     "far25": Limit("FAR 25.1323(c)", 0.03, 5.0, "FAR 25.1325(e)", 30.0),
     "far23": Limit("FAR 23.1323(b)", 0.03, 5.0, "FAR 23.1325(e)", 30.0),
@@ -62,7 +72,9 @@ _RULES = {
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """The smallest distance to a limit, negative beyond it, with its unit, and its indicated airspeed [kt]."""
+    """The smallest distance to a limit, negative beyond it, with its unit, and its indicated
+    airspeed [kt].
+    """
 
     size: float
     unit: str
@@ -75,7 +87,9 @@ class Margin:
 
 @dataclass(frozen=True, slots=True)
 class LimitJudgment:
-    """A curve against one limit: the margin of the curve alone and that of the curve with its ±2σ bound."""
+    """A curve against one limit: the margin of the curve alone and that of the curve with its ±2σ
+    bound.
+    """
 
     rule: str
     allows: str
@@ -85,27 +99,38 @@ class LimitJudgment:
     @property
     def verdict(self) -> str:
         """`inside` with the bound, `open` where only the bound exceeds the limit, or `outside`."""
-        return "inside" if self.with_bound.size >= 0.0 else "open" if self.alone.size >= 0.0 else "outside"
+        return (
+            "inside"
+            if self.with_bound.size >= 0.0
+            else "open"
+            if self.alone.size >= 0.0
+            else "outside"
+        )
 
     @property
     def sentence(self) -> str:
         """The judgment in one sentence."""
         allowed = f"{self.rule} allows {self.allows}:"
         if self.verdict == "inside":
-            return f"{allowed} the curve and its ±2σ bound stay inside, with a margin of {self.with_bound} or more."
+            return (
+                f"{allowed} the curve and its ±2σ bound stay inside, with a margin of "
+                f"{self.with_bound} or more."
+            )
         if self.verdict == "open":
             return (
-                f"{allowed} the curve stays inside, but its ±2σ bound exceeds the limit by up to {self.with_bound};"
+                f"{allowed} the curve stays inside, but its ±2σ bound exceeds the limit by up to "
+                f"{self.with_bound};"
                 " fly more before relying on the curve."
             )
         return f"{allowed} the curve exceeds the limit by up to {self.alone}."
 
 
 def limit_named(text: str) -> Limit | str | None:
-    """The limit of a flag: `far25`, `far23`, `none` (None), `auto` (itself), or your own such as `2%,3kt,40ft`.
+    """The limit of a flag: `far25`, `far23`, `none` (None), `auto` (itself), or your own such as
+    `2%,3kt,40ft`.
 
-    In an own limit, the altitude error [ft] is for each 100 kt and may be left out. Raises BadInputError for any
-    other text.
+    In an own limit, the altitude error [ft] is for each 100 kt and may be left out. Raises
+    BadInputError for any other text.
     """
     if text in _RULES:
         return _RULES[text]
@@ -114,7 +139,8 @@ def limit_named(text: str) -> Limit | str | None:
     parts = _OWN.fullmatch(text)
     if parts is None:
         raise BadInputError(
-            f"--limit {text!r}: give auto, far25, far23, none, or your own as PERCENT%,KNOTSkt[,FEETft], such as "
+            f"--limit {text!r}: give auto, far25, far23, none, or your own as "
+            "PERCENT%,KNOTSkt[,FEETft], such as "
             "2%,3kt,30ft (the altitude error is for each 100 kt)"
         )
     feet = float(parts["feet"]) if parts["feet"] else None
@@ -122,19 +148,24 @@ def limit_named(text: str) -> Limit | str | None:
 
 
 def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | None:
-    """The limit that judges a curve: the one given, or by the Mach number FAR 23 or 25 for an airplane's speeds."""
+    """The limit that judges a curve: the one given, or by the Mach number FAR 23 or 25 for an
+    airplane's speeds.
+    """
     if not isinstance(limit, str):
         return limit
     if result.curve.indicated_airspeed[-1] < _SLOWEST_KT * KNOT:
         return None
     fast = result.mach >= _TRANSPORT
     return replace(
-        _RULES["far25" if fast else "far23"], why=f" (the log {'reaches' if fast else 'stays below'} Mach 0.6)"
+        _RULES["far25" if fast else "far23"],
+        why=f" (the log {'reaches' if fast else 'stays below'} Mach 0.6)",
     )
 
 
 def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[LimitJudgment]:
-    """The curve against the limit of airspeed, and that of altitude where the static source is seen to err."""
+    """The curve against the limit of airspeed, and that of altitude where the static source is seen
+    to err.
+    """
     chosen = limit_for(result, limit)
     if chosen is None:
         return []
@@ -168,7 +199,11 @@ def judgments_json(result: Calibration, limit: Limit | str | None = AUTO) -> lis
     ]
 
 
-def _judged(rule: str, allows: str, speed_kt: Array, left: Array, bound: Array, unit: str) -> LimitJudgment:
+def _judged(
+    rule: str, allows: str, speed_kt: Array, left: Array, bound: Array, unit: str
+) -> LimitJudgment:
     """The judgment of what an error leaves of a limit at airspeeds, and of its bound there."""
     places = [(margin, int(np.argmin(margin))) for margin in (left, left - bound)]
-    return LimitJudgment(rule, allows, *(Margin(float(m[at]), unit, float(speed_kt[at])) for m, at in places))
+    return LimitJudgment(
+        rule, allows, *(Margin(float(m[at]), unit, float(speed_kt[at])) for m, at in places)
+    )

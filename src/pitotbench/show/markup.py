@@ -33,7 +33,9 @@ def environment() -> Environment:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of a page: its anchor, the group and the title in the page's index, its short answer, its HTML."""
+    """A part of a page: its anchor, the group and the title in the page's index, its short answer,
+    its HTML.
+    """
 
     anchor: str
     group: str

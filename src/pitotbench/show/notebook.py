@@ -1,4 +1,6 @@
-"""Views of records in a notebook: one line, HTML, a picture, a table. A new record adds one function to each."""
+"""Views of records in a notebook: one line, HTML, a picture, a table. A new record adds one
+function to each.
+"""
 
 from dataclasses import replace
 from functools import singledispatch
@@ -47,7 +49,9 @@ _CAUSES = 8  # bars of a picture of causes
 
 @singledispatch
 def in_one_line(record: object) -> str:
-    """The record in one line of text. Raises TypeError for a record without this view, as all views do."""
+    """The record in one line of text. Raises TypeError for a record without this view, as all views
+    do.
+    """
     raise TypeError(f"{type(record).__name__} has no view in a notebook")
 
 
@@ -59,7 +63,9 @@ def to_html(record: object) -> str:
 
 @singledispatch
 def to_frame(record: object) -> pd.DataFrame:
-    """The record as a table; each column ends in its unit. Raises TypeError for a record without one."""
+    """The record as a table; each column ends in its unit. Raises TypeError for a record without
+    one.
+    """
     raise TypeError(f"{type(record).__name__} has no table")
 
 
@@ -81,12 +87,18 @@ def plot(record: object, axes: Axes | None = None) -> Figure:
     return figure
 
 
-in_one_line.register(Calibration, lambda r: f"{r.model}. {short_answer_of(r, '').correction_sentence}")
+in_one_line.register(
+    Calibration, lambda r: f"{r.model}. {short_answer_of(r, '').correction_sentence}"
+)
 in_one_line.register(LogInspection, lambda record: " ".join(inspection_sentences(record)))
 in_one_line.register(Plan, lambda record: plan_advice(record)[0])
 in_one_line.register(Account, lambda record: sentences(record)[0])
-to_frame.register(Calibration, lambda r: pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(r.curve))))
-to_frame.register(LogInspection, lambda record: pd.DataFrame(json_rows(CHANNEL_COLUMNS, record.channels)))
+to_frame.register(
+    Calibration, lambda r: pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(r.curve)))
+)
+to_frame.register(
+    LogInspection, lambda record: pd.DataFrame(json_rows(CHANNEL_COLUMNS, record.channels))
+)
 draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 
 
@@ -130,9 +142,13 @@ def judge(record: Calibration, rule: str) -> list[LimitJudgment]:
 
 
 def params(record: Calibration, autopilot: str) -> AutopilotSettings:
-    """Derive the parameters of an autopilot from a calibration; old values may follow its name, as on a flag."""
+    """Derive the parameters of an autopilot from a calibration; old values may follow its name, as
+    on a flag.
+    """
     name, stated = stated_parameters(autopilot)
-    return autopilot_settings(replace(record, autopilot=RecordedAutopilot(stated)) if stated else record, name)
+    return autopilot_settings(
+        replace(record, autopilot=RecordedAutopilot(stated)) if stated else record, name
+    )
 
 
 @in_one_line.register
@@ -141,7 +157,9 @@ def _(record: FlightLog) -> str:
     rate = 1.0 / float(np.median(np.diff(record.time)))
     origin = "simulated" if record.simulated else "measured"
     channels = len(record.channels())
-    return f"{origin}, {len(record):,} rows in {minutes:.1f} min at {rate:.4g} Hz, {channels} channels"
+    return (
+        f"{origin}, {len(record):,} rows in {minutes:.1f} min at {rate:.4g} Hz, {channels} channels"
+    )
 
 
 @to_html.register
@@ -152,7 +170,9 @@ def _(record: FlightLog) -> str:
 
 @to_frame.register
 def _(record: FlightLog) -> pd.DataFrame:
-    return pd.DataFrame({CHANNELS[name].column: values for name, values in record.channels().items()})
+    return pd.DataFrame(
+        {CHANNELS[name].column: values for name, values in record.channels().items()}
+    )
 
 
 @draw_record.register
@@ -170,7 +190,9 @@ def _(record: FlightLog, axes: Axes) -> None:
 @to_html.register
 def _(record: LogInspection) -> str:
     lines = [*inspection_sentences(record), *(f"Warning: {text}" for text in record.warnings)]
-    return "".join(f"<p>{escape(line)}</p>" for line in lines) + html_table(QUESTION_COLUMNS, record.questions)
+    return "".join(f"<p>{escape(line)}</p>" for line in lines) + html_table(
+        QUESTION_COLUMNS, record.questions
+    )
 
 
 @to_html.register
@@ -182,7 +204,9 @@ def _(record: Plan) -> str:
 @to_frame.register
 def _(record: Plan) -> pd.DataFrame:
     rows: list[dict[str, Any]] = plan_json(record)["forecasts"]
-    return pd.DataFrame([{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows])
+    return pd.DataFrame(
+        [{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows]
+    )
 
 
 @to_html.register
@@ -196,7 +220,9 @@ def _(record: Account) -> str:
 
 @to_frame.register
 def _(record: Account) -> pd.DataFrame:
-    """A row for each size of each cause, the most probable first. Sizes are in the units of their names."""
+    """A row for each size of each cause, the most probable first. Sizes are in the units of their
+    names.
+    """
     verdict = record.rounds[0].verdict
     named = {effect.name: effect for effect in verdict.effects}
     rows = [
@@ -218,7 +244,9 @@ def _(record: Account) -> pd.DataFrame:
 @draw_record.register
 def _(record: Account, axes: Axes) -> None:
     """The probability of each cause."""
-    causes = sorted(record.rounds[0].verdict.probabilities.items(), key=lambda item: -item[1])[:_CAUSES]
+    causes = sorted(record.rounds[0].verdict.probabilities.items(), key=lambda item: -item[1])[
+        :_CAUSES
+    ]
     axes.barh([words(name) for name, _ in causes], [p for _, p in causes], color=BLUE)
     axes.invert_yaxis()
     axes.set(xlim=(0.0, 1.0), xlabel="probability, given a gap")

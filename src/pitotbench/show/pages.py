@@ -26,7 +26,13 @@ from pitotbench.show.calibration import (
 )
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import all_flights_panel, corrections_panel, curve_panels, parts_panel, residual_panels
+from pitotbench.show.curves import (
+    all_flights_panel,
+    corrections_panel,
+    curve_panels,
+    parts_panel,
+    residual_panels,
+)
 from pitotbench.show.flights import flight_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
@@ -40,7 +46,21 @@ from pitotbench.show.legs import points_html
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, render
 from pitotbench.show.plan import card_lines, plan_advice, plan_columns
-from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel, broken, panel, thin
+from pitotbench.show.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    PURPLE,
+    RED,
+    SKY,
+    Panel,
+    broken,
+    panel,
+    thin,
+)
 from pitotbench.show.takehome import settings_html
 from pitotbench.show.words import words
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
@@ -54,14 +74,18 @@ _MOST_NAMED = 2  # maneuvers that fit into a title
 
 def answer_columns(answers: Sequence[ShortAnswer]) -> list[Column[ShortAnswer]]:
     """The columns of some answers; where all are at the same airspeeds, these head the corrections."""
-    speeds = [[f"at {each.indicated_kt:.0f} KIAS" for each in answer.corrections] for answer in answers]
+    speeds = [
+        [f"at {each.indicated_kt:.0f} KIAS" for each in answer.corrections] for answer in answers
+    ]
     same = all(each == speeds[0] for each in speeds)
     headings = speeds[0] if same and speeds else ("low speed", "middle speed", "high speed")
 
     def correction(number: int) -> Column[ShortAnswer]:
         def value(answer: ShortAnswer) -> str:
             each = answer.corrections[number]
-            return str(each).removesuffix(" kt") if same else f"{each} at {each.indicated_kt:.0f} KIAS"
+            return (
+                str(each).removesuffix(" kt") if same else f"{each} at {each.indicated_kt:.0f} KIAS"
+            )
 
         return Column(headings[number], value, "kt" if same else "")
 
@@ -77,12 +101,17 @@ def answer_columns(answers: Sequence[ShortAnswer]) -> list[Column[ShortAnswer]]:
 
 
 def campaign_page(
-    subtitle: str, results: "pd.DataFrame", sections: Sequence[Section], failures: Sequence[str], case: str
+    subtitle: str,
+    results: "pd.DataFrame",
+    sections: Sequence[Section],
+    failures: Sequence[str],
+    case: str,
 ) -> str:
-    """The HTML of a campaign: pictures of all flights, the short answers, tables, and sections of what was drawn.
+    """The HTML of a campaign: pictures of all flights, the short answers, tables, and sections of
+    what was drawn.
 
-    `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`: the TOML of the
-    first flight's case.
+    `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`:
+    the TOML of the first flight's case.
     """
     first = results[results["model"] == results["model"].iloc[0]]
     names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
@@ -95,22 +124,30 @@ def campaign_page(
         failures=failures,
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
-        panels=[all_flights_panel(results), corrections_panel(sections)] if len(sections) > 1 else [],
+        panels=[all_flights_panel(results), corrections_panel(sections)]
+        if len(sections) > 1
+        else [],
         case=case,
     )
 
 
 def log_page(title: str, sections: Sequence[Section]) -> str:
-    """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
+    """The HTML of calibrated logs; the line below the title says whether they were measured or
+    simulated.
+    """
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
     return _page(title=title, subtitle=subtitle, sections=sections)
 
 
-def _page(sections: Sequence[Section], results: "pd.DataFrame | None" = None, **content: object) -> str:
+def _page(
+    sections: Sequence[Section], results: "pd.DataFrame | None" = None, **content: object
+) -> str:
     optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
     answers = [section.answer for section in sections]
-    groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
+    groups = [
+        (name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)
+    ]
     return render(
         "report.html",
         version=page_version(),
@@ -132,7 +169,8 @@ def page_version() -> str:
         return "(not installed)"
 
 
-# Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and pictures.
+# Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and
+# pictures.
 
 
 def flight_section(
@@ -145,14 +183,17 @@ def flight_section(
 ) -> Section:
     """The section of a simulated flight as one data system (`20/1`) recorded it.
 
-    `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another section draws the
+    `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another
+    section draws the
     flight itself. `points` of fixed-speed methods are drawn over the curve.
     """
     maneuver = flight.case.maneuver.replace("_", " ")
     answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
     flown = [] if tolerances is None else flight_panels(flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
-    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points)
+    html = _html(
+        name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points
+    )
     return Section(name, maneuver, system, answer, html)
 
 
@@ -169,16 +210,24 @@ def log_section(
 
     `settings` are the parameters of its autopilot, where they were asked for.
 
-    Its group says whether a simulator made the log. `limit` as for `judgments`. Without the `log` nothing is shown
-    of the parts that were left out.
+    Its group says whether a simulator made the log. `limit` as for `judgments`. Without the `log`
+    nothing is shown of the parts that were left out.
     """
     answer = short_answer_of(result, name)
-    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log or ()):,} rows read,"])
+    rows = " ".join(
+        [*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log or ()):,} rows read,"]
+    )
     rows = f"{rows} {result.samples:,} used." if log else f"{result.samples:,} rows used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     parts = [parts_panel(log, result)] if log and result.left_out else []
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts, settings)
-    simulated = log.simulated if log else any(each.origin == "simulated" for each in result.provenance.inputs)
+    html = _html(
+        anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts, settings
+    )
+    simulated = (
+        log.simulated
+        if log
+        else any(each.origin == "simulated" for each in result.provenance.inputs)
+    )
     origin = "simulated logs" if simulated else "measured logs"
     return Section(anchor, origin, name, answer, html)
 
@@ -223,7 +272,9 @@ def aircraft_page(check: AircraftCheck) -> str:
         panels.append(_trim_panel(found, levers, "throttle in level flight [%]"))
         panels.append(_trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]"))
     quantities = list(dict.fromkeys(step.quantity for step in check.steps))
-    panels += [_step_panel([s for s in check.steps if s.quantity == quantity]) for quantity in quantities]
+    panels += [
+        _step_panel([s for s in check.steps if s.quantity == quantity]) for quantity in quantities
+    ]
     return render(
         "aircraft.html",
         title=f"What can be flown with {check.aircraft}",
@@ -248,12 +299,15 @@ def _step_panel(steps: list[StepResponse]) -> Panel:
         for step, color in zip(steps, (BLUE, ORANGE), strict=False):
             axes.plot(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
         axes.axhline(steps[0].step, color=GREY, lw=1.0, ls="--", label="asked for")
-        axes.set(xlabel="time [s]", ylabel=f"change of {words(steps[0].quantity)} [{steps[0].unit}]")
+        axes.set(
+            xlabel="time [s]", ylabel=f"change of {words(steps[0].quantity)} [{steps[0].unit}]"
+        )
 
     return panel(f"Step of {words(steps[0].quantity)}", draw)
 
 
-# The account of a log as a page: speeds, height and track over time, the tracks flown, the bound to expect.
+# The account of a log as a page: speeds, height and track over time, the tracks flown, the bound to
+# expect.
 
 
 def inspection_page(name: str, log: FlightLog, found: LogInspection) -> str:
@@ -278,7 +332,9 @@ def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
 
     def draw_speeds(axes: Axes) -> None:
         seconds, *lines = broken(*thin(log.time - log.time[0], speed, ground))
-        for line, color, label in zip(lines, (BLUE, ORANGE), ("indicated airspeed", "ground speed"), strict=True):
+        for line, color, label in zip(
+            lines, (BLUE, ORANGE), ("indicated airspeed", "ground speed"), strict=True
+        ):
             axes.plot(seconds / 60.0, line, color=color, label=label, lw=1.0)
         axes.set(xlabel="time [min]", ylabel="speed [kt]")
 
@@ -289,15 +345,24 @@ def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
 
     def draw_tracks(axes: Axes) -> None:
         axes.plot(*thin(track, speed), ".", color=GREY, ms=2.0)
-        axes.set(xlabel="track [°]", ylabel="indicated airspeed [kt]", xlim=(0, 360), xticks=range(0, 361, 60))
+        axes.set(
+            xlabel="track [°]",
+            ylabel="indicated airspeed [kt]",
+            xlim=(0, 360),
+            xticks=range(0, 361, 60),
+        )
 
     def draw_bound(axes: Axes) -> None:
         assert found.expected is not None
         speeds, bound = found.expected
         axes.plot(speeds / KNOT, bound / KNOT, "o-", color=BLUE, ms=3.0)
-        axes.set(xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None))
+        axes.set(
+            xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None)
+        )
 
-    bound = [] if found.expected is None else [panel("Bound to expect in light turbulence", draw_bound)]
+    bound = (
+        [] if found.expected is None else [panel("Bound to expect in light turbulence", draw_bound)]
+    )
     return [
         panel("Speeds", draw_speeds),
         panel("Pressure altitude", draw_height),
@@ -308,12 +373,17 @@ def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
 
 # Pictures of a plan: the bound against minutes and against airspeed, and the ground tracks.
 
-_BELOW_DOTS = 3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
+_BELOW_DOTS = (
+    3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
+)
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
 _CURVES = 6  # best maneuvers drawn: one color each
 _TRACKS = 3
 _LINE = 0.043  # height of a line of names, as a share of the axis
-_NAME_WIDTH, _CLOSE = 0.4, 0.2  # natural logarithms: the width of a name in minutes, the height of close dots
+_NAME_WIDTH, _CLOSE = (
+    0.4,
+    0.2,
+)  # natural logarithms: the width of a name in minutes, the height of close dots
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
@@ -328,13 +398,27 @@ def plan_panels(plan: Plan) -> list[Panel]:
         axes.set_ylim(bottom=0.0)
 
     def draw_tracks(axes: Axes) -> None:
-        for number, each in enumerate(plan.forecasts[:_TRACKS]):  # each moved to the corner of the axes
+        for number, each in enumerate(
+            plan.forecasts[:_TRACKS]
+        ):  # each moved to the corner of the axes
             north, east = each.track / NAUTICAL_MILE
             label = each.maneuver.replace("_", " ")
-            axes.plot(east - np.nanmin(east), north - np.nanmin(north), color=_COLORS[number], lw=1.0, label=label)
+            axes.plot(
+                east - np.nanmin(east),
+                north - np.nanmin(north),
+                color=_COLORS[number],
+                lw=1.0,
+                label=label,
+            )
         if plan.box is not None:
             side = plan.box / NAUTICAL_MILE
-            axes.plot([0.0, side, side, 0.0, 0.0], [0.0, 0.0, side, side, 0.0], color=PALE, lw=2.0, label="box")
+            axes.plot(
+                [0.0, side, side, 0.0, 0.0],
+                [0.0, 0.0, side, side, 0.0],
+                color=PALE,
+                lw=2.0,
+                label="box",
+            )
         axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
         axes.set_aspect("equal", adjustable="datalim")
 
@@ -342,8 +426,10 @@ def plan_panels(plan: Plan) -> list[Panel]:
         panel(
             "How well the curve is known, against minutes",
             lambda axes: draw_front(axes, plan),
-            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the same card flown "
-            "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so many minutes.",
+            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the "
+            "same card flown "
+            "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so "
+            "many minutes.",
             size=_LARGE,
         ),
         panel(
@@ -354,14 +440,16 @@ def plan_panels(plan: Plan) -> list[Panel]:
         panel(
             "Ground covered",
             draw_tracks,
-            "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more ground.",
+            "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more "
+            "ground.",
             size=_SQUARE,
         ),
     ]
 
 
 def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float]]:
-    """Minutes and ±2σ [m/s] of the Pareto front, up to `last` minutes, for cards flown once or more.
+    """Minutes and ±2σ [m/s] of the Pareto front, up to `last` minutes, for cards flown once or
+    more.
 
     No other choice takes fewer minutes and has a smaller bound.
     """
@@ -378,25 +466,39 @@ def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float
 
 
 def draw_front(axes: Axes, plan: Plan) -> None:
-    """Draw ±2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown repeatedly."""
+    """Draw ±2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown
+    repeatedly.
+    """
     shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
     last = 1.6 * max(each.minutes for each in shown)
     for each in shown:
         minutes = np.geomspace(each.minutes, last, 20)
         color, marker, size = _look(plan, each)
-        axes.plot(minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.6, alpha=0.5)
+        axes.plot(
+            minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.6, alpha=0.5
+        )
         axes.errorbar(
             each.minutes, each.mean / KNOT, each.spread / KNOT,
             fmt=marker, ms=size, color=color, elinewidth=0.8, zorder=_BELOW_DOTS + 1.0,
         )  # fmt: skip
     edge = front(shown, last)
-    corners = [*(minutes for minutes, _ in edge), last], [*(bound / KNOT for _, bound in edge), edge[-1][1] / KNOT]
+    corners = (
+        [*(minutes for minutes, _ in edge), last],
+        [*(bound / KNOT for _, bound in edge), edge[-1][1] / KNOT],
+    )
     axes.step(*corners, where="post", color=INK, lw=1.2, label="Pareto front")
     if plan.want is not None:
-        axes.axhline(plan.want / KNOT, color=GREEN, ls="--", label=f"wanted, {plan.want / KNOT:g} kt")
+        axes.axhline(
+            plan.want / KNOT, color=GREEN, ls="--", label=f"wanted, {plan.want / KNOT:g} kt"
+        )
     if plan.minutes is not None:
         axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
-    axes.set(xscale="log", yscale="log", xlabel="time recorded [min]", ylabel="mean ±2σ of the curve [kt]")
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="time recorded [min]",
+        ylabel="mean ±2σ of the curve [kt]",
+    )
     axes.set_xlim(0.62 * min(each.minutes for each in shown), last)
     _name_dots(axes, plan, shown)
     for axis in (axes.xaxis, axes.yaxis):  # plain numbers on logarithmic axes
@@ -415,14 +517,22 @@ def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
 
 
 def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
-    """Write the names next to the dots; to the right where another dot is close on the left, and pushed apart."""
+    """Write the names next to the dots; to the right where another dot is close on the left, and
+    pushed apart.
+    """
     low, high = axes.get_ylim()
     line = (low / high) ** _LINE  # the axis is logarithmic: a line down is a ratio
-    lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
+    lowest: list[
+        tuple[bool, float, float]
+    ] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
-        apart = [(log(each.minutes / other.minutes), abs(log(each.mean / other.mean))) for other in shown]
+        apart = [
+            (log(each.minutes / other.minutes), abs(log(each.mean / other.mean))) for other in shown
+        ]
         right = any(0.0 < before < _NAME_WIDTH and above < _CLOSE for before, above in apart)
-        near = [h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH]
+        near = [
+            h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH
+        ]
         height = min([each.mean / KNOT, *(line * h for h in near)])
         lowest.append((right, each.minutes, height))
         axes.annotate(

@@ -1,4 +1,6 @@
-"""A plan in numbers and sentences: one row a maneuver in order of merit, the advice, the improved card."""
+"""A plan in numbers and sentences: one row a maneuver in order of merit, the advice, the improved
+card.
+"""
 
 from typing import Any
 
@@ -11,7 +13,9 @@ from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
 
 
 def plan_advice(plan: Plan) -> list[str]:
-    """The recommendation: what to fly, how often, what to fly without steep turns, and the improved card."""
+    """The recommendation: what to fly, how often, what to fly without steep turns, and the improved
+    card.
+    """
     if plan.best is None:
         return ["No maneuver fits into the minutes and the box: allow more of either."]
     lines = [f"Fly the {_forecast_words(plan.best)}."]
@@ -23,14 +27,18 @@ def plan_advice(plan: Plan) -> list[str]:
         )
     if plan.gentle is not None and plan.gentle is not plan.best:
         lines.append(
-            "The forecast for steep turns assumes that the pressure error does not depend on the load factor. "
+            "The forecast for steep turns assumes that the pressure error does not depend on the "
+            "load factor. "
             f"Without steep turns, fly the {_forecast_words(plan.gentle)}."
         )
     if plan.improved is not None:
         card = "; ".join(entry_words(key, value) for key, value in plan.improved.card.items())
         lines.append(f"Improved card: fly the {_forecast_words(plan.improved)}, with {card}.")
     elif plan.flights_searched:
-        lines.append(f"The search flew {plan.flights_searched} other cards of it; none is better by more than 1 %.")
+        lines.append(
+            f"The search flew {plan.flights_searched} other cards of it; none is better by more "
+            "than 1 %."
+        )
     return lines
 
 
@@ -40,11 +48,16 @@ def card_lines(each: Forecast) -> list[str]:
 
 
 def _forecast_words(each: Forecast) -> str:
-    return f"{words(each.maneuver)}: ±{each.mean / KNOT:.3f} kt (2σ, mean over the curve) in {each.minutes:.1f} min"
+    return (
+        f"{words(each.maneuver)}: ±{each.mean / KNOT:.3f} kt (2σ, mean over the curve) in "
+        f"{each.minutes:.1f} min"
+    )
 
 
 def _rounded(value: Any) -> str:
-    return f"[{', '.join(f'{v:.4g}' for v in value)}]" if isinstance(value, list) else f"{value:.4g}"
+    return (
+        f"[{', '.join(f'{v:.4g}' for v in value)}]" if isinstance(value, list) else f"{value:.4g}"
+    )
 
 
 # The table of a plan: one row a maneuver, in order of merit; and the plan as plain data.
@@ -54,7 +67,9 @@ _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread th
 
 
 def plan_columns(plan: Plan) -> list[Column[Forecast]]:
-    """The columns of a plan's forecasts. Those of a wanted bound are shown only where one was asked for."""
+    """The columns of a plan's forecasts. Those of a wanted bound are shown only where one was asked
+    for.
+    """
     want, minutes = plan.want, plan.minutes
 
     def times(each: Forecast) -> int | None:
@@ -76,13 +91,31 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
         Column("recorded", lambda each: each.minutes, "min", ".1f", "minutes"),
         Column("in the air", lambda each: each.elapsed_minutes, "min", ".1f", "elapsed_minutes"),
         Column("predicted ±2σ", lambda each: each.mean / KNOT, "kt", ".3f", "two_sigma_kt"),
-        Column("1σ between flights", lambda each: each.spread / KNOT, "kt", ".3f", "two_sigma_spread_kt"),
+        Column(
+            "1σ between flights",
+            lambda each: each.spread / KNOT,
+            "kt",
+            ".3f",
+            "two_sigma_spread_kt",
+        ),
         Column("", lambda each: each.mean / each.widening / KNOT, key="known_noise_two_sigma_kt"),
         Column(f"±2σ in {minutes or _COMPARED:g} min", in_minutes, "kt", ".3f"),
         Column(wanted, times, style="d", key="flights_for_want"),
         Column(wanted and "time for them", minutes_for_want, "min", ".0f", "minutes_for_want"),
-        Column("ground N–S", lambda each: each.extent[0] / NAUTICAL_MILE, "nmi", ".1f", "ground_north_nm"),
-        Column("ground E–W", lambda each: each.extent[1] / NAUTICAL_MILE, "nmi", ".1f", "ground_east_nm"),
+        Column(
+            "ground N–S",
+            lambda each: each.extent[0] / NAUTICAL_MILE,
+            "nmi",
+            ".1f",
+            "ground_north_nm",
+        ),
+        Column(
+            "ground E–W",
+            lambda each: each.extent[1] / NAUTICAL_MILE,
+            "nmi",
+            ".1f",
+            "ground_east_nm",
+        ),
         Column("bank", lambda each: each.steepest_bank / DEGREE, "°", ".0f", "steepest_bank_deg"),
         Column("", _curve, key="curve"),
         Column("remark", lambda each: remark(plan, each), key="remark"),
@@ -100,7 +133,11 @@ def remark(plan: Plan, each: Forecast) -> str:
     if each is plan.gentle:
         return "best, no steep turn"
     best = plan.best
-    as_good = best is not None and each.mean < best.mean + best.spread and each.minutes < _AS_LONG * best.minutes
+    as_good = (
+        best is not None
+        and each.mean < best.mean + best.spread
+        and each.minutes < _AS_LONG * best.minutes
+    )
     return "as good as the best" if as_good else ""
 
 

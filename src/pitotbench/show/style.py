@@ -17,7 +17,14 @@ from pitotbench.timeline import pauses
 from pitotbench.units import Array
 
 # Okabe and Ito (2008): eight colors for all kinds of color vision.
-BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#D55E00",
+    "#56B4E9",
+    "#CC79A7",
+)
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
@@ -68,7 +75,9 @@ def panel(
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
 ) -> Panel:
-    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above the data."""
+    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above
+    the data.
+    """
     with stacked([draw], size, legend_columns) as figure:
         return Panel(title, svg(figure, title), note)
 
@@ -77,7 +86,9 @@ def panel(
 def stacked(
     draws: Sequence[Callable[[Axes], None]], size: tuple[float, float], legend_columns: int
 ) -> Iterator[Figure]:
-    """The figure of several axes, one below the other, with one range of x and one legend without repetitions."""
+    """The figure of several axes, one below the other, with one range of x and one legend without
+    repetitions.
+    """
     with canvas(len(draws), 1, *size) as (figure, every):
         named: dict[str, Artist] = {}
         for draw, axes in zip(draws, every, strict=True):
@@ -85,7 +96,11 @@ def stacked(
             if axes is not every[0]:
                 axes.set_xlim(every[0].get_xlim())
             handles, labels = axes.get_legend_handles_labels()
-            named |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in named}
+            named |= {
+                label: handle
+                for handle, label in zip(handles, labels, strict=True)
+                if label not in named
+            }
         _add_legend(figure, named, legend_columns)
         yield figure
 
@@ -102,15 +117,21 @@ def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:
 
 
 @contextmanager
-def canvas(rows: int, columns: int, width: float, height: float) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A styled figure [in] with its axes in reading order; drawing and saving happen inside the `with`."""
+def canvas(
+    rows: int, columns: int, width: float, height: float
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """A styled figure [in] with its axes in reading order; drawing and saving happen inside the
+    `with`.
+    """
     with mpl.rc_context(_SHEET):  # type: ignore[arg-type]
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
 
 
 def svg(figure: Figure, label: str) -> str:
-    """The figure as an SVG element without a fixed size, so that a page can scale it; `label` is read aloud."""
+    """The figure as an SVG element without a fixed size, so that a page can scale it; `label` is
+    read aloud.
+    """
     layout = figure.get_layout_engine()
     if layout is not None:
         layout.execute(figure)
@@ -140,4 +161,6 @@ def thin(*arrays: Array) -> list[Array]:
 def broken(time: Array, *values: Array) -> list[Array]:
     """Time and values with a NaN wherever recording paused, so that no line is drawn across."""
     after = pauses(time)
-    return [np.insert(np.asarray(array, dtype=np.float64), after, np.nan) for array in (time, *values)]
+    return [
+        np.insert(np.asarray(array, dtype=np.float64), after, np.nan) for array in (time, *values)
+    ]

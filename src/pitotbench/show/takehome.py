@@ -1,4 +1,6 @@
-"""What people take home: parameters to set, tables for the handbook, two curves compared, records for the file."""
+"""What people take home: parameters to set, tables for the handbook, two curves compared, records
+for the file.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from csv import writer
@@ -22,7 +24,13 @@ from pitotbench.records.calibration import (
 )
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check
-from pitotbench.show.calibration import GLANCE_COLUMNS, condition_lines, glance_points, headline, short_answer_of
+from pitotbench.show.calibration import (
+    GLANCE_COLUMNS,
+    condition_lines,
+    glance_points,
+    headline,
+    short_answer_of,
+)
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
 from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.markup import render
@@ -59,11 +67,16 @@ def settings_html(found: AutopilotSettings) -> str:
 
 
 def settings_lines(found: AutopilotSettings) -> list[str]:
-    """What the new parameters leave of the error, and the wash of a propeller where power was recorded."""
+    """What the new parameters leave of the error, and the wash of a propeller where power was
+    recorded.
+    """
     speed, bound = found.calibrated_airspeed / KNOT, found.bound / KNOT
     places = sorted({0, len(speed) // 2, len(speed) - 1})
     left = ", ".join(f"±{bound[at]:.2f} kt at {speed[at]:.0f} KCAS" for at in places)
-    first = f"With them the airspeed shown is right within {left} (2σ of the curve and what the formula leaves)."
+    first = (
+        f"With them the airspeed shown is right within {left} (2σ of the curve and what the "
+        "formula leaves)."
+    )
     return [first, _wash_line(found.wash)]
 
 
@@ -71,12 +84,20 @@ def _wash_line(wash: Estimate | None) -> str:
     if wash is None:
         return "A propeller's wash was not looked for: the log holds neither throttle nor power."
     if not np.isfinite(wash.two_sigma):
-        return "A propeller's wash cannot be told: power follows airspeed here. Fly one speed in climb and descent."
-    size = f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)"
+        return (
+            "A propeller's wash cannot be told: power follows airspeed here. Fly one speed in "
+            "climb and descent."
+        )
+    size = (
+        f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)"
+    )
     size = size.replace("-", "−")
     if abs(wash.value) <= wash.two_sigma:
         return f"No wash of a propeller shows: the airspeed reads {size}."
-    return f"A propeller's wash shows: the airspeed reads {size}. No parameter takes it out: move the tube."
+    return (
+        f"A propeller's wash shows: the airspeed reads {size}. No parameter takes it out: move "
+        "the tube."
+    )
 
 
 def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
@@ -87,8 +108,12 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
     rows = zip(found.calibrated_airspeed / KNOT, found.bound / KNOT, strict=True)
     return {
         "params": json_rows(SETTING_COLUMNS, found.settings),
-        "params_bound": [{"calibrated_airspeed_kt": float(v), "bound_kt": float(b)} for v, b in rows],
-        "wash": None if wash is None else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
+        "params_bound": [
+            {"calibrated_airspeed_kt": float(v), "bound_kt": float(b)} for v, b in rows
+        ],
+        "wash": None
+        if wash is None
+        else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
     }
 
 
@@ -99,10 +124,12 @@ _FEWEST_COMMON = 2
 
 @dataclass(frozen=True, slots=True)
 class CurveDifference:
-    """The correction of the second curve minus that of the first [m/s] at common indicated airspeeds [m/s], (n,).
+    """The correction of the second curve minus that of the first [m/s] at common indicated
+    airspeeds [m/s], (n,).
 
     Where it is positive, the second airspeed indicator reads lower. `two_sigma` (n,) is pointwise;
-    `simultaneous_two_sigma` (n,) holds at all airspeeds at once. Errors of the two curves are taken as independent.
+    `simultaneous_two_sigma` (n,) holds at all airspeeds at once. Errors of the two curves are taken
+    as independent.
     """
 
     first: str
@@ -118,15 +145,23 @@ class CurveDifference:
         return bool(np.any(np.abs(self.difference) > self.simultaneous_two_sigma))
 
 
-def curve_difference(first: str, one: ErrorCurve, second: str, other: ErrorCurve) -> CurveDifference:
-    """Compare two curves with their names. Raises BadInputError where they have no airspeeds in common."""
-    spans = [(float(c.indicated_airspeed[0]), float(c.indicated_airspeed[-1])) for c in (one, other)]
+def curve_difference(
+    first: str, one: ErrorCurve, second: str, other: ErrorCurve
+) -> CurveDifference:
+    """Compare two curves with their names. Raises BadInputError where they have no airspeeds in
+    common.
+    """
+    spans = [
+        (float(c.indicated_airspeed[0]), float(c.indicated_airspeed[-1])) for c in (one, other)
+    ]
     low, high = max(a for a, _ in spans), min(b for _, b in spans)
     every = np.union1d(one.indicated_airspeed, other.indicated_airspeed)
     speed = every[(every >= low) & (every <= high)]
     if len(speed) < _FEWEST_COMMON:
         told = " and ".join(f"{a / KNOT:.0f} to {b / KNOT:.0f} KIAS" for a, b in spans)
-        raise BadInputError(f"the curves have no airspeeds in common ({told}): fly the same range with both")
+        raise BadInputError(
+            f"the curves have no airspeeds in common ({told}): fly the same range with both"
+        )
 
     def at(curve: ErrorCurve, values: Array) -> Array:
         return np.interp(speed, curve.indicated_airspeed, values)
@@ -142,12 +177,17 @@ def curve_difference(first: str, one: ErrorCurve, second: str, other: ErrorCurve
 
 
 def difference_sentence(found: CurveDifference) -> str:
-    """Say in one sentence where the second airspeed indicator reads lower or higher, and where none shows."""
-    speed, value, bound = (a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma))
+    """Say in one sentence where the second airspeed indicator reads lower or higher, and where none
+    shows.
+    """
+    speed, value, bound = (
+        a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma)
+    )
     if not found.differs:
         at = int(np.argmin(np.abs(speed - speed.mean())))
         return (
-            f"{found.second} reads the same as {found.first} from {speed[0]:.0f} to {speed[-1]:.0f} KIAS: no "
+            f"{found.second} reads the same as {found.first} from {speed[0]:.0f} to "
+            f"{speed[-1]:.0f} KIAS: no "
             f"difference shows, and at {speed[at]:.0f} KIAS one of ±{bound[at]:.1f} kt (2σ) would."
         )
     clear = np.abs(value) > bound
@@ -201,7 +241,9 @@ def difference_json(found: CurveDifference) -> dict[str, Any]:
 
 
 def difference_page(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
-    """The page of two curves compared: the sentence, a picture of both with their difference, the table."""
+    """The page of two curves compared: the sentence, a picture of both with their difference, the
+    table.
+    """
     from pitotbench.show.curves import difference_drawing
 
     return render(
@@ -209,22 +251,28 @@ def difference_page(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) 
         title=f"{found.second} against {found.first}",
         lines=[difference_sentence(found)],
         drawing=difference_drawing(found, one, other),
-        tables=[("The difference in numbers", html_table(DIFFERENCE_COLUMNS, _difference_rows(found)))],
+        tables=[
+            ("The difference in numbers", html_table(DIFFERENCE_COLUMNS, _difference_rows(found)))
+        ],
         notes=[
-            "The errors of the two curves are taken as independent. An error that both share, such as that of one "
+            "The errors of the two curves are taken as independent. An error that both share, such "
+            "as that of one "
             "thermometer, cancels: the 2σ is then too large."
         ],
     )
 
 
-# Tables for a handbook: calibrated by indicated airspeed, and the altitude correction by height and airspeed.
+# Tables for a handbook: calibrated by indicated airspeed, and the altitude correction by height and
+# airspeed.
 
 _HEIGHTS_FT = (0, 5000, 10000, 15000, 20000)
 TABLES = (".csv", ".html", ".xml")
 
 
 def _handbook(curve: ErrorCurve) -> list[Column[int]]:
-    """The columns for the airspeeds of a curve; those of the altimeter only where the static source errs."""
+    """The columns for the airspeeds of a curve; those of the altimeter only where the static source
+    errs.
+    """
 
     def column(heading: str, unit: str, key: str, style: str, values: Array) -> Column[int]:
         return Column(heading, lambda row: float(values[row]), unit, style, key)
@@ -243,10 +291,11 @@ def _handbook(curve: ErrorCurve) -> list[Column[int]]:
 
 
 def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meters]:
-    """Return true minus indicated pressure altitude [m] and 2σ at an indicated pressure altitude [m], (n,) each.
+    """Return true minus indicated pressure altitude [m] and 2σ at an indicated pressure altitude
+    [m], (n,) each.
 
-    The static source reads Δp too high, with Δp/q_c of the curve at all heights (Gracey, NASA RP-1046, 1980). The
-    2σ grows with height as the correction does.
+    The static source reads Δp too high, with Δp/q_c of the curve at all heights (Gracey, NASA
+    RP-1046, 1980). The 2σ grows with height as the correction does.
     """
     impact = air.impact_pressure(curve.indicated_airspeed + curve.correction)
     pressure = float(air.standard_pressure(height))
@@ -257,7 +306,8 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
     found = corrected(curve.normalized_pressure_error)
     bound = np.abs(corrected(curve.normalized_pressure_error + curve.normalized_two_sigma) - found)
     if curve.altitude_correction is not None and curve.altitude_two_sigma is not None:
-        # Where the place of the error is assumed, the curve's own 2σ holds zero, and so does this one.
+        # Where the place of the error is assumed, the curve's own 2σ holds zero, and so does this
+        # one.
         assumed = curve.altitude_two_sigma >= np.abs(curve.altitude_correction)
         bound = np.where(assumed, np.maximum(bound, np.abs(found)), bound)
     return found, bound
@@ -265,7 +315,9 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
 
 def handbook_csv(curves: Mapping[str, ErrorCurve]) -> str:
     """The tables as CSV: one line an airspeed and configuration; the unit ends each column's name."""
-    tables = {name: {column.key: column for column in _handbook(curve)} for name, curve in curves.items()}
+    tables = {
+        name: {column.key: column for column in _handbook(curve)} for name, curve in curves.items()
+    }
     keys = list(dict.fromkeys(key for columns in tables.values() for key in columns))
     named = ["configuration"] if any(curves) else []
     text = StringIO()
@@ -283,18 +335,22 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str) -> str:
     tables = []
     for name, curve in curves.items():
         every = range(len(curve.indicated_airspeed))
-        kept = [row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0] or every
+        kept = [
+            row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0
+        ] or every
         tables.append((name or "Airspeed and altimeter", html_table(_handbook(curve), kept)))
     return render(
         "takehome.html",
         title=f"Airspeed calibration: {subject}",
         lines=[
-            "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the altimeter's reading."
+            "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the "
+            "altimeter's reading."
         ],
         drawing="",
         tables=tables,
         notes=[
-            "± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the instrument's reading without "
+            "± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the instrument's "
+            "reading without "
             "an error of its own."
         ],
     )
@@ -304,17 +360,21 @@ _SYSTEM_PROPERTY = "instrumentation/airspeed-indicator/indicated-speed-kt"
 
 
 def jsbsim_system(curve: ErrorCurve, subject: str) -> str:
-    """A JSBSim system whose airspeed indicator reads as the airplane's: the indicated airspeed by calibrated one.
+    """A JSBSim system whose airspeed indicator reads as the airplane's: the indicated airspeed by
+    calibrated one.
 
-    Beyond the curve the outer correction stays. Raises BadInputError where an indicated airspeed belongs to two
-    calibrated ones.
+    Beyond the curve the outer correction stays. Raises BadInputError where an indicated airspeed
+    belongs to two calibrated ones.
     """
     indicated = curve.indicated_airspeed / KNOT
     calibrated = indicated + curve.correction / KNOT
     if np.any(np.diff(calibrated) <= 0.0):
-        raise BadInputError("the calibrated airspeed does not grow with the indicated one: no instrument reads so")
+        raise BadInputError(
+            "the calibrated airspeed does not grow with the indicated one: no instrument reads so"
+        )
     off = float(indicated[0] - calibrated[0])
-    # Beyond its rows a JSBSim table holds the outer value: far rows keep the outer correction instead.
+    # Beyond its rows a JSBSim table holds the outer value: far rows keep the outer correction
+    # instead.
     rows = [
         (max(-off, 0.0), max(off, 0.0)),
         *zip(calibrated, indicated, strict=True),
@@ -342,9 +402,11 @@ def jsbsim_system(curve: ErrorCurve, subject: str) -> str:
 
 
 def table_text(suffix: str, curves: Mapping[str, ErrorCurve], subject: str) -> str:
-    """The curves of the configurations in the form that a file's suffix asks for: .csv, .html or .xml (JSBSim).
+    """The curves of the configurations in the form that a file's suffix asks for: .csv, .html or
+    .xml (JSBSim).
 
-    Raises BadInputError for an .xml of several configurations: the simulator has one airspeed indicator.
+    Raises BadInputError for an .xml of several configurations: the simulator has one airspeed
+    indicator.
     """
     if suffix == ".csv":
         return handbook_csv(curves)
@@ -352,13 +414,15 @@ def table_text(suffix: str, curves: Mapping[str, ErrorCurve], subject: str) -> s
         return handbook_page(curves, subject)
     if len(curves) > 1:
         raise BadInputError(
-            f"a JSBSim system reads one curve, and there are {len(curves)} ({', '.join(curves)}): give one log, or "
+            f"a JSBSim system reads one curve, and there are {len(curves)} ({', '.join(curves)}): "
+            "give one log, or "
             "a card of one configuration"
         )
     return jsbsim_system(next(iter(curves.values())), subject)
 
 
-# The record for the file: of a calibration, and of a reconciliation in the order of a qualification test.
+# The record for the file: of a calibration, and of a reconciliation in the order of a qualification
+# test.
 
 _HEADINGS, _GEOMETRY = "heading and track agree", "headings and airspeeds suffice"
 # By the code of a warning or the kind of a disagreement, the check that fails with it.
@@ -385,32 +449,52 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
     `points` is the number of fixed-speed points that the curve was held against.
     """
     found, wind, made = result.diagnostics, result.wind, result.provenance
-    failed: dict[str, list[str]] = {} if result.converged else {"the fit converged": [result.reason]}
-    told = [*((d.kind, d.words) for d in result.disagreements), *((w.code, str(w)) for w in result.warnings)]
+    failed: dict[str, list[str]] = (
+        {} if result.converged else {"the fit converged": [result.reason]}
+    )
+    told = [
+        *((d.kind, d.words) for d in result.disagreements),
+        *((w.code, str(w)) for w in result.warnings),
+    ]
     for kind, why in told:
         failed.setdefault(_FAILED_BY.get(kind, ""), []).append(why)
     late, change, agreement = found.latency, found.wind_change, found.height_agreement
     delay = ""
     if late is not None and np.isfinite(late.two_sigma):
-        size = f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), of which {late.left:+.2f} s is not taken out"
+        size = (
+            f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), of which {late.left:+.2f} s is "
+            "not taken out"
+        )
         delay = size.replace("-", "−")
-    known = "the wind is unknown" if wind is None else f"wind known to ±{_wind_two_sigma(wind):.2f} kt (2σ)"
+    known = (
+        "the wind is unknown"
+        if wind is None
+        else f"wind known to ±{_wind_two_sigma(wind):.2f} kt (2σ)"
+    )
     largest = 100.0 * float(np.max(np.abs(result.curve.normalized_pressure_error)))
     passed = {  # no finding where it was not looked for
         "the fit converged": result.reason,
         _GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
-        "samples and curve agree": "" if result.method == "height" else "none lie off it by more than chance",
+        "samples and curve agree": ""
+        if result.method == "height"
+        else "none lie off it by more than chance",
         "wind triangle and height agree": ""
         if agreement is None
         else f"so much apart by chance in {100.0 * agreement:.2g} % of logs",
         "fixed-speed points and curve agree": f"{points} points" if points else "",
         "latency of the GPS velocity": delay,
-        "constant wind": "" if change is None else f"Bayes factor of a change {change.bayes_factor:.2g}",
-        _HEADINGS: "no constant angle" if any("heading" in each.channels for each in made.inputs) else "",
+        "constant wind": ""
+        if change is None
+        else f"Bayes factor of a change {change.bayes_factor:.2g}",
+        _HEADINGS: "no constant angle"
+        if any("heading" in each.channels for each in made.inputs)
+        else "",
         "curve of a possible size": f"Δp/q_c up to {largest:.1f} %",
         "sensors within their accuracies": "no estimate lies outside its prior",
         "no faulty rows": "no row disagrees with all others",
-        "flights agree": "their curves differ by no more than chance" if len(made.inputs) > 1 else "",
+        "flights agree": "their curves differ by no more than chance"
+        if len(made.inputs) > 1
+        else "",
     }
     left_out = f"left out: {', '.join(result.left_out)}" if result.left_out else ""
     return [
@@ -421,14 +505,18 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
 
 def check(name: str, failed: str, passed: str, skipped: str = _NOT_SHOWN) -> Check:
     """Return a check that fails with a reason, else passes with a finding, else was skipped."""
-    return Check(name, "failed" if failed else "passed" if passed else "skipped", failed or passed or skipped)
+    return Check(
+        name, "failed" if failed else "passed" if passed else "skipped", failed or passed or skipped
+    )
 
 
 def _wind_two_sigma(wind: WindEstimate) -> float:
     return max(wind.north.two_sigma, wind.east.two_sigma) / KNOT
 
 
-Part = tuple[str, Sequence[str], str]  # of a record: heading, sentences, tables and drawings as HTML
+Part = tuple[
+    str, Sequence[str], str
+]  # of a record: heading, sentences, tables and drawings as HTML
 _MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
 _STATUSES = ("failed", "passed", "skipped")
 WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
@@ -437,12 +525,20 @@ WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
     Column("mean height", lambda w: w.altitude / FOOT, "ft", ",.0f"),
     Column("wind", lambda w: WindEstimate(w.north, w.east).speed_kt, "kt", ".1f"),
     Column("from", lambda w: WindEstimate(w.north, w.east).from_deg, "°", "03.0f"),
-    Column("±2σ of its larger component", lambda w: _wind_two_sigma(WindEstimate(w.north, w.east)), "kt", ".2f"),
+    Column(
+        "±2σ of its larger component",
+        lambda w: _wind_two_sigma(WindEstimate(w.north, w.east)),
+        "kt",
+        ".2f",
+    ),
 )
 
 
-def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None = AUTO, points: int = 0) -> str:
-    """The record of one curve, from one flight or from several with a wind each, as a page of two sheets.
+def calibration_record(
+    flights: Sequence[Calibration], limit: Limit | str | None = AUTO, points: int = 0
+) -> str:
+    """The record of one curve, from one flight or from several with a wind each, as a page of two
+    sheets.
 
     `limit` as for `judgments`; `points` as for `checks_of`, of the first flight.
     """
@@ -468,24 +564,37 @@ def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None
         found = checks_of(each, points if each is result else 0)
         checks += [replace(c, why=of + c.why) if c.status == "failed" else c for c in found]
     by_status = sorted(checks, key=lambda each: _STATUSES.index(each.status))
-    worst = {each.name: each for each in reversed(by_status)}  # of several flights the worst one is told
-    warnings = dict.fromkeys(str(w) for each in flights for w in each.warnings if w.code not in _FAILED_BY)
+    worst = {
+        each.name: each for each in reversed(by_status)
+    }  # of several flights the worst one is told
+    warnings = dict.fromkeys(
+        str(w) for each in flights for w in each.warnings if w.code not in _FAILED_BY
+    )
     parts: list[Part] = [
-        ("Conditions", conditions_of(result.provenance, lines), html_table(WIND_COLUMNS, winds[::step])),
+        (
+            "Conditions",
+            conditions_of(result.provenance, lines),
+            html_table(WIND_COLUMNS, winds[::step]),
+        ),
         ("Answer", answer, f'<div class="beside"><div>{card}</div>{drawing}</div>'),
         ("Rule", rule or ["No rule was asked for, or none holds at these speeds."], ""),
         ("Checks", [], html_table(CHECK_COLUMNS, [worst[each.name] for each in checks_of(result)])),
     ]
     title = "Record of a pitot-static calibration"
     return record_page(
-        title, "Find the correction of the airspeed, with a bound.", result.provenance, parts, warnings
+        title,
+        "Find the correction of the airspeed, with a bound.",
+        result.provenance,
+        parts,
+        warnings,
     )
 
 
 def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
     """The ranges of the logs, in the field's units, before further lines."""
     ranges = [
-        f"{f.name}: {f.airspeeds[0] / KNOT:.0f} to {f.airspeeds[1] / KNOT:.0f} KIAS, pressure altitude "
+        f"{f.name}: {f.airspeeds[0] / KNOT:.0f} to {f.airspeeds[1] / KNOT:.0f} KIAS, pressure "
+        "altitude "
         f"{f.heights[0] / FOOT:,.0f} to {f.heights[1] / FOOT:,.0f} ft (5 % to 95 % of the rows)."
         for f in made.inputs
         if f.rows

@@ -38,7 +38,10 @@ def sentences(account: TermsAccount) -> list[str]:
         return [f"{account.aircraft}: {_NO_TERM}.", *account.remarks]
     first = account.terms[0]
     many = "one term" if count == 1 else f"{count} terms"
-    told = f"model {first.model:.3g}, measured {first.measured.value:.3g} ± {first.measured.two_sigma:.2g}"
+    told = (
+        f"model {first.model:.3g}, measured {first.measured.value:.3g} ± "
+        f"{first.measured.two_sigma:.2g}"
+    )
     told = f"{told} {first.unit}".rstrip() + f" ({100.0 * first.change.value:+.0f} %)"
     lead = f"{account.aircraft} differs in {many}; the first is the {first.name}: {told}."
     held = [each for each in account.maneuvers if each.held_out]
@@ -62,7 +65,11 @@ TERM_COLUMNS: tuple[Column[TermEstimate], ...] = (
     Column("±2σ", lambda term: term.measured.two_sigma, style=".2g", key="two_sigma"),
     Column("change", lambda term: 100.0 * term.change.value, "%", "+.0f", key="change_percent"),
     Column(
-        "±2σ of the change", lambda term: 100.0 * term.change.two_sigma, "%", ".0f", key="change_two_sigma_percent"
+        "±2σ of the change",
+        lambda term: 100.0 * term.change.two_sigma,
+        "%",
+        ".0f",
+        key="change_two_sigma_percent",
     ),
     Column("closes", lambda term: 100.0 * term.closes, "%", ".0f", key="closes_percent"),
     Column("not told from", lambda term: ", ".join(term.like), key="not_told_from", optional=True),
@@ -96,9 +103,14 @@ def print_terms(account: TermsAccount, console: "Console") -> None:
         console.print(outside(text))
     if account.terms:
         print_table(
-            TERM_COLUMNS, account.terms, console, "Terms of the model's file, in the order of what they close"
+            TERM_COLUMNS,
+            account.terms,
+            console,
+            "Terms of the model's file, in the order of what they close",
         )
-    print_table(GAP_COLUMNS, _gaps(account), console, "Deviation of the residual, in that of the noise")
+    print_table(
+        GAP_COLUMNS, _gaps(account), console, "Deviation of the residual, in that of the noise"
+    )
     if account.silent:
         console.print(outside(f"The maneuvers say nothing of: {', '.join(account.silent)}."))
 
@@ -118,11 +130,14 @@ def terms_json(account: TermsAccount) -> dict[str, Any]:
     }
 
 
-# The page: the gap over time in pounds and foot-pounds, and the maneuvers flown again with the measured controls.
+# The page: the gap over time in pounds and foot-pounds, and the maneuvers flown again with the
+# measured controls.
 
 
 def terms_page(account: TermsAccount, overlay: str, inputs: str) -> str:
-    """Return the HTML of the account; `overlay` is its XML, empty where no term is off, `inputs` names the logs."""
+    """Return the HTML of the account; `overlay` is its XML, empty where no term is off, `inputs`
+    names the logs.
+    """
 
     def size(each: ManeuverGap) -> float:
         return sum(gap.before - gap.noise for gap in each.channels.values())
@@ -137,7 +152,9 @@ def terms_page(account: TermsAccount, overlay: str, inputs: str) -> str:
         panels=[_gap_panel(each) for each in held] + [_flown_panel(each) for each in flown],
         terms=html_table(TERM_COLUMNS, account.terms) if account.terms else "",
         gaps=html_table(GAP_COLUMNS, _gaps(account)),
-        maneuvers=[f"{each.name}{' (held out)' if each.held_out else ''}" for each in account.maneuvers],
+        maneuvers=[
+            f"{each.name}{' (held out)' if each.held_out else ''}" for each in account.maneuvers
+        ],
         silent=", ".join(account.silent),
         overlay=overlay,
         version=page_version(),
@@ -146,22 +163,41 @@ def terms_page(account: TermsAccount, overlay: str, inputs: str) -> str:
 
 def _gap_panel(each: ManeuverGap) -> Panel:
     """The residual of the channels with a gap over time, of the model and of the corrected one."""
-    significant = [name for name, gap in each.channels.items() if gap.significant] or list(each.channels)[:1]
+    significant = [name for name, gap in each.channels.items() if gap.significant] or list(
+        each.channels
+    )[:1]
     rows = []
     for name in significant:
         unit, factor = ("ft·lb", POUND_FORCE * FOOT) if "moment" in name else ("lb", POUND_FORCE)
-        before, after = (values[:, CHANNELS.index(name)] / factor for values in (each.before, each.after))
-        rows.append((f"{name} [{unit}]", [(before, ORANGE, "the model"), (after, BLUE, "corrected")]))
+        before, after = (
+            values[:, CHANNELS.index(name)] / factor for values in (each.before, each.after)
+        )
+        rows.append(
+            (f"{name} [{unit}]", [(before, ORANGE, "the model"), (after, BLUE, "corrected")])
+        )
     title = f"Measured less modeled: {each.name}{', held out' if each.held_out else ''}"
     return _stack(title, each.time, rows, zero=True)
 
 
 def _flown_panel(each: OpenLoopFlight) -> Panel:
-    """The measured motion, and those of the model and of the corrected one under the measured controls."""
-    sides = ((each.measured, INK, "measured"), (each.before, ORANGE, "the model"), (each.after, BLUE, "corrected"))
+    """The measured motion, and those of the model and of the corrected one under the measured
+    controls.
+    """
+    sides = (
+        (each.measured, INK, "measured"),
+        (each.before, ORANGE, "the model"),
+        (each.after, BLUE, "corrected"),
+    )
     rows = []
-    for i, ((name, unit), factor) in enumerate(zip(MOTIONS, (KNOT, DEGREE, DEGREE, DEGREE), strict=True)):
-        rows.append((f"{name} [{unit}]", [(values[:, i] / factor, color, label) for values, color, label in sides]))
+    for i, ((name, unit), factor) in enumerate(
+        zip(MOTIONS, (KNOT, DEGREE, DEGREE, DEGREE), strict=True)
+    ):
+        rows.append(
+            (
+                f"{name} [{unit}]",
+                [(values[:, i] / factor, color, label) for values, color, label in sides],
+            )
+        )
     title = f"Flown with the measured controls: {each.name}{', held out' if each.held_out else ''}"
     return _stack(title, each.time, rows)
 
@@ -169,8 +205,12 @@ def _flown_panel(each: OpenLoopFlight) -> Panel:
 _Line = tuple[Array, str, str]  # values over time, color, and the entry of the legend
 
 
-def _stack(title: str, time: Array, rows: Sequence[tuple[str, Sequence[_Line]]], zero: bool = False) -> Panel:
-    """Axes below one another over time [s]: the label and the lines of each, and a line at zero where asked for."""
+def _stack(
+    title: str, time: Array, rows: Sequence[tuple[str, Sequence[_Line]]], zero: bool = False
+) -> Panel:
+    """Axes below one another over time [s]: the label and the lines of each, and a line at zero
+    where asked for.
+    """
 
     def drawn(label: str, lines: Sequence[_Line], last: bool) -> Callable[[Axes], None]:
         def draw(axes: Axes) -> None:
@@ -196,7 +236,9 @@ def change_words(term: TermChange) -> str:
         return term.name if term.name == term.part else f"{term.name} ({term.part})"
     told = [f"{value:.4g}" if value is not None else "none" for value in (term.old, term.new)]
     share = (
-        "" if term.old in (None, 0.0) or term.new is None else f" ({100.0 * (term.new / term.old - 1.0):+.3g} %)"
+        ""
+        if term.old in (None, 0.0) or term.new is None
+        else f" ({100.0 * (term.new / term.old - 1.0):+.3g} %)"
     )
     return f"{term.name} {told[0]} → {told[1]} {term.unit}".rstrip() + share
 
@@ -204,16 +246,24 @@ def change_words(term: TermChange) -> str:
 def comparison_sentences(found: ModelComparison) -> list[str]:
     """Return the answer: which channels changed, by how much and where, and by which terms."""
     if not found.terms:
-        return [f"{found.new} says the same as {found.old}: no number and no part of the airplane differs."]
+        return [
+            f"{found.new} says the same as {found.old}: no number and no part of the airplane "
+            "differs."
+        ]
     acting = [term for term in found.terms if term.effects]
     card = f"along the card {found.card.replace('_', ' ')}, as {found.old} flies it"
     if not found.channels:
         return [f"Nothing changed in flight {card}; the files differ in what it does not use."]
     first = found.channels[0]
-    place = max((each for each in found.located if each.channel == first.channel), key=lambda each: each.largest)
+    place = max(
+        (each for each in found.located if each.channel == first.channel),
+        key=lambda each: each.largest,
+    )
     return [
-        f"{len(found.channels)} channel{'s' * (len(found.channels) > 1)} changed {card}; most of all the "
-        f"{first.channel}, by up to {first.largest:,.4g} {first.unit} ({100.0 * first.share:,.3g} % of its largest "
+        f"{len(found.channels)} channel{'s' * (len(found.channels) > 1)} changed {card}; most of "
+        "all the "
+        f"{first.channel}, by up to {first.largest:,.4g} {first.unit} ({100.0 * first.share:,.3g} "
+        "% of its largest "
         f"value) in the phase {place.phase}.",
         f"By: {'; '.join(change_words(term) for term in acting)}.",
         *found.remarks,
@@ -227,7 +277,9 @@ CHANGE_COLUMNS: tuple[Column[ChannelChange], ...] = (
     Column("largest", lambda each: each.largest, style=",.4g", key="largest"),
     Column("unit", lambda each: each.unit, key="unit"),
     Column("as coefficient", lambda each: each.coefficient, style=".4f", key="coefficient"),
-    Column("of the channel's largest", lambda each: 100.0 * each.share, "%", ".3g", key="share_percent"),
+    Column(
+        "of the channel's largest", lambda each: 100.0 * each.share, "%", ".3g", key="share_percent"
+    ),
 )
 DIFFERENCE_COLUMNS: tuple[Column[TermChange], ...] = (
     Column("difference", change_words),
@@ -240,7 +292,8 @@ DIFFERENCE_COLUMNS: tuple[Column[TermChange], ...] = (
     Column(
         "alone changes",
         lambda term: (
-            ", ".join(f"{e.channel} {e.largest:,.3g} {e.unit}" for e in term.effects) or "nothing in flight"
+            ", ".join(f"{e.channel} {e.largest:,.3g} {e.unit}" for e in term.effects)
+            or "nothing in flight"
         ),
     ),
     Column("", lambda term: json_rows(CHANGE_COLUMNS, term.effects), key="effects"),
@@ -259,7 +312,9 @@ def print_comparison(found: ModelComparison, console: "Console") -> None:
 def _tables(found: ModelComparison) -> list[tuple[str, Any, Any]]:
     if not found.terms:
         return []
-    tables: list[tuple[str, Any, Any]] = [("Differences of the files", DIFFERENCE_COLUMNS, found.terms)]
+    tables: list[tuple[str, Any, Any]] = [
+        ("Differences of the files", DIFFERENCE_COLUMNS, found.terms)
+    ]
     if found.channels:
         tables.append(("Changes over the whole flight", CHANGE_COLUMNS, found.channels))
         tables.append(("Changes by phase", CHANGE_COLUMNS, found.located))
@@ -293,6 +348,8 @@ def comparison_page(found: ModelComparison) -> str:
 
 
 def _change_panel(found: ModelComparison) -> Panel:
-    rows = [(f"{c.channel} [{c.unit}]", [(found.traces[c.channel], BLUE, "")]) for c in found.channels]
+    rows = [
+        (f"{c.channel} [{c.unit}]", [(found.traces[c.channel], BLUE, "")]) for c in found.channels
+    ]
     title = "New less old, in the states that the old one flew"
     return _stack(title, found.time - found.time[0], rows, zero=True)

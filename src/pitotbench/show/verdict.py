@@ -27,7 +27,8 @@ from pitotbench.show.gap_words import (
 )
 from pitotbench.show.words import listed, size_words, with_unit, words
 
-# The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features, smallest sizes.
+# The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
+# smallest sizes.
 
 KIND_WORDS = {
     "named": "named",
@@ -92,22 +93,32 @@ def pilot_words(flown: FlownAgain) -> str:
     if not flown.pilot:
         return ""
     hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
-    return f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
+    return (
+        f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
+    )
 
 
 def noticed(features: tuple[Feature, ...]) -> list[Feature]:
-    """The features that differ, with or without the patch, by more than two flights of one airplane by chance."""
+    """The features that differ, with or without the patch, by more than two flights of one airplane
+    by chance.
+    """
     limit = features_limit(features)
     return [
-        f for f in features if max(abs(f.measured - f.simulated), abs(f.measured - f.patched)) > limit * f.deviation
+        f
+        for f in features
+        if max(abs(f.measured - f.simulated), abs(f.measured - f.patched)) > limit * f.deviation
     ]
 
 
 def kind_words(verdict: Verdict) -> str:
-    """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted name."""
+    """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted
+    name.
+    """
     if verdict.kind == "one_of" and not any(reported_rivals(verdict)):
         return "a probable cause"
-    if verdict.kind == "one_of" and all(effect_of(e.name).part in verdict.named_parts for e in verdict.effects):
+    if verdict.kind == "one_of" and all(
+        effect_of(e.name).part in verdict.named_parts for e in verdict.effects
+    ):
         return f"{listed(verdict.named_parts)}: one of these causes"
     return KIND_WORDS[verdict.kind]
 
@@ -128,7 +139,9 @@ def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
         Column("part", lambda each: effect_of(each.name).part, key="part"),
         Column(
             "size (± is 2σ)",
-            lambda each: "; ".join(size_words(size.name, size.value, size.two_sigma) for size in each.sizes),
+            lambda each: "; ".join(
+                size_words(size.name, size.value, size.two_sigma) for size in each.sizes
+            ),
         ),
         Column("probability", lambda each: each.probability, style=".2f", key="probability"),
         Column("score", lambda each: each.score, "σ", ".1f", "score"),
@@ -141,7 +154,9 @@ def round_columns(account: Account) -> list[Column[int]]:
 
     def verdict_words(number: int) -> str:
         each = account.rounds[number]
-        named = "; ".join(effect_words(effect) for effect in each.verdict.effects) if each.added else ""
+        named = (
+            "; ".join(effect_words(effect) for effect in each.verdict.effects) if each.added else ""
+        )
         return kind_words(each.verdict) + (f": {named}" if named else "")
 
     def largest(number: int) -> Located | None:
@@ -150,7 +165,10 @@ def round_columns(account: Account) -> list[Column[int]]:
     return [
         Column("pass", lambda number: str(number + 1)),
         Column("verdict", verdict_words),
-        Column("largest gap in", lambda n: f"{words(p.channel)}, {words(p.where)}" if (p := largest(n)) else ""),
+        Column(
+            "largest gap in",
+            lambda n: f"{words(p.channel)}, {words(p.where)}" if (p := largest(n)) else "",
+        ),
         Column("largest gap", lambda n: (p := largest(n)) and p.significance, "σ", "+.1f"),
     ]
 
@@ -165,7 +183,9 @@ def _alone(flight: JoinedFlight) -> str:
 
 def _own(flight: JoinedFlight) -> str:
     sizes = ((own.effect, own.size) for own in flight.own_sizes)
-    return "; ".join(f"{words(name)}, {size_words(s.name, s.value, s.two_sigma)}" for name, s in sizes)
+    return "; ".join(
+        f"{words(name)}, {size_words(s.name, s.value, s.two_sigma)}" for name, s in sizes
+    )
 
 
 FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
@@ -179,14 +199,19 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
     Column("own size (± is 2σ)", _own),
     Column(
         "apart from the others",
-        lambda flight: max((own.apart for own in flight.own_sizes if own.apart is not None), default=None),
+        lambda flight: max(
+            (own.apart for own in flight.own_sizes if own.apart is not None), default=None
+        ),
         "σ",
         ".1f",
         "apart",
     ),
     Column("G", lambda flight: flight.closure.share, style=".2f", key="closure"),
     Column(
-        "G left out", lambda flight: flight.left_out and flight.left_out.share, style=".2f", key="closure_left_out"
+        "G left out",
+        lambda flight: flight.left_out and flight.left_out.share,
+        style=".2f",
+        key="closure_left_out",
     ),
     Column("", lambda flight: flight.null_flights, key="null_flights"),
 )
@@ -195,7 +220,9 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
 def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     """What a flight of several says, as plain data."""
     (plain,) = json_rows(FLIGHT_COLUMNS, [flight])
-    sizes = [{"effect": own.effect, **asdict(own.size), "apart": own.apart} for own in flight.own_sizes]
+    sizes = [
+        {"effect": own.effect, **asdict(own.size), "apart": own.apart} for own in flight.own_sizes
+    ]
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
@@ -203,7 +230,9 @@ _PLACES = 6
 
 
 def print_account(account: Account, console: Console) -> None:
-    """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card flown again."""
+    """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card
+    flown again.
+    """
     verdict = account.rounds[0].verdict
     console.print(outside(kind_words(verdict), "bold"), soft_wrap=True)
     for sentence in sentences(account):
@@ -212,12 +241,22 @@ def print_account(account: Account, console: Console) -> None:
     console.print()
     for sentence in evidence_words(account):
         console.print(outside(sentence), soft_wrap=True)
-    print_table(PLACE_COLUMNS, verdict.located[:_PLACES], console, "where the gap is, in standard deviations")
+    print_table(
+        PLACE_COLUMNS,
+        verdict.located[:_PLACES],
+        console,
+        "where the gap is, in standard deviations",
+    )
     if len(account.flights) > 1:
         print_table(FLIGHT_COLUMNS, account.flights, console, "the flights")
     for number, each in enumerate(account.rounds[1:], start=2):
-        added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
-        line = f"pass {number}, with the effects of the passes before in the model: {kind_words(each.verdict)}"
+        added = (
+            f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
+        )
+        line = (
+            f"pass {number}, with the effects of the passes before in the model: "
+            f"{kind_words(each.verdict)}"
+        )
         console.print(outside(line + added), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:
@@ -254,7 +293,9 @@ def verdict_json(verdict: Verdict) -> dict[str, Any]:
         "changes": list(verdict.changes),
         "part": verdict.named_parts[0] if verdict.named_parts else None,
         "parts": {part: p for part, p in verdict.parts.items() if p > LEAST_PROBABILITY},
-        "probabilities": {name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY},
+        "probabilities": {
+            name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY
+        },
         "log_bayes_factor": verdict.log_bayes_factor,
         "candidates": json_rows(candidate_columns(verdict), verdict.candidates),
         "gap_before": verdict.closure.before,
@@ -274,7 +315,11 @@ def account_json(account: Account) -> dict[str, Any]:
     """The verdict, the passes that followed and the card flown again, as plain data."""
     return verdict_json(account.rounds[0].verdict) | {
         "rounds": [
-            {"verdict": r.verdict.kind, "added": list(r.added), "closure": _share(r.verdict, r.verdict.closure)}
+            {
+                "verdict": r.verdict.kind,
+                "added": list(r.added),
+                "closure": _share(r.verdict, r.verdict.closure),
+            }
             for r in account.rounds
         ],
         "patched": [_effect(effect) for effect in account.effects],

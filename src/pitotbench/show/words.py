@@ -137,7 +137,9 @@ VARIABLES = {
 def unit_without_mass(channel: str) -> FieldUnit:
     """Return the unit of a residual channel where no mass turns a specific force into a force."""
     unit = CHANNELS[channel]
-    return FieldUnit(unit.name, WITHOUT_MASS.unit, WITHOUT_MASS.factor) if is_force(channel) else unit
+    return (
+        FieldUnit(unit.name, WITHOUT_MASS.unit, WITHOUT_MASS.factor) if is_force(channel) else unit
+    )
 
 
 def is_force(channel: str) -> bool:

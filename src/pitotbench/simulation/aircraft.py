@@ -1,4 +1,6 @@
-"""Find aircraft and read their files: in the package, in the user's folder, at a path, in JSBSim's library."""
+"""Find aircraft and read their files: in the package, in the user's folder, at a path, in JSBSim's
+library.
+"""
 
 import tomllib
 import xml.etree.ElementTree as ET
@@ -32,7 +34,8 @@ _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
 
 def read_baseline(folder: Path) -> Baseline:
-    """Read the baseline of the aircraft in a folder: center of gravity, aerodynamic functions, engines, settings.
+    """Read the baseline of the aircraft in a folder: center of gravity, aerodynamic functions,
+    engines, settings.
 
     Raises BadInputError for a file that is not XML, or that holds text in place of a number.
     """
@@ -42,7 +45,9 @@ def read_baseline(folder: Path) -> Baseline:
             aircraft=folder.name,
             center_of_gravity=_point(root.find("mass_balance/location[@name='CG']")),
             functions=tuple(_functions(root)),
-            engines=tuple(_engine(folder, element) for element in root.findall("propulsion/engine")),
+            engines=tuple(
+                _engine(folder, element) for element in root.findall("propulsion/engine")
+            ),
             declared=_declared(folder),
         )
     except BadInputError:
@@ -60,8 +65,14 @@ def _functions(root: ET.Element) -> list[AeroFunction]:
                 frozenset((each.text or "").strip() for each in function.iter(tag))
                 for tag in ("property", "independentVar")
             )
-            numbers = any(value.text is not None for value in function.iter("value")) or bool(looks_up)
-            found.append(AeroFunction(part.get("name", ""), function.get("name", ""), reads, looks_up, numbers))
+            numbers = any(value.text is not None for value in function.iter("value")) or bool(
+                looks_up
+            )
+            found.append(
+                AeroFunction(
+                    part.get("name", ""), function.get("name", ""), reads, looks_up, numbers
+                )
+            )
     return found
 
 
@@ -112,7 +123,8 @@ def library_aircraft() -> dict[str, Path]:
     return {file.stem: file for file in files if file.stem == file.parent.name}
 
 
-# Find aircraft: in the package or its checkout, in the user's folder, at a path, in JSBSim's own library.
+# Find aircraft: in the package or its checkout, in the user's folder, at a path, in JSBSim's own
+# library.
 
 PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("aircraft")  # relative to the working directory: the variants that the user keeps
@@ -121,12 +133,12 @@ OWN = Path("aircraft")  # relative to the working directory: the variants that t
 def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
     """Return the folder of an aircraft; its JSBSim file is `<folder>/<name>.xml`.
 
-    Looks in the package (the wheel ships its aircraft), in the checkout, then in `./aircraft`, where variants
-    such as `navajo+pod` are written, then in JSBSim's own library. A name with a slash, or that ends in `.xml`, is
-    the path of a JSBSim file or of its folder. Where an aircraft lacks the bench's autopilot, the folder is a copy
-    with one attached.
-    Raises UnknownNameError where no folder holds it; the message lists the known aircraft and the nearest name.
-    Raises BadInputError or SimulationError for an aircraft that cannot be flown; the message says why.
+    Looks in the package (the wheel ships its aircraft), in the checkout, then in `./aircraft`,
+    where variants such as `navajo+pod` are written, then in JSBSim's own library. A name with a
+    slash, or that ends in `.xml`, is the path of a JSBSim file or of its folder. Where an aircraft
+    lacks the bench's autopilot, the folder is a copy with one attached. Raises UnknownNameError
+    where no folder holds it; the message lists the known aircraft and the nearest name. Raises
+    BadInputError or SimulationError for an aircraft that cannot be flown; the message says why.
     """
     if places is None and is_path(name):
         return _attached(Path(name))
@@ -141,7 +153,8 @@ def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
 
 
 def original(name: str) -> Path:
-    """Return the folder or file of an aircraft as its author wrote it, without the bench's autopilot.
+    """Return the folder or file of an aircraft as its author wrote it, without the bench's
+    autopilot.
 
     Parameters and errors are those of `find_aircraft`.
     """
@@ -159,7 +172,9 @@ def is_path(name: str) -> bool:
 
 
 def _attached(source: Path) -> Path:
-    from pitotbench.simulation.autopilot.attach import attach  # SciPy loads with it: only where it is needed
+    from pitotbench.simulation.autopilot.attach import (
+        attach,
+    )  # SciPy loads with it: only where it is needed
 
     return attach(source)
 
@@ -192,7 +207,9 @@ def write_record(folder: Path, attached: Attached) -> None:
 
 @cache
 def read_record(folder: Path) -> Attached | None:
-    """Return the record in an aircraft's folder; None where the aircraft has an autopilot of its own."""
+    """Return the record in an aircraft's folder; None where the aircraft has an autopilot of its
+    own.
+    """
     file = folder / FILE
     if not file.is_file():
         return None

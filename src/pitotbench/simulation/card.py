@@ -21,10 +21,13 @@ def _si(value: float, suffix: str) -> float:
 def quantity(value: float | Sequence[float], suffix: str, **rules: Any) -> Any:
     """Declare a field of a card: the default is written in the unit of a suffix and stored in SI.
 
-    Speeds, rates, heights and pressures are above zero, times not below it. Further `rules` may be `positive`,
+    Speeds, rates, heights and pressures are above zero, times not below it. Further `rules` may be
+    `positive`,
     `decreasing`, `as_many_as` another field and, for a bank, `steep`.
     """
-    default = tuple(_si(v, suffix) for v in value) if isinstance(value, Sequence) else _si(value, suffix)
+    default = (
+        tuple(_si(v, suffix) for v in value) if isinstance(value, Sequence) else _si(value, suffix)
+    )
     return field(default=default, metadata={"suffix": suffix, **rules})
 
 
@@ -35,11 +38,13 @@ def count(value: float | tuple[float, ...], **rules: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """The numbers that all maneuvers share: speeds [m/s, calibrated], turns, settling times, tolerances.
+    """The numbers that all maneuvers share: speeds [m/s, calibrated], turns, settling times,
+    tolerances.
 
-    A turn is flown at `turn_rate` [rad/s] or at `bank_limit` [rad], whichever needs less bank. After a turn the
-    aircraft settles for `settle` [s]; where it is not yet within the tolerances, for up to as long again. The
-    airspeed tolerance applies to the set-up of every maneuver, and to the samples of maneuvers that hold a speed.
+    A turn is flown at `turn_rate` [rad/s] or at `bank_limit` [rad], whichever needs less bank.
+    After a turn the aircraft settles for `settle` [s]; where it is not yet within the tolerances,
+    for up to as long again. The airspeed tolerance applies to the set-up of every maneuver, and to
+    the samples of maneuvers that hold a speed.
 
     Raises BadInputError for a number that breaks a rule of its field.
     """
@@ -61,11 +66,17 @@ class Card:
                 raise BadInputError(f"{name} of a card must be above zero")
             if rules.get("suffix") == "s" and min(values) < 0.0:
                 raise BadInputError(f"{name} of a card is a time and cannot be negative")
-            if rules.get("decreasing") and (len(values) < 2 or any(b >= a for a, b in pairwise(values))):
-                raise BadInputError("a deceleration needs at least two speeds, each below the one before")
+            if rules.get("decreasing") and (
+                len(values) < 2 or any(b >= a for a, b in pairwise(values))
+            ):
+                raise BadInputError(
+                    "a deceleration needs at least two speeds, each below the one before"
+                )
             other = rules.get("as_many_as", name)
             if len(values) != len(_each(getattr(self, other))):
-                raise BadInputError(f"{name} of a card must hold as many numbers as {other}: change both")
+                raise BadInputError(
+                    f"{name} of a card must hold as many numbers as {other}: change both"
+                )
             if rules.get("steep") and not 5.0 * DEGREE <= abs(values[0]) <= 60.0 * DEGREE:
                 raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
 
@@ -78,9 +89,9 @@ def override(card: CardType, changes: Mapping[str, Any]) -> CardType:
     """Return the card with changed numbers.
 
     Parameters: changes, a mapping from names to numbers or lists of numbers, for example
-    `{"dwell_s": 20, "speeds_kt": [160, 100]}`. A name ends in any unit suffix of the right dimension; a count has
-    no suffix.
-    Raises UnknownNameError for an unknown name, BadInputError for a value of the wrong shape.
+    `{"dwell_s": 20, "speeds_kt": [160, 100]}`. A name ends in any unit suffix of the right
+    dimension; a count has no suffix. Raises UnknownNameError for an unknown name, BadInputError for
+    a value of the wrong shape.
     """
     return replace(card, **dict(_resolve(card, key, value) for key, value in changes.items()))
 
@@ -97,7 +108,9 @@ def _resolve(card: Card, key: str, value: Any) -> tuple[str, Any]:
 
 
 def _checked(key: str, value: Any, present: Any, suffix: str | None) -> Any:
-    """Return the SI value of an override. Raises BadInputError unless it has the shape of the present value."""
+    """Return the SI value of an override. Raises BadInputError unless it has the shape of the
+    present value.
+    """
     if isinstance(present, tuple):
         if isinstance(value, str) or not isinstance(value, Sequence) or not value:
             raise BadInputError(f"{key} takes a list of numbers, not {value!r}")

@@ -1,4 +1,6 @@
-"""Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there."""
+"""Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the
+model there.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,10 +17,11 @@ from pitotbench.simulation.properties import PROPERTIES, Air
 from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 
-# At each state the initial conditions are set anew. The model therefore cannot drift, and no autopilot can hide a
-# force. Between two states the engines, governors and turbochargers run on at the measured throttles, because
-# their power depends on the seconds before. The result is the right-hand side of the equation-error method (Klein
-# and Morelli, Aircraft System Identification, 2006, ch. 5).
+# At each state the initial conditions are set anew. The model therefore cannot drift, and no
+# autopilot can hide a force. Between two states the engines, governors and turbochargers run on at
+# the measured throttles, because their power depends on the seconds before. The result is the
+# right-hand side of the equation-error method (Klein and Morelli, Aircraft System Identification,
+# 2006, ch. 5).
 
 TENTH = 0.1  # s
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
@@ -39,22 +42,24 @@ PROBE = 0.1  # of a command: the step by which the gain from command to position
 
 
 def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
-    """Return the forces and angular accelerations of an aircraft along a measured motion, and its engine readings.
+    """Return the forces and angular accelerations of an aircraft along a measured motion, and its
+    engine readings.
 
-    Parameters: plant, freshly loaded, which cannot be used again; motion, the measured states; loaded_mass [kg],
-    the mass of the loaded aircraft without any effect. Fuel is taken out of the tanks at every state until the
-    mass is the logged one.
+    Parameters: plant, freshly loaded, which cannot be used again; motion, the measured states;
+    loaded_mass [kg], the mass of the loaded aircraft without any effect. Fuel is taken out of the
+    tanks at every state until the mass is the logged one.
 
-    With `engines_run` false, time stands still after the first state. The thrust is then not that of the motion:
-    use only the difference of two such reactions, and only for effects that change aerodynamic forces.
+    With `engines_run` false, time stands still after the first state. The thrust is then not that
+    of the motion: use only the difference of two such reactions, and only for effects that change
+    aerodynamic forces.
 
     At ten states a second, one state takes about 100 µs.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
     rig = Rig.set_up(plant, motion, loaded_mass)
     rows = np.empty((len(motion.time), len(rig.reads)))
-    # The first call moves the state, which systems of the aircraft and functions of the lift read: only after the
-    # second one are the controls where they were measured.
+    # The first call moves the state, which systems of the aircraft and functions of the lift read:
+    # only after the second one are the controls where they were measured.
     for k in _visited(rig, motion, 2, engines_run):
         rows[k] = rig.row()
     names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
@@ -63,7 +68,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
 
 
 def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -> Iterator[int]:
-    """Put the aircraft into each state with some calls, and yield its number; between them the engines run on."""
+    """Put the aircraft into each state with some calls, and yield its number; between them the
+    engines run on.
+    """
     count, plant = len(motion.time), rig.plant
     steps = np.maximum(1, np.round(np.diff(motion.time) / plant.time_step)).astype(int)
     starts = np.isin(np.arange(count), [0, *gaps(motion.time)])
@@ -81,21 +88,31 @@ def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -
 def _hold(plant: Plant, motion: Motion) -> None:
     """Start the engines while the airplane is held in flight."""
     height = float(air.pressure_altitude(motion.static_pressure[0]))
-    speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
-    if plant.serves(GUIDANCE):  # the controls are moved from here: without its modes it has no output, but a cost
+    speed = float(
+        air.calibrated_airspeed(
+            air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])
+        )
+    )
+    if plant.serves(
+        GUIDANCE
+    ):  # the controls are moved from here: without its modes it has no output, but a cost
         plant.set(GUIDANCE, 0.0)
-    plant.start_held(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
+    plant.start_held(
+        height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset)
+    )
     if float(np.median(np.diff(motion.time))) <= FREE:
         plant.release()
 
 
 def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure, (n,) each.
+    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure, (n,)
+    each.
 
     They come from a table of the plant's atmosphere, which may be warmer than standard.
     """
     low, high = (
-        float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min())
+        float(air.pressure_altitude(p))
+        for p in (motion.static_pressure.max(), motion.static_pressure.min())
     )
     levels = np.linspace(low - 600.0, high + 600.0, 25)
     table = np.empty((len(levels), 2))
@@ -109,7 +126,9 @@ def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
 
 
 def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
-    """Return the states as JSBSim's initial conditions in still air, (n, 10), in the order of `_IC`."""
+    """Return the states as JSBSim's initial conditions in still air, (n, 10), in the order of
+    `_IC`.
+    """
     speed = motion.mach * sound / FOOT
     flow = flow_direction(motion.angle_of_attack, motion.sideslip)
     return np.stack(
@@ -128,14 +147,24 @@ def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
 
 
 _IC = (
-    *("ic/h-sl-ft", "ic/phi-rad", "ic/theta-rad", "ic/psi-true-rad", "ic/u-fps", "ic/v-fps", "ic/w-fps"),
+    *(
+        "ic/h-sl-ft",
+        "ic/phi-rad",
+        "ic/theta-rad",
+        "ic/psi-true-rad",
+        "ic/u-fps",
+        "ic/v-fps",
+        "ic/w-fps",
+    ),
     *("ic/p-rad_sec", "ic/q-rad_sec", "ic/r-rad_sec"),
 )
 
 
 @dataclass(slots=True)
 class _Servo:
-    """Move one control to a measured position, even where systems of the aircraft add to the command."""
+    """Move one control to a measured position, even where systems of the aircraft add to the
+    command.
+    """
 
     write: Callable[[float], object]
     read: Callable[[], float]
@@ -147,7 +176,9 @@ class _Servo:
 
     @classmethod
     def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
-        """Measure how far the command moves the control. Raises SimulationError where it does not move it."""
+        """Measure how far the command moves the control. Raises SimulationError where it does not
+        move it.
+        """
         read, factor = plant.getter(position)
 
         def position_at(value: float) -> float:
@@ -163,12 +194,17 @@ class _Servo:
         plant.run_initial_conditions()
         if max(map(abs, slopes)) < 1e-6:
             raise SimulationError(f"{plant.aircraft}: {name} does not follow {command}")
-        # What moves one way only, as a throttle at idle does, moves the other way alike as far as anyone can tell.
-        below, above = (slope if abs(slope) >= 1e-6 else slopes[1 - i] for i, slope in enumerate(slopes))
+        # What moves one way only, as a throttle at idle does, moves the other way alike as far as
+        # anyone can tell.
+        below, above = (
+            slope if abs(slope) >= 1e-6 else slopes[1 - i] for i, slope in enumerate(slopes)
+        )
         return cls(plant.writer(command), read, factor, (below, above))
 
     def move(self, position: float) -> None:
-        """Move the control to a position [SI]; what systems of the aircraft add to the command stays."""
+        """Move the control to a position [SI]; what systems of the aircraft add to the command
+        stays.
+        """
         below, above = self.slopes
         added = self.read() - self.command * (above if self.command > 0.0 else below)
         wanted = position / self.factor - added
@@ -180,8 +216,9 @@ class _Servo:
 class Rig:
     """A plant with running engines, ready to be put into each state of a motion.
 
-    `states` are the initial conditions and the fuel of each state, (n, 10 + tanks), and `wanted` the positions of
-    the controls, (n, k). `reads` and `factors` give a reaction in SI units; its forces are not yet per mass.
+    `states` are the initial conditions and the fuel of each state, (n, 10 + tanks), and `wanted`
+    the positions of the controls, (n, k). `reads` and `factors` give a reaction in SI units; its
+    forces are not yet per mass.
     """
 
     plant: Plant
@@ -208,7 +245,9 @@ class Rig:
             wanted=np.stack([getattr(motion, name) for name, *_ in _controls(plant)], axis=1),
             servos=servos,
             writers=[plant.writer(path) for path in (*_IC, *tanks(plant))],
-            reads=[plant.getter(path)[0] if plant.serves(path) else _nothing for path, _ in _outputs()],
+            reads=[
+                plant.getter(path)[0] if plant.serves(path) else _nothing for path, _ in _outputs()
+            ],
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
         )
@@ -216,22 +255,27 @@ class Rig:
         return rig
 
     def check_surfaces(self) -> None:
-        """Raise SimulationError where a surface does not stay where it is put: the aircraft moves it itself."""
+        """Raise SimulationError where a surface does not stay where it is put: the aircraft moves
+        it itself.
+        """
         for _ in range(CALLS + 1):
             self.place(0)
-        for (name, *_), servo, wanted in zip(_controls(self.plant), self.servos, self.wanted[0], strict=True):
+        for (name, *_), servo, wanted in zip(
+            _controls(self.plant), self.servos, self.wanted[0], strict=True
+        ):
             off = abs(servo.read() * servo.factor - wanted)
             if off > LARGEST_OFF and not name.startswith("throttle"):
                 raise SimulationError(
                     f"{self.plant.aircraft}: its flight controls move the {name} by themselves, "
-                    f"{off / DEGREE:.1f}° from where the log has it; use --aircraft none to judge the sensors alone"
+                    f"{off / DEGREE:.1f}° from where the log has it; use --aircraft none to judge "
+                    "the sensors alone"
                 )
 
     def place(self, k: int) -> None:
         """Put the aircraft into a state.
 
-        The controls move first: their systems may read the state, so a second call corrects what the first one
-        changed.
+        The controls move first: their systems may read the state, so a second call corrects what
+        the first one changed.
         """
         for servo, position in zip(self.servos, self.wanted[k].tolist(), strict=True):
             servo.move(position)
@@ -240,23 +284,36 @@ class Rig:
         self.plant.run_initial_conditions()
 
     def run_in(self, k: int) -> None:
-        """Bring the engines to the power of a state, while the airplane is put back into it each tenth."""
+        """Bring the engines to the power of a state, while the airplane is put back into it each
+        tenth.
+        """
         for _ in range(round(RUN_IN / TENTH)):
             self.place(k)
             self.plant.advance(round(TENTH / self.plant.time_step))
 
     def row(self) -> Array:
-        """Return the present reaction, (12,), in the order and the units of the fields of a Reaction."""
+        """Return the present reaction, (12,), in the order and the units of the fields of a
+        Reaction.
+        """
         row = np.array([read() for read in self.reads]) * self.factors
         row[:3] /= self.mass[0]() * self.mass[1]
         return row
 
 
 def _controls(plant: Plant) -> list[tuple[str, str, str]]:
-    """Return each control, the command that moves it, and its position; an attached autopilot has sticks."""
-    sticks = {name: f"ap/stick-{name}-norm" if plant.attached else "" for name in ("elevator", "aileron", "rudder")}
+    """Return each control, the command that moves it, and its position; an attached autopilot has
+    sticks.
+    """
+    sticks = {
+        name: f"ap/stick-{name}-norm" if plant.attached else ""
+        for name in ("elevator", "aileron", "rudder")
+    }
     served = {line.name for line in plant.channels}
-    controls = [(n, sticks.get(n) or command, position) for n, command, position in CONTROLS if position in served]
+    controls = [
+        (n, sticks.get(n) or command, position)
+        for n, command, position in CONTROLS
+        if position in served
+    ]
     if len(plant.engines) == 2:
         return controls
     # One lever, or a lever for all engines: that of the first.
@@ -276,9 +333,10 @@ def _outputs() -> list[tuple[str, float]]:
     return forces + turning + [(line.path, line.factor) for line in engines]
 
 
-# Measure what a unit of force or moment along each aerodynamic axis changes, in each state of a motion.
-# Aerodynamic forces add. The change by any function of force is therefore the sum over the axes of its value
-# times this unit change, so that one pass over the states serves all effects that add such functions.
+# Measure what a unit of force or moment along each aerodynamic axis changes, in each state of a
+# motion. Aerodynamic forces add. The change by any function of force is therefore the sum over the
+# axes of its value times this unit change, so that one pass over the states serves all effects that
+# add such functions.
 
 # Not LIFT: functions of drag may read the lift, so that it does not simply add.
 AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
@@ -300,15 +358,21 @@ def _path(axis: str) -> str:
 
 
 def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
-    """Return the overlay that a plant needs for this measurement: a force of any size along each axis."""
+    """Return the overlay that a plant needs for this measurement: a force of any size along each
+    axis.
+    """
     return Overlay(
         sizes=tuple((_path(axis), 0.0) for axis in axes),
         functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in axes),
     )
 
 
-def _unit_changes(plant: Plant, axes: Sequence[str], read: Callable[[], Array], base: Array) -> Array:
-    """Return the change of a reading, whose value is `base`, by a unit of each axis in this state, (a, 6)."""
+def _unit_changes(
+    plant: Plant, axes: Sequence[str], read: Callable[[], Array], base: Array
+) -> Array:
+    """Return the change of a reading, whose value is `base`, by a unit of each axis in this state,
+    (a, 6).
+    """
     changes = np.empty((len(axes), 6))
     for change, axis in zip(changes, axes, strict=True):
         plant.set(_path(axis), LOAD)
@@ -320,13 +384,17 @@ def _unit_changes(plant: Plant, axes: Sequence[str], read: Callable[[], Array], 
 
 
 def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTerms:
-    """Return the aerodynamic forces of a model along a measured motion, and the values of some of its functions.
+    """Return the aerodynamic forces of a model along a measured motion, and the values of some of
+    its functions.
 
-    Engines and mass do not matter: the forces are those of the air alone. Parameters: plant, freshly loaded with
-    the `unit_overlay` of `UNIT_AXES`; motion, the measured states, whose mass is not used; names of functions.
-    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    Engines and mass do not matter: the forces are those of the air alone. Parameters: plant,
+    freshly loaded with the `unit_overlay` of `UNIT_AXES`; motion, the measured states, whose mass
+    is not used; names of functions. Raises SimulationError where JSBSim refuses a state or the
+    engines do not start.
     """
-    rig = Rig.set_up(plant, replace(motion, mass=np.full(len(motion.time), plant.get("mass"))), plant.get("mass"))
+    rig = Rig.set_up(
+        plant, replace(motion, mass=np.full(len(motion.time), plant.get("mass"))), plant.get("mass")
+    )
     known = tuple(sorted(names))
     forces = [plant.getter(path)[0] for path in AERO_FORCES]
     reads = [plant.getter(name)[0] for name in (*known, ALPHA_RATE)]
@@ -337,7 +405,9 @@ def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTer
             rig.place(k)
         total[k] = [read() for read in forces]
         values[:, k] = [read() for read in reads]
-        units[:, k] = _unit_changes(plant, UNIT_AXES, lambda: np.array([read() for read in forces]), total[k])
+        units[:, k] = _unit_changes(
+            plant, UNIT_AXES, lambda: np.array([read() for read in forces]), total[k]
+        )
     size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
     return AeroTerms(
         total=total,
@@ -346,18 +416,20 @@ def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTer
         alpha_rate=values[-1],
         wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),
         inertia=tuple(
-            plant.get(f"inertia/{part}-slugs_ft2") * SLUG * FOOT**2 for part in ("ixx", "iyy", "izz", "ixz")
+            plant.get(f"inertia/{part}-slugs_ft2") * SLUG * FOOT**2
+            for part in ("ixx", "iyy", "izz", "ixz")
         ),
         mass=plant.get("mass"),
     )
 
 
 def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:
-    """Return the forces, power, weight and inertia of a model along a measured motion, engines running.
+    """Return the forces, power, weight and inertia of a model along a measured motion, engines
+    running.
 
-    Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first state: as much
-    fuel is taken out of the tanks; names of functions, of which those that the model has are read.
-    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first
+    state: as much fuel is taken out of the tanks; names of functions, of which those that the model
+    has are read. Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
     plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
     loaded = plant.get("mass")
@@ -382,7 +454,9 @@ def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelF
         gravity_center=body[:, 1],
         inertia=body[:, 2:6],
         values=dict(zip(known, body[:, len(_BODY) :].T, strict=True)),
-        wing=tuple(plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")),
+        wing=tuple(
+            plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")
+        ),
     )
 
 
@@ -392,10 +466,13 @@ _BODY = (
 )
 
 
-def measure_unit_forces(plant: Plant, motion: Motion, loaded_mass: float, paths: Iterable[str]) -> UnitForces:
+def measure_unit_forces(
+    plant: Plant, motion: Motion, loaded_mass: float, paths: Iterable[str]
+) -> UnitForces:
     """Return the changes by unit forces along a measured motion, and the properties at `paths`.
 
-    The engines are held. Parameters and errors are those of `measure`; the plant has the `unit_overlay`.
+    The engines are held. Parameters and errors are those of `measure`; the plant has the
+    `unit_overlay`.
     """
     rig = Rig.set_up(plant, motion, loaded_mass)
     names = sorted(paths)
@@ -406,5 +483,6 @@ def measure_unit_forces(plant: Plant, motion: Motion, loaded_mass: float, paths:
         values[:, k] = [read() for read in reads]
         changes[:, k] = _unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6])
     return UnitForces(
-        changes=dict(zip(AXES, changes, strict=True)), properties=dict(zip(names, values, strict=True))
+        changes=dict(zip(AXES, changes, strict=True)),
+        properties=dict(zip(names, values, strict=True)),
     )

@@ -22,10 +22,11 @@ from pitotbench.units import POUND
 
 
 def overlay_of(case: Case) -> Overlay:
-    """Return what a case adds to its aircraft and its air by effects. Package `sensing` applies those on sensors.
+    """Return what a case adds to its aircraft and its air by effects. Package `sensing` applies
+    those on sensors.
 
-    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters or for an aircraft that
-    lacks the part that an effect changes.
+    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters or for an
+    aircraft that lacks the part that an effect changes.
     """
     return _overlay(case.aircraft, chosen(case.effects))
 
@@ -45,21 +46,26 @@ def install_variant(
     provenance: Mapping[str, Any] | None = None,
     shelf: Path | None = None,
 ) -> Path:
-    """Write an aircraft with effects as a new aircraft, `<aircraft>+<variant>`, and return its folder.
+    """Write an aircraft with effects as a new aircraft, `<aircraft>+<variant>`, and return its
+    folder.
 
-    The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the effects and
-    their origin (`provenance`, any TOML table).
-    Raises BadInputError for effects that do not act on an aircraft, for a name with forbidden characters, and for
-    a variant that exists: nothing is overwritten.
+    The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the
+    effects and their origin (`provenance`, any TOML table). Raises BadInputError for effects that
+    do not act on an aircraft, for a name with forbidden characters, and for a variant that exists:
+    nothing is overwritten.
     """
     _require_name(variant)
     foreign = [entry.name for entry in effects if effect_of(entry.name).acts_on != "aircraft"]
     if foreign:
-        raise BadInputError(f"{', '.join(foreign)}: no effect of an aircraft; write it into the case file")
+        raise BadInputError(
+            f"{', '.join(foreign)}: no effect of an aircraft; write it into the case file"
+        )
     overlay = _overlay(aircraft, chosen(effects))
     if overlay.is_empty():
         raise BadInputError("a variant needs at least one effect of a size other than zero")
-    folder = write_variant(find_aircraft(aircraft), shelf or OWN.resolve(), f"{aircraft}+{variant}", overlay)
+    folder = write_variant(
+        find_aircraft(aircraft), shelf or OWN.resolve(), f"{aircraft}+{variant}", overlay
+    )
     entries = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
     table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": entries}
     (folder / "variant.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
@@ -67,13 +73,19 @@ def install_variant(
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
-    """Return as XML what effects add to the JSBSim file of an aircraft; empty where none acts on the aircraft."""
-    overlay = _overlay(aircraft, chosen([e for e in effects if effect_of(e.name).acts_on == "aircraft"]))
+    """Return as XML what effects add to the JSBSim file of an aircraft; empty where none acts on
+    the aircraft.
+    """
+    overlay = _overlay(
+        aircraft, chosen([e for e in effects if effect_of(e.name).acts_on == "aircraft"])
+    )
     return "" if overlay.is_empty() else overlay_text(find_aircraft(aircraft), overlay)
 
 
 def require_free(aircraft: str, variant: str) -> None:
-    """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that is taken."""
+    """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that
+    is taken.
+    """
     _require_name(variant)
     if place := known_aircraft().get(f"{aircraft}+{variant}"):
         raise BadInputError(f"{place} is there already; choose another name for the variant")
@@ -81,7 +93,9 @@ def require_free(aircraft: str, variant: str) -> None:
 
 def _require_name(variant: str) -> None:
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
-        raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
+        raise BadInputError(
+            f"variant {variant!r}: use letters, digits, dots, dashes and underscores"
+        )
 
 
 def mark_recording(plant: Plant) -> None:
@@ -96,13 +110,17 @@ def mark_recording(plant: Plant) -> None:
 # Load an aircraft to a mass: with fuel in its tanks and, where fuel is not enough, ballast.
 
 TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
-LEAST_FUEL = 0.1  # of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
+LEAST_FUEL = (
+    0.1  # of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
+)
 MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or in another unit
 
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """The loading of an aircraft: `fuel`, the share of the fuel in its file (0 to 1), and `ballast` [kg]."""
+    """The loading of an aircraft: `fuel`, the share of the fuel in its file (0 to 1), and `ballast`
+    [kg].
+    """
 
     fuel: float = 1.0
     ballast: float = 0.0
@@ -124,7 +142,9 @@ def loaded_fuel(aircraft: str) -> float:
 
 
 def tanks(plant: Plant) -> tuple[str, ...]:
-    """Return the properties of the fuel in each tank of an aircraft [lb]; of more than two, the first two."""
+    """Return the properties of the fuel in each tank of an aircraft [lb]; of more than two, the
+    first two.
+    """
     return tuple(tank for tank in TANKS if plant.serves(tank))
 
 
@@ -134,7 +154,8 @@ def mass_of(aircraft: str, loading: Loading) -> float:
 
 
 def loading_of(aircraft: str, mass: float) -> Loading:
-    """Return the loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, then ballast.
+    """Return the loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, then
+    ballast.
 
     Raises BadInputError where the mass cannot be that of this aircraft.
     """
@@ -143,7 +164,8 @@ def loading_of(aircraft: str, mass: float) -> Loading:
 
 
 def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
-    """Return the ballast [kg] that lets fuel alone account for all masses from `heaviest` to `lightest` [kg].
+    """Return the ballast [kg] that lets fuel alone account for all masses from `heaviest` to
+    `lightest` [kg].
 
     It is negative where the aircraft is lighter than its file says with `LEAST_FUEL` in the tanks.
     Raises BadInputError where more than `MOST_BALLAST` would be needed.
@@ -153,14 +175,17 @@ def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
     ballast = max(0.0, heaviest - full) + min(0.0, lightest - least)
     if abs(ballast) > MOST_BALLAST:
         raise BadInputError(
-            f"mass_kg goes from {lightest:.0f} to {heaviest:.0f} kg, and {aircraft} weighs {least:.0f} to "
+            f"mass_kg goes from {lightest:.0f} to {heaviest:.0f} kg, and {aircraft} weighs "
+            f"{least:.0f} to "
             f"{full:.0f} kg: check the unit of the column, or name another aircraft"
         )
     return ballast
 
 
 def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
-    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft; empty for no ballast."""
+    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft; empty for
+    no ballast.
+    """
     if not ballast:
         return Overlay()
     place = read_baseline(find_aircraft(aircraft)).center_of_gravity

@@ -1,4 +1,6 @@
-"""Fly a maneuver with the measured controls alone: the motion in pitch that the air's forces of a model make."""
+"""Fly a maneuver with the measured controls alone: the motion in pitch that the air's forces of a
+model make.
+"""
 
 import numpy as np
 
@@ -7,10 +9,11 @@ from pitotbench.simulation.force_meter import AERO_FORCES, CALLS, Rig
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import FOOT, POUND_FORCE, STANDARD_GRAVITY, Array
 
-# The equations of motion in body axes (Klein and Morelli 2006, Aircraft System Identification, eq. 3.31) in speed,
-# angle of attack, pitch rate and pitch; sideslip, bank and the other rates are the measured ones. The forces of the
-# air are JSBSim's in the state that is reached; thrust, mass and inertia are measured. So nothing but the
-# aerodynamic functions of the file decides how the airplane answers to the elevator.
+# The equations of motion in body axes (Klein and Morelli 2006, Aircraft System Identification, eq.
+# 3.31) in speed, angle of attack, pitch rate and pitch; sideslip, bank and the other rates are the
+# measured ones. The forces of the air are JSBSim's in the state that is reached; thrust, mass and
+# inertia are measured. So nothing but the aerodynamic functions of the file decides how the
+# airplane answers to the elevator.
 
 _U, _V, _W, _Q, _PITCH = 4, 5, 6, 8, 2  # places in a row of the rig's states
 
@@ -18,11 +21,12 @@ _U, _V, _W, _Q, _PITCH = 4, 5, 6, 8, 2  # places in a row of the rig's states
 def fly_open_loop(plant: Plant, maneuver: Maneuver, constants: Array) -> tuple[Array, Array]:
     """Return the measured motion and that of a model, (n, 4) each.
 
-    Their columns are true airspeed [m/s], angle of attack [rad], pitch rate [rad/s] and pitch [rad].
+    Their columns are true airspeed [m/s], angle of attack [rad], pitch rate [rad/s] and pitch
+    [rad].
 
-    `plant` is freshly loaded. `constants` are the drag, lift and pitch-moment coefficients that the model lacks in
-    steady flight, (3,); with the measured mean of the forces no model drifts away. Heun's method, a step a sample.
-    Raises SimulationError where JSBSim refuses a state.
+    `plant` is freshly loaded. `constants` are the drag, lift and pitch-moment coefficients that the
+    model lacks in steady flight, (3,); with the measured mean of the forces no model drifts away.
+    Heun's method, a step a sample. Raises SimulationError where JSBSim refuses a state.
     """
     motion, count = maneuver.motion, len(maneuver.motion.time)
     mass = plant.get("mass") if maneuver.mass is None else maneuver.mass
@@ -67,11 +71,15 @@ def fly_open_loop(plant: Plant, maneuver: Maneuver, constants: Array) -> tuple[A
         first = rate(k, states[k])
         second = rate(k + 1, states[k] + step * first)
         states[k + 1] = states[k] + 0.5 * step * (first + second)
-    measured = np.stack([given[:, _U] * FOOT, given[:, _W] * FOOT, motion.pitch_rate, motion.pitch], axis=1)
+    measured = np.stack(
+        [given[:, _U] * FOOT, given[:, _W] * FOOT, motion.pitch_rate, motion.pitch], axis=1
+    )
     return _as_flown(measured, given[:, _V] * FOOT), _as_flown(states, given[:, _V] * FOOT)
 
 
 def _as_flown(states: Array, sideways: Array) -> Array:
     """States (n, 4) with the components of the airspeed as true airspeed and angle of attack."""
     u, w = states[:, 0], states[:, 1]
-    return np.stack([np.sqrt(u**2 + w**2 + sideways**2), np.arctan2(w, u), states[:, 2], states[:, 3]], axis=1)
+    return np.stack(
+        [np.sqrt(u**2 + w**2 + sideways**2), np.arctan2(w, u), states[:, 2], states[:, 3]], axis=1
+    )

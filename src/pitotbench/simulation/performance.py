@@ -20,9 +20,10 @@ from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, Stat
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 
-# The aircraft is held in a state while engines and controls run on, and its forces are balanced there: lift against
-# weight, pitching moment, and along the path weight, thrust and drag. No autopilot flies, so no flight must settle.
-# In a climb at a constant calibrated airspeed the true one grows; this takes its share of the excess thrust.
+# The aircraft is held in a state while engines and controls run on, and its forces are balanced
+# there: lift against weight, pitching moment, and along the path weight, thrust and drag. No
+# autopilot flies, so no flight must settle. In a climb at a constant calibrated airspeed the true
+# one grows; this takes its share of the excess thrust.
 
 HEIGHT_STEP, HIGHEST = 5000.0 * FOOT, 60000.0 * FOOT
 CRUISE_HEIGHTS = tuple(h * FOOT for h in (2000.0, 8000.0, 15000.0, 25000.0, 35000.0))
@@ -40,7 +41,9 @@ BALLAST = "weight of the handbook"
 
 @dataclass(frozen=True, slots=True)
 class Steady:
-    """Steady flight: the state, calibrated airspeed and rate of climb [m/s], thrust, lift, drag [N], power [hp]."""
+    """Steady flight: the state, calibrated airspeed and rate of climb [m/s], thrust, lift, drag
+    [N], power [hp].
+    """
 
     state: State
     calibrated: float
@@ -52,12 +55,13 @@ class Steady:
 
 
 def find_performance(aircraft: str, handbook: Path | None = None) -> Performance:
-    """Return the performance of an aircraft: a name of the hangar or of JSBSim's library, or a path.
+    """Return the performance of an aircraft: a name of the hangar or of JSBSim's library, or a
+    path.
 
-    With `handbook`, a table that `read_handbook` describes, each of its rows becomes a figure with the published
-    value beside it, before the figures at the weight of the file. What the model lacks or cannot do is skipped,
-    with the reason.
-    Raises UnknownNameError, BadInputError or SimulationError where the aircraft cannot be held in flight at all.
+    With `handbook`, a table that `read_handbook` describes, each of its rows becomes a figure with
+    the published value beside it, before the figures at the weight of the file. What the model
+    lacks or cannot do is skipped, with the reason. Raises UnknownNameError, BadInputError or
+    SimulationError where the aircraft cannot be held in flight at all.
     """
     rows = read_handbook(handbook) if handbook is not None else []
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
@@ -91,9 +95,11 @@ UNKNOWN = {
 
 @dataclass(slots=True)
 class _Model:
-    """An aircraft in its file's loading, `weight` [lb]; `ballast` is the property of the weight added to it.
+    """An aircraft in its file's loading, `weight` [lb]; `ballast` is the property of the weight
+    added to it.
 
-    `no_engine` says that it has no engine that holds a level speed, as a glider; empty where it has one.
+    `no_engine` says that it has no engine that holds a level speed, as a glider; empty where it has
+    one.
     """
 
     held: HeldAircraft
@@ -131,17 +137,22 @@ class _Model:
         return model
 
     def load_weight(self, weight: float | None) -> None:
-        """Load a weight [lb] at the center of gravity of the empty aircraft; None for that of the file."""
+        """Load a weight [lb] at the center of gravity of the empty aircraft; None for that of the
+        file.
+        """
         self.held.write(self.ballast, 0.0 if weight is None else weight - self.weight)
 
 
 def _add_ballast(root: ET.Element) -> int:
-    """Add a point mass of no weight at the center of gravity of the empty aircraft; return its number."""
+    """Add a point mass of no weight at the center of gravity of the empty aircraft; return its
+    number.
+    """
     mass = root.find("mass_balance")
     place = None if mass is None else mass.find("location[@name='CG']")
     if mass is None or place is None:
         raise BadInputError(
-            'the aircraft\'s file has no center of gravity: add <location name="CG"> to <mass_balance>'
+            'the aircraft\'s file has no center of gravity: add <location name="CG"> to '
+            "<mass_balance>"
         )
     number = len(mass.findall("pointmass"))
     point = ET.SubElement(mass, "pointmass", name=BALLAST)
@@ -171,8 +182,8 @@ def _calibrated(true: float, height: float) -> float:
 def stall(model: _Model, height: float, flaps: float) -> Steady:
     """Return the slowest level flight at 1 g: engines idle, elevator in trim, `flaps` from 0 to 1.
 
-    It is the speed that a deceleration too slow to change the load factor reaches. Raises SimulationError where no
-    angle of attack up to 30° carries the weight.
+    It is the speed that a deceleration too slow to change the load factor reaches. Raises
+    SimulationError where no angle of attack up to 30° carries the weight.
     """
     held = model.held
     held.climb_to(height, 80.0)
@@ -192,12 +203,16 @@ def stall(model: _Model, height: float, flaps: float) -> Steady:
             f"{held.name}: no angle of attack up to 30° carries the weight with a trimmed elevator"
         )
     if best.alpha >= FLOW_ANGLES[-1]:
-        raise SimulationError(f"{held.name}: the lift still grows at 30°, so there is no stall below it")
+        raise SimulationError(
+            f"{held.name}: the lift still grows at 30°, so there is no stall below it"
+        )
     return Steady(best, _calibrated(best.speed, height), 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def _one_g(held: HeldAircraft, alpha: float, speed: float) -> State | None:
-    """Return level flight at 1 g and an angle of attack [rad], the elevator in trim; None where there is none."""
+    """Return level flight at 1 g and an angle of attack [rad], the elevator in trim; None where
+    there is none.
+    """
     for _ in range(12):
         elevator = held_by(held, speed, alpha)
         if elevator is None:
@@ -215,8 +230,12 @@ def _one_g(held: HeldAircraft, alpha: float, speed: float) -> State | None:
     return None
 
 
-def _steady(model: _Model, height: float, speed: float, lever: float, guess: State) -> Steady | None:
-    """Return steady flight at a true airspeed and a lever, climbing or sinking; None where nothing balances."""
+def _steady(
+    model: _Model, height: float, speed: float, lever: float, guess: State
+) -> Steady | None:
+    """Return steady flight at a true airspeed and a lever, climbing or sinking; None where nothing
+    balances.
+    """
     held = model.held
     gradient = (_true(_calibrated(speed, height), height + 100.0) - speed) / 100.0
     state = replace(guess, speed=speed)
@@ -253,7 +272,9 @@ def _account(held: HeldAircraft, state: State, height: float, along: float) -> S
 
 
 def _speeds(model: _Model, height: float, lever: float, slow: float) -> list[Steady]:
-    """Return steady flight at true airspeeds from slow to fast, until the aircraft sinks or is far above stall."""
+    """Return steady flight at true airspeeds from slow to fast, until the aircraft sinks or is far
+    above stall.
+    """
     limit = HIGHEST_MACH * float(air.sound_speed(air.standard_temperature(height)))
     found: list[Steady] = []
     state = State(slow, alpha=8.0 * DEGREE)
@@ -275,16 +296,26 @@ def _speeds(model: _Model, height: float, lever: float, slow: float) -> list[Ste
 
 
 def _refined(
-    model: _Model, height: float, lever: float, several: Sequence[Steady], value: Callable[[Steady], float]
+    model: _Model,
+    height: float,
+    lever: float,
+    several: Sequence[Steady],
+    value: Callable[[Steady], float],
 ) -> Steady | None:
-    """Return the steady flight at which a value is largest, by the parabola through the three best speeds."""
+    """Return the steady flight at which a value is largest, by the parabola through the three best
+    speeds.
+    """
     if not several:
         return None
     k = int(np.argmax([value(each) for each in several]))
     if 0 < k < len(several) - 1:
         near = several[k - 1 : k + 2]
         a, b, _ = np.polyfit([e.state.speed for e in near], [value(e) for e in near], 2)
-        finer = _steady(model, height, float(-b / (2.0 * a)), lever, several[k].state) if a < 0.0 else None
+        finer = (
+            _steady(model, height, float(-b / (2.0 * a)), lever, several[k].state)
+            if a < 0.0
+            else None
+        )
         if finer is not None and value(finer) >= value(several[k]):
             return finer
     return several[k]
@@ -307,7 +338,9 @@ def _level(model: _Model, height: float, lever: float, several: Sequence[Steady]
 
 
 def _slow(model: _Model, height: float) -> float:
-    """Return the true stall speed [m/s] at a height, flaps up: the calibrated one is that of sea level."""
+    """Return the true stall speed [m/s] at a height, flaps up: the calibrated one is that of sea
+    level.
+    """
     return _true(stall(model, 0.0, 0.0).calibrated, height)
 
 
@@ -317,7 +350,9 @@ def _best_climb(model: _Model, height: float, slow: float) -> tuple[Steady | Non
 
 
 def _ceiling(model: _Model) -> tuple[float, float, list[tuple[float, Steady, list[Steady]]]]:
-    """Return the service and the absolute ceiling [m], NaN where none is found, and the climbs at each height."""
+    """Return the service and the absolute ceiling [m], NaN where none is found, and the climbs at
+    each height.
+    """
     slow = stall(model, 0.0, 0.0).calibrated
     climbs = []
     for height in np.arange(0.0, HIGHEST + 1.0, HEIGHT_STEP):
@@ -367,7 +402,9 @@ def _climbs(model: _Model) -> Figures:
             continue
         place = f"{_height_words(height)}, full throttle"
         steep = _refined(model, height, 1.0, several, lambda each: each.state.climb) or best
-        yield PerformanceFigure("best rate of climb", place, best.climb_rate / FOOT * 60.0, "ft/min")
+        yield PerformanceFigure(
+            "best rate of climb", place, best.climb_rate / FOOT * 60.0, "ft/min"
+        )
         yield PerformanceFigure("speed of the best rate", place, best.calibrated / KNOT, "KCAS")
         yield PerformanceFigure("best angle of climb", place, steep.state.climb / DEGREE, "°")
         yield PerformanceFigure("speed of the best angle", place, steep.calibrated / KNOT, "KCAS")
@@ -386,7 +423,11 @@ def _cruises(model: _Model) -> Figures:
                 continue
             yield PerformanceFigure("cruise speed", place, level.state.speed / KNOT, "KTAS")
             thrust = level.thrust / POUND / STANDARD_GRAVITY
-            power = ("cruise power", level.power, "hp") if level.power else ("cruise thrust", thrust, "lb")
+            power = (
+                ("cruise power", level.power, "hp")
+                if level.power
+                else ("cruise thrust", thrust, "lb")
+            )
             yield PerformanceFigure(power[0], place, power[1], power[2])
 
 
@@ -399,9 +440,15 @@ def _glides(model: _Model) -> Figures:
         raise SimulationError(NOT_HELD)
     ratio = -1.0 / tan(flat.state.climb) if flat.state.climb < 0.0 else float("nan")
     yield PerformanceFigure("glide ratio", f"{place}, idle", ratio, "")
-    yield PerformanceFigure("speed of the best glide", f"{place}, idle", flat.calibrated / KNOT, "KCAS")
-    yield PerformanceFigure("best lift-to-drag ratio", f"{place}, without thrust", _slenderness(slender), "")
-    yield PerformanceFigure("its speed", f"{place}, without thrust", slender.calibrated / KNOT, "KCAS")
+    yield PerformanceFigure(
+        "speed of the best glide", f"{place}, idle", flat.calibrated / KNOT, "KCAS"
+    )
+    yield PerformanceFigure(
+        "best lift-to-drag ratio", f"{place}, without thrust", _slenderness(slender), ""
+    )
+    yield PerformanceFigure(
+        "its speed", f"{place}, without thrust", slender.calibrated / KNOT, "KCAS"
+    )
 
 
 def _slenderness(each: Steady) -> float:
@@ -433,7 +480,10 @@ _CONDITIONS = {
     "glide": ("weight_lb", "altitude_ft", "calibrated_airspeed_kt"),
     "ceiling": ("weight_lb",),
 }
-COLUMNS = ("figure", *dict.fromkeys(c for k in _PUBLISHED for c in (*_CONDITIONS[k], _PUBLISHED[k][0])))
+COLUMNS = (
+    "figure",
+    *dict.fromkeys(c for k in _PUBLISHED for c in (*_CONDITIONS[k], _PUBLISHED[k][0])),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -448,7 +498,9 @@ class HandbookRow:
     def words(self) -> str:
         """The condition in words."""
         told = [
-            f"{name.replace('_', ' ')} {value:,.4g}" if value < 1000.0 else f"{name.replace('_', ' ')} {value:,.0f}"
+            f"{name.replace('_', ' ')} {value:,.4g}"
+            if value < 1000.0
+            else f"{name.replace('_', ' ')} {value:,.0f}"
             for name, value in self.given.items()
         ]
         return f"handbook: {self.figure}, {', '.join(told)}"
@@ -458,17 +510,20 @@ class HandbookRow:
         model.load_weight(self.given.get("weight_lb"))
         _, unit, scale = _PUBLISHED[self.figure]
         value = _AT[self.figure](model, self.given)
-        yield PerformanceFigure(self.figure, self.words.split(", ", 1)[-1], value / scale, unit, self.published)
+        yield PerformanceFigure(
+            self.figure, self.words.split(", ", 1)[-1], value / scale, unit, self.published
+        )
 
 
 def read_handbook(file: Path) -> list[HandbookRow]:
     """Read a handbook's table (CSV): one published figure a row.
 
-    The column `figure` names it: `stall` (published in `calibrated_airspeed_kt`), `climb` (`climb_rate_fpm`),
-    `cruise` (`true_airspeed_kt`), `glide` (`glide_ratio`) or `ceiling` (`ceiling_ft`). The other columns are
-    conditions, blank where they do not apply: `weight_lb`, `altitude_ft`, `flaps_percent`, `throttle_percent`,
-    `power_hp` of all engines, and `calibrated_airspeed_kt` of a climb or a glide (blank: the best).
-    Raises BadInputError for another column or figure, for text in place of a number, and for a missing value.
+    The column `figure` names it: `stall` (published in `calibrated_airspeed_kt`), `climb`
+    (`climb_rate_fpm`), `cruise` (`true_airspeed_kt`), `glide` (`glide_ratio`) or `ceiling`
+    (`ceiling_ft`). The other columns are conditions, blank where they do not apply: `weight_lb`,
+    `altitude_ft`, `flaps_percent`, `throttle_percent`, `power_hp` of all engines, and
+    `calibrated_airspeed_kt` of a climb or a glide (blank: the best). Raises BadInputError for
+    another column or figure, for text in place of a number, and for a missing value.
     """
     with file.open(encoding="utf-8-sig", newline="") as opened:
         table = csv.DictReader(opened)
@@ -489,7 +544,9 @@ def read_handbook(file: Path) -> list[HandbookRow]:
 def _row(place: str, entry: dict[str, str | None]) -> HandbookRow:
     figure = (entry.pop("figure") or "").strip()
     if figure not in _PUBLISHED:
-        raise BadInputError(f"{place}: figure {figure!r} is not known; it is one of {', '.join(_PUBLISHED)}")
+        raise BadInputError(
+            f"{place}: figure {figure!r} is not known; it is one of {', '.join(_PUBLISHED)}"
+        )
     values: dict[str, float] = {}
     for name, text in entry.items():
         if text is None or not text.strip():
@@ -541,7 +598,11 @@ def _cruise_at(model: _Model, given: dict[str, float]) -> float:
         return found.state.speed if found else float("nan")
     # Power grows with the lever; a lever that holds no level flight gives too little.
     low, high, found = 0.0, 1.0, at(1.0)
-    while found and abs(found.power / given["power_hp"] - 1.0) > SAME_POWER and high - low > FINEST_LEVER:
+    while (
+        found
+        and abs(found.power / given["power_hp"] - 1.0) > SAME_POWER
+        and high - low > FINEST_LEVER
+    ):
         middle = 0.5 * (low + high)
         level = at(middle)
         enough = level is not None and level.power >= given["power_hp"]

@@ -1,4 +1,6 @@
-"""The pilot of a maneuver: what the cockpit offers, the phases of a flight, and how a pilot flies them."""
+"""The pilot of a maneuver: what the cockpit offers, the phases of a flight, and how a pilot flies
+them.
+"""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -12,16 +14,18 @@ from pitotbench.simulation.card import Card
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
 
-# Pilots: the autopilot alone, or a model of a person with a reaction time, a threshold and a random drift.
-# The person is an intermittent controller (Craik 1948; Neilson and others since). Between corrections the held
-# value drifts at random (the remnant of McRuer and Jex 1967). A deviation is noticed only when it is larger than
-# a glance at the gauge shows. It is corrected in part; then the pilot waits for the aircraft to respond.
-# The autopilot keeps stick and rudder, so this models how well targets are held, not handling qualities. All
-# sizes are estimates: a good pilot stays within the paper's tolerances most of the time in smooth air, a busy one
-# does not.
+# Pilots: the autopilot alone, or a model of a person with a reaction time, a threshold and a random
+# drift. The person is an intermittent controller (Craik 1948; Neilson and others since). Between
+# corrections the held value drifts at random (the remnant of McRuer and Jex 1967). A deviation is
+# noticed only when it is larger than a glance at the gauge shows. It is corrected in part; then the
+# pilot waits for the aircraft to respond. The autopilot keeps stick and rudder, so this models how
+# well targets are held, not handling qualities. All sizes are estimates: a good pilot stays within
+# the paper's tolerances most of the time in smooth air, a busy one does not.
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
-PURSUED = 5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
+PURSUED = (
+    5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
+)
 # The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
 HELD_IN_MODE = {
     "airspeed": (("throttle_mode", 1), ("pitch_mode", 2)),
@@ -31,8 +35,8 @@ HELD_IN_MODE = {
 }
 
 
-# quantity: the wait after a correction [s], the deviation that is noticed [SI], and the random walk of the held
-# value [SI a square-root second]; airspeed answers the throttle slowly
+# quantity: the wait after a correction [s], the deviation that is noticed [SI], and the random walk
+# of the held value [SI a square-root second]; airspeed answers the throttle slowly
 HABITS = {
     "airspeed": (12.0, 0.5 * KNOT, 0.05 * KNOT),
     "altitude": (6.0, 20.0 * FOOT, 1.5 * FOOT),
@@ -53,13 +57,16 @@ class Hands:
         self._plant.set(name, value)
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI]. Nothing is corrected."""
+        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI]. Nothing is
+        corrected.
+        """
 
 
 class Person(Hands):
     """A pilot with reaction time, gauge thresholds and remnant, drawn from the truth seed.
 
-    `reaction` [s] is the delay of each command; all sizes but the waits are multiplied by `coarseness`.
+    `reaction` [s] is the delay of each command; all sizes but the waits are multiplied by
+    `coarseness`.
     """
 
     reaction, coarseness = 0.5, 1.0
@@ -80,7 +87,9 @@ class Person(Hands):
         self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Set the commands that are due, then let held values drift and correct the deviations noticed."""
+        """Set the commands that are due, then let held values drift and correct the deviations
+        noticed.
+        """
         self._now += seconds
         while self._waiting and self._waiting[0][0] <= self._now:
             _, name, value = self._waiting.popleft()
@@ -88,7 +97,9 @@ class Person(Hands):
             self._offsets.pop(name.removesuffix("_target"), None)
             self._plant.set(name, value)
         for quantity in HABITS:
-            in_mode = any(self._commanded.get(name) == mode for name, mode in HELD_IN_MODE[quantity])
+            in_mode = any(
+                self._commanded.get(name) == mode for name, mode in HELD_IN_MODE[quantity]
+            )
             if in_mode and f"{quantity}_target" in self._commanded:
                 self._hold(quantity, deviation(quantity), seconds)
 
@@ -103,11 +114,15 @@ class Person(Hands):
             offset -= CORRECTED * deviation
             self._next_look[quantity] = self._now + patience
         self._offsets[quantity] = min(max(offset, -PURSUED * threshold), PURSUED * threshold)
-        self._plant.set(f"{quantity}_target", self._commanded[f"{quantity}_target"] + self._offsets[quantity])
+        self._plant.set(
+            f"{quantity}_target", self._commanded[f"{quantity}_target"] + self._offsets[quantity]
+        )
 
 
 class BusyPerson(Person):
-    """The same person with other tasks: twice the reaction time, thresholds, drifts and setting error."""
+    """The same person with other tasks: twice the reaction time, thresholds, drifts and setting
+    error.
+    """
 
     reaction, coarseness = 1.0, 2.0
 
@@ -121,7 +136,9 @@ INSTRUMENTS = (
 )
 
 LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
-POWER_SPAN = 25.0 * INCH_OF_MERCURY  # of the bench's own aircraft, from 160 KCAS with power to spare down to idle
+POWER_SPAN = (
+    25.0 * INCH_OF_MERCURY
+)  # of the bench's own aircraft, from 160 KCAS with power to spare down to idle
 HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
 DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
 ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
@@ -129,7 +146,9 @@ ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 
 @dataclass(slots=True)
 class Targets:
-    """The values to hold: calibrated airspeed [m/s], true heading [rad], geometric altitude [m], bank [rad]."""
+    """The values to hold: calibrated airspeed [m/s], true heading [rad], geometric altitude [m],
+    bank [rad].
+    """
 
     airspeed: float
     heading: float
@@ -140,23 +159,28 @@ class Targets:
 class Cockpit:
     """The instruments as a pilot reads them, and the controls of the autopilot.
 
-    `airspeed` [m/s] is the needle as the eye averages it: gusts are smoothed over `EYE_TIME`, and a change of the
-    inertial speed is followed at once, so that a true change of speed does not lag. `begin` names the segment,
-    says whether it is recorded, and which quantities must be in tolerance for a sample to be on condition.
+    `airspeed` [m/s] is the needle as the eye averages it: gusts are smoothed over `EYE_TIME`, and a
+    change of the inertial speed is followed at once, so that a true change of speed does not lag.
+    `begin` names the segment, says whether it is recorded, and which quantities must be in
+    tolerance for a sample to be on condition.
     """
 
-    def __init__(self, plant: Plant, card: Card, targets: Targets, hands: Hands | None = None) -> None:
+    def __init__(
+        self, plant: Plant, card: Card, targets: Targets, hands: Hands | None = None
+    ) -> None:
         self.plant = plant
         self._hands = hands or Hands(plant)
         self.card = card
         self.targets = targets
-        self._tolerances = {q: getattr(card, f"{q}_tolerance") for q in ("airspeed", "heading", "altitude")}
+        self._tolerances = {
+            q: getattr(card, f"{q}_tolerance") for q in ("airspeed", "heading", "altitude")
+        }
         self.label = "set-up"
         self.recorded = False
         self._judged: tuple[str, ...] = ()
         self._reads = [plant.getter(name) for name in INSTRUMENTS]
-        # The first look needs an airspeed and finds a jump of the inertial speed from zero; the second assignment
-        # removes that jump.
+        # The first look needs an airspeed and finds a jump of the inertial speed from zero; the
+        # second assignment removes that jump.
         self.airspeed = plant.get("calibrated_airspeed")
         self._inertial = 0.0
         self.look()
@@ -170,7 +194,8 @@ class Cockpit:
         needle, self.true_airspeed, self.heading, self.bank, self.altitude, north, east, *wind = [
             read() * factor for read, factor in self._reads
         ]
-        # A complementary filter: the speed through the mean wind gives fast changes, the needle the slow ones.
+        # A complementary filter: the speed through the mean wind gives fast changes, the needle the
+        # slow ones.
         before, self._inertial = self._inertial, hypot(north - wind[0], east - wind[1])
         self.airspeed += (self._inertial - before) * needle / self.true_airspeed
         self.airspeed += (needle - self.airspeed) * TICK / EYE_TIME
@@ -180,7 +205,9 @@ class Cockpit:
         self._hands.tick(self.deviation, TICK)
 
     def begin(self, label: str, *judged: str, recorded: bool = True) -> None:
-        """Start a segment. `judged` names quantities held to the card's tolerances: airspeed, heading, altitude."""
+        """Start a segment. `judged` names quantities held to the card's tolerances: airspeed,
+        heading, altitude.
+        """
         self.label, self._judged, self.recorded = label, judged, recorded
 
     def on_condition(self) -> bool:
@@ -203,7 +230,9 @@ class Cockpit:
         self._hands.command("throttle_mode", AIRSPEED_HOLD)
 
     def hold_airspeed_by_pitch(self, airspeed: float) -> None:
-        """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude. The target does not change."""
+        """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude. The target does
+        not change.
+        """
         self._hands.command("airspeed_target", airspeed)
         self._hands.command("pitch_mode", AIRSPEED_BY_PITCH)
 
@@ -248,16 +277,21 @@ class Cockpit:
     def power(self) -> float:
         """Return the power setting: the manifold pressure [Pa], mean of both engines.
 
-        It is the throttle lever, 0 to 1, where the autopilot was attached: a lever is what all engines have.
+        It is the throttle lever, 0 to 1, where the autopilot was attached: a lever is what all
+        engines have.
         """
         if self.plant.attached:
             return self.plant.get("ap/lever-norm")
-        return 0.5 * (self.plant.get("manifold_pressure_left") + self.plant.get("manifold_pressure_right"))
+        return 0.5 * (
+            self.plant.get("manifold_pressure_left") + self.plant.get("manifold_pressure_right")
+        )
 
     def power_step(self, step: float) -> tuple[float, float]:
-        """Return the change of the power setting for a step [Pa] of manifold pressure, and the lowest setting.
+        """Return the change of the power setting for a step [Pa] of manifold pressure, and the
+        lowest setting.
 
-        A lever goes from here to idle in as many steps as the manifold pressure of the bench's own aircraft does.
+        A lever goes from here to idle in as many steps as the manifold pressure of the bench's own
+        aircraft does.
         """
         if not self.plant.attached:
             return step, LOWEST_MANIFOLD_PRESSURE
@@ -266,10 +300,15 @@ class Cockpit:
 
     def power_words(self, power: float) -> str:
         """Return a power setting for a label."""
-        return f"{100.0 * power:.0f} %" if self.plant.attached else f"{power / INCH_OF_MERCURY:.1f} inHg"
+        return (
+            f"{100.0 * power:.0f} %"
+            if self.plant.attached
+            else f"{power / INCH_OF_MERCURY:.1f} inHg"
+        )
 
     def turn_bank(self) -> float:
-        """Return the bank [rad] of a level, coordinated turn at the card's rate and the present true airspeed.
+        """Return the bank [rad] of a level, coordinated turn at the card's rate and the present
+        true airspeed.
 
         The bank limit of the card is the largest value.
         """
@@ -277,20 +316,31 @@ class Cockpit:
         return min(bank, self.card.bank_limit)
 
     def name(self, kind: str) -> str:
-        """Return the label of a segment: kind, target airspeed, heading. For example `leg 160 kt 090°`."""
-        return f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
+        """Return the label of a segment: kind, target airspeed, heading. For example `leg 160 kt
+        090°`.
+        """
+        return (
+            f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
+        )
 
 
-# The phases of flight that cards are made of: generators that yield once a tick, while the plant runs.
+# The phases of flight that cards are made of: generators that yield once a tick, while the plant
+# runs.
 
 Ticks = Iterator[None]
 SET_UP_LIMIT = 240.0  # s, to reach a speed; idle 160 to 100 kt takes half a minute
 SET_UP_HOLD = 5.0  # s, on speed before a set-up is over
-SET_UP_AIRSPEED = 0.4 * KNOT  # m/s: largest deviation during the patience; tighter than any card's tolerance
+SET_UP_AIRSPEED = (
+    0.4 * KNOT
+)  # m/s: largest deviation during the patience; tighter than any card's tolerance
 SET_UP_PATIENCE = 60.0  # s; after it the card's tolerance is enough
-SET_UP_WORST = 4.0 * KNOT  # m/s: largest deviation at the limit that turbulence may explain; more is an error
+SET_UP_WORST = (
+    4.0 * KNOT
+)  # m/s: largest deviation at the limit that turbulence may explain; more is an error
 ROLL_OUT_LIMIT = 40.0  # s
-THERE = 5.0 * DEGREE  # an airplane past its new heading by less does not turn a full circle to reach it
+THERE = (
+    5.0 * DEGREE
+)  # an airplane past its new heading by less does not turn a full circle to reach it
 LEVEL = 3.0 * DEGREE  # bank below which a turn is over
 ALL = ("airspeed", "heading", "altitude")
 ACCELERATION_LIMIT = 180.0  # s, for either change of speed
@@ -305,7 +355,9 @@ def wait(seconds: float) -> Ticks:
 
 
 def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str) -> Ticks:
-    """Fly on until a condition is met. Raises SimulationError, which names it as `what`, after a limit [s]."""
+    """Fly on until a condition is met. Raises SimulationError, which names it as `what`, after a
+    limit [s].
+    """
     for _ in range(round(limit / TICK)):
         if reached():
             return
@@ -314,7 +366,8 @@ def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str
 
 
 def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
-    """Reach an airspeed [m/s] and heading [rad] in level flight. Not recorded: the paper's times exclude set-ups.
+    """Reach an airspeed [m/s] and heading [rad] in level flight. Not recorded: the paper's times
+    exclude set-ups.
 
     Raises SimulationError where the aircraft does not get there.
     """
@@ -331,13 +384,16 @@ def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
     off = cockpit.deviation("airspeed")
     if abs(off) > SET_UP_WORST:  # less is turbulence: the log says what was achieved
         raise cockpit.plant.failure(
-            f"{airspeed / KNOT:.0f} KCAS in level flight was not reached ({off / KNOT:+.1f} kt off); "
+            f"{airspeed / KNOT:.0f} KCAS in level flight was not reached ({off / KNOT:+.1f} kt "
+            "off); "
             "choose a speed that it holds"
         )
 
 
 def settle(cockpit: Cockpit, label: str = "", quantities: tuple[str, ...] = ALL) -> Ticks:
-    """Let the aircraft settle for the card's time; for up to twice that while quantities are out of tolerance."""
+    """Let the aircraft settle for the card's time; for up to twice that while quantities are out of
+    tolerance.
+    """
     cockpit.begin(label or cockpit.name("settle"))
     yield from wait(cockpit.card.settle)
     for _ in range(round(cockpit.card.settle / TICK)):
@@ -374,7 +430,8 @@ def turn(cockpit: Cockpit, heading: float) -> Ticks:
 
 
 def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ticks:
-    """Turn through an angle [rad] at a constant bank [rad]; the sign of the bank is the side of the turn.
+    """Turn through an angle [rad] at a constant bank [rad]; the sign of the bank is the side of the
+    turn.
 
     With `lead`, stop early by the angle that the roll-out needs.
     Raises SimulationError where it takes far longer than the turn rate of the bank says.
@@ -388,12 +445,15 @@ def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ti
         before = cockpit.heading
         yield
         swept += (cockpit.heading - before + pi) % (2.0 * pi) - pi
-    raise cockpit.plant.failure(f"the turn by {degrees(angle):.0f}° was not flown in twice its time")
+    raise cockpit.plant.failure(
+        f"the turn by {degrees(angle):.0f}° was not flown in twice its time"
+    )
 
 
 def _roll_out_lead(cockpit: Cockpit) -> float:
     """Return the change of heading [rad] while the wings are rolled level at the card's roll rate."""
-    # During the roll-out the turn rate falls to zero nearly linearly, so its mean is half the present one.
+    # During the roll-out the turn rate falls to zero nearly linearly, so its mean is half the
+    # present one.
     roll = max(cockpit.bank, 0.0)
     rate = STANDARD_GRAVITY * tan(roll) / cockpit.true_airspeed
     return 0.5 * rate * roll / cockpit.card.roll_rate_limit
@@ -407,11 +467,14 @@ def accelerate(cockpit: Cockpit, airspeed: float) -> Ticks:
     cockpit.hold_airspeed(airspeed)
     cockpit.begin(cockpit.name("accelerate"))
     what = f"acceleration to {airspeed / KNOT:.0f} KCAS"
-    yield from until(cockpit, lambda: cockpit.airspeed >= airspeed - 1.0 * KNOT, ACCELERATION_LIMIT, what)
+    yield from until(
+        cockpit, lambda: cockpit.airspeed >= airspeed - 1.0 * KNOT, ACCELERATION_LIMIT, what
+    )
 
 
 def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
-    """Slow down by throttle to near an airspeed [m/s], at most at the card's rate, straight or in a turn.
+    """Slow down by throttle to near an airspeed [m/s], at most at the card's rate, straight or in a
+    turn.
 
     Raises SimulationError where the speed is not reached.
     """
@@ -434,12 +497,15 @@ def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
     cockpit.hold_altitude(altitude)
     cockpit.begin(cockpit.name(label))
     what = f"{label} to {altitude / FOOT:.0f} ft"
-    yield from until(cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what)
+    yield from until(
+        cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what
+    )
     yield from settle(cockpit)
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
-    """Reduce the power in steps [Pa of manifold pressure], one each `step_time` [s], down to `floor` [m/s].
+    """Reduce the power in steps [Pa of manifold pressure], one each `step_time` [s], down to
+    `floor` [m/s].
 
     Raises SimulationError where the power is at idle before that.
     """
@@ -448,7 +514,9 @@ def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *ju
     while cockpit.airspeed > floor:
         power, number = power - step, number + 1
         if power < lowest:
-            raise cockpit.plant.failure(f"{floor / KNOT:.0f} KCAS not reached with the power at idle")
+            raise cockpit.plant.failure(
+                f"{floor / KNOT:.0f} KCAS not reached with the power at idle"
+            )
         cockpit.set_power(power)
         cockpit.begin(f"step {number} {cockpit.power_words(power)}", *judged)
         for _ in range(round(step_time / TICK)):

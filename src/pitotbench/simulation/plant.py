@@ -1,4 +1,6 @@
-"""Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become errors here."""
+"""Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become
+errors here.
+"""
 
 import re
 from collections.abc import Callable
@@ -33,13 +35,16 @@ from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
 
 class SimulationError(BadInputError):
-    """The case cannot be flown. The message says what happened, where in the flight, and what JSBSim reported."""
+    """The case cannot be flown. The message says what happened, where in the flight, and what
+    JSBSim reported.
+    """
 
 
 class Transcript:
     """Collect JSBSim's messages, which otherwise go to the console and not to the caller.
 
-    JSBSim has one logger a thread. With several plants in a thread, the one loaded last gets the messages of all.
+    JSBSim has one logger a thread. With several plants in a thread, the one loaded last gets the
+    messages of all.
     """
 
     def __init__(self) -> None:
@@ -81,11 +86,12 @@ class Transcript:
 def load_fdm(
     aircraft: str, folder: Path, rate: float, parts: tuple[Path, Path] | None = None
 ) -> tuple[Any, Transcript]:
-    """Return the JSBSim model of an aircraft, to be run at a rate [Hz], and the transcript of JSBSim's messages.
+    """Return the JSBSim model of an aircraft, to be run at a rate [Hz], and the transcript of
+    JSBSim's messages.
 
-    `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of engines and
-    systems, by default `Engines` and `Systems` in that folder.
-    Raises SimulationError where JSBSim refuses a file.
+    `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of
+    engines and systems, by default `Engines` and `Systems` in that folder. Raises SimulationError
+    where JSBSim refuses a file.
     """
     import jsbsim  # loads with the first aircraft, not with the table of maneuvers
 
@@ -101,7 +107,9 @@ def load_fdm(
     fdm.set_dt(1.0 / rate)
     engines, systems = parts or (folder / "Engines", folder / "Systems")
     try:
-        loaded = fdm.load_model_with_paths(folder.name, str(folder.parent), str(engines), str(systems))
+        loaded = fdm.load_model_with_paths(
+            folder.name, str(folder.parent), str(engines), str(systems)
+        )
     except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
         said = transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
         raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}") from error
@@ -114,7 +122,10 @@ LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
 LONGITUDE = -86.2  # deg
 STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
 TRIM_SPOOL_TIME = 12.0  # s, in which any engine comes to its power
-SPOOL_UP_THROTTLE, SPOOL_UP_TIME = 0.5, 5.0  # s: 2 s bring an engine from idle to its governor's speed
+SPOOL_UP_THROTTLE, SPOOL_UP_TIME = (
+    0.5,
+    5.0,
+)  # s: 2 s bring an engine from idle to its governor's speed
 SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
 SETTLE_LOOK = 5.0  # s
 TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
@@ -128,17 +139,22 @@ INTEGRATORS = tuple(
     for part in ("translational", "rotational")
 )
 RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
-EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an overlay, its effect, the parameter
+EFFECT_SIZE = re.compile(
+    rf"{ROOT}(-\d+)?/[^/]+/[^/]+"
+)  # the branch of an overlay, its effect, the parameter
 
 
 class Plant:
-    """One aircraft in JSBSim. Load a new plant for each flight: JSBSim's integrators keep their state at a reset.
+    """One aircraft in JSBSim. Load a new plant for each flight: JSBSim's integrators keep their
+    state at a reset.
 
-    `get` and `set` take a name of the property table, in SI units, or a property path of JSBSim, which holds a
-    slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
+    `get` and `set` take a name of the property table, in SI units, or a property path of JSBSim,
+    which holds a slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
     """
 
-    def __init__(self, fdm: Any, aircraft: str, transcript: Transcript, record: Attached | None = None) -> None:
+    def __init__(
+        self, fdm: Any, aircraft: str, transcript: Transcript, record: Attached | None = None
+    ) -> None:
         self.aircraft = aircraft
         self.fdm = fdm
         self.time_step = float(fdm.get_delta_t())
@@ -168,12 +184,14 @@ class Plant:
         overlay: Overlay | None = None,
         at_once: bool = False,
     ) -> "Plant":
-        """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its effects.
+        """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its
+        effects.
 
-        With `at_once` its actuators have no lag: for a force meter, which puts the surfaces where a log has them.
+        With `at_once` its actuators have no lag: for a force meter, which puts the surfaces where a
+        log has them.
 
-        Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
-        JSBSim refuses the file.
+        Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError
+        where JSBSim refuses the file.
         """
         return cls.load_folder(aircraft, find_aircraft(aircraft), rate, overlay, at_once)
 
@@ -198,7 +216,9 @@ class Plant:
             return cls(fdm, aircraft, transcript, read_record(folder))
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
-        """Return the read function of a property and its SI factor, for loops that read at every step."""
+        """Return the read function of a property and its SI factor, for loops that read at every
+        step.
+        """
         if name not in self._getters:
             line = self._line(name)
             self._getters[name] = (self._tree.get_node(line.path).get_double_value, line.factor)
@@ -212,8 +232,8 @@ class Plant:
     def set(self, name: str, value: float) -> None:
         """Set a writable property [SI by table name, JSBSim's unit by path].
 
-        Raises UnknownNameError for a property that is unknown or read-only, SimulationError for a value that is
-        not finite or that JSBSim does not accept.
+        Raises UnknownNameError for a property that is unknown or read-only, SimulationError for a
+        value that is not finite or that JSBSim does not accept.
         """
         if not isfinite(value):
             raise SimulationError(f"{name} must be a finite number, not {value}")
@@ -227,7 +247,9 @@ class Plant:
             raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
 
     def writer(self, name: str) -> Callable[[float], bool]:
-        """Return the write function of a property, in JSBSim's unit, for loops that write at every step."""
+        """Return the write function of a property, in JSBSim's unit, for loops that write at every
+        step.
+        """
         write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
         return write
 
@@ -241,9 +263,13 @@ class Plant:
         try:
             taken = self.fdm.run_ic()
         except jsbsim.BaseError as error:  # such as a property that nothing defines
-            raise SimulationError(f"{self.aircraft}: JSBSim stopped: {' '.join(str(error).split())}") from error
+            raise SimulationError(
+                f"{self.aircraft}: JSBSim stopped: {' '.join(str(error).split())}"
+            ) from error
         if not taken:
-            raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+            raise SimulationError(
+                f"JSBSim refuses the initial conditions.{self._transcript.said()}"
+            )
 
     def serves(self, path: str) -> bool:
         """Return whether the aircraft has a property of this path."""
@@ -253,7 +279,9 @@ class Plant:
         if "/" not in name:
             return PROPERTIES[name]
         if name not in self._access:
-            raise UnknownNameError(explain("property", name, list(self._access)).split(" Known:")[0])
+            raise UnknownNameError(
+                explain("property", name, list(self._access)).split(" Known:")[0]
+            )
         return Property(name, name)
 
     def run(self, seconds: float) -> None:
@@ -272,30 +300,45 @@ class Plant:
                 raise self.failure("JSBSim stopped")
 
     def check(self) -> None:
-        """Raise SimulationError where the state is not a number, the aircraft is on the ground, or it departed."""
+        """Raise SimulationError where the state is not a number, the aircraft is on the ground, or
+        it departed.
+        """
         height, alpha, beta, roll = [read() for read in self._watched]
         # The sum is finite only where all four are: one test instead of four.
         if not isfinite(height + alpha + beta + roll):
             raise self.failure("the state is not a number")
         if height < LOWEST_HEIGHT:
             raise self.failure("the aircraft met the ground")
-        if abs(alpha) > LARGEST_FLOW_ANGLE or abs(beta) > LARGEST_FLOW_ANGLE or abs(roll) > LARGEST_ROLL:
-            raise self.failure("the aircraft departed from controlled flight; fly faster or bank less")
+        if (
+            abs(alpha) > LARGEST_FLOW_ANGLE
+            or abs(beta) > LARGEST_FLOW_ANGLE
+            or abs(roll) > LARGEST_ROLL
+        ):
+            raise self.failure(
+                "the aircraft departed from controlled flight; fly faster or bank less"
+            )
 
     def failure(self, what: str) -> SimulationError:
-        """Return an error that says what happened, at which time, speed and height, and what JSBSim reported."""
+        """Return an error that says what happened, at which time, speed and height, and what JSBSim
+        reported.
+        """
         state = (
             f"{self.get('time'):.1f} s, {self.get('calibrated_airspeed') / KNOT:.1f} KCAS, "
             f"{self.get('altitude') / FOOT:.0f} ft, roll {degrees(self.get('roll')):.1f}°, "
             f"angle of attack {degrees(self.get('angle_of_attack')):.1f}°"
         )
-        return SimulationError(f"{self.aircraft}: {what} (at {state}{self._stopped()}).{self._transcript.said()}")
+        return SimulationError(
+            f"{self.aircraft}: {what} (at {state}{self._stopped()}).{self._transcript.said()}"
+        )
 
     def _stopped(self) -> str:
         """Return that an engine does not run, and the fuel left; nothing where all run."""
         if self._electric or all(self.fdm[path] for path in self.engines):
             return ""
-        return f"; an engine does not run, fuel on board {self.fdm['propulsion/total-fuel-lbs'] * POUND:.0f} kg"
+        return (
+            "; an engine does not run, fuel on board "
+            f"{self.fdm['propulsion/total-fuel-lbs'] * POUND:.0f} kg"
+        )
 
     def start(
         self,
@@ -307,12 +350,13 @@ class Plant:
     ) -> None:
         """Put the aircraft in the air, start it, and let the autopilot settle it in level flight.
 
-        Parameters: altitude, geometric [m]; airspeed, calibrated [m/s]; heading, true [rad]; air, by default still
-        and standard; settle_limit [s], the longest time to reach level flight.
+        Parameters: altitude, geometric [m]; airspeed, calibrated [m/s]; heading, true [rad]; air,
+        by default still and standard; settle_limit [s], the longest time to reach level flight.
 
-        JSBSim's trim does not work for a piston twin in the air. The autopilot therefore flies the aircraft into
-        level flight, unrecorded: first in smooth air, then for a time with the turbulence.
-        Raises SimulationError where the engines do not start or level flight is not reached.
+        JSBSim's trim does not work for a piston twin in the air. The autopilot therefore flies the
+        aircraft into level flight, unrecorded: first in smooth air, then for a time with the
+        turbulence. Raises SimulationError where the engines do not start or level flight is not
+        reached.
         """
         air = air or Air()
         if self.attached:
@@ -333,13 +377,15 @@ class Plant:
             self.set("turbulence_type", MILSPEC_TUSTIN)
             self.run(TURBULENCE_RUN_IN)
 
-    def start_held(self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None) -> None:
+    def start_held(
+        self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None
+    ) -> None:
         """Hold the aircraft at a place in the air and start its engines; `release` lets it fly.
 
-        This serves the force meter, which needs running engines but no level flight. An effect may be more than
-        the autopilot can hold, or more than the starter can turn. Every effect therefore has size zero until the
-        engines run at their governed speed. Parameters are those of `start`; the air is smooth.
-        Raises SimulationError where the engines do not start.
+        This serves the force meter, which needs running engines but no level flight. An effect may
+        be more than the autopilot can hold, or more than the starter can turn. Every effect
+        therefore has size zero until the engines run at their governed speed. Parameters are those
+        of `start`; the air is smooth. Raises SimulationError where the engines do not start.
         """
         self._place(altitude, airspeed, heading, air or Air())
         for path in INTEGRATORS:
@@ -355,7 +401,9 @@ class Plant:
             self.set(path, size)
 
     def _start_in_trim(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
-        """Hold an aircraft with an attached autopilot in level flight, with its engines at the power of that."""
+        """Hold an aircraft with an attached autopilot in level flight, with its engines at the
+        power of that.
+        """
         self.start_held(altitude, airspeed, heading, air)
         self.set("throttle_command", self.get("ap/model/lever-level"))
         self.run(TRIM_SPOOL_TIME)
@@ -367,8 +415,12 @@ class Plant:
         for path, integrator in self._integrators.items():
             self.set(path, integrator)
 
-    def _place(self, altitude: float, airspeed: float, heading: float, air: Air, alpha: float = 0.0) -> None:
-        """Set the initial conditions: position, airspeed, and the wind on top of the ground velocity."""
+    def _place(
+        self, altitude: float, airspeed: float, heading: float, air: Air, alpha: float = 0.0
+    ) -> None:
+        """Set the initial conditions: position, airspeed, and the wind on top of the ground
+        velocity.
+        """
         # Position before speed: a latitude set after the airspeed turns 160 KCAS into 172.
         self.set("temperature_offset", air.temperature_offset)
         for path, value in (
@@ -380,14 +432,20 @@ class Plant:
         ):
             self.set(path, value)
         if alpha:
-            self.set("ic/alpha-rad", alpha)  # after the speed; the pitch follows, so that the path is level
+            self.set(
+                "ic/alpha-rad", alpha
+            )  # after the speed; the pitch follows, so that the path is level
         self.run_initial_conditions()
-        # The airplane flies with the air: the ground velocity grows by the wind, so that the airspeed stays.
+        # The airplane flies with the air: the ground velocity grows by the wind, so that the
+        # airspeed stays.
         ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
-        for path, speed, wind in zip(("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True):
+        for path, speed, wind in zip(
+            ("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True
+        ):
             self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
         self.run_initial_conditions()
-        # JSBSim can also set a wind with the initial conditions, but then it changes the airspeed asked for.
+        # JSBSim can also set a wind with the initial conditions, but then it changes the airspeed
+        # asked for.
         self.set("mean_wind_north", air.north)
         self.set("mean_wind_east", air.east)
         self.set("mean_wind_down", air.down)
@@ -402,14 +460,18 @@ class Plant:
         self.set("airspeed_target", airspeed)
 
     def _start_engines(self) -> None:
-        """Turn the engines with starter and magnetos until both run. Raises SimulationError where they do not."""
+        """Turn the engines with starter and magnetos until both run. Raises SimulationError where
+        they do not.
+        """
         # Setting `set-running` alone is simpler, but fails in a quarter of the heights and speeds.
-        # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those of a parked one.
+        # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those
+        # of a parked one.
         self.set("gear/gear-cmd-norm", 0.0)
         self.set("gear/gear-pos-norm", 0.0)
         for number in range(len(self.engines)):
             self.set("fcs/mixture-cmd-norm" + (f"[{number}]" if number else ""), 1.0)
-        # A turbine has no magnetos and needs no starter in the air; a piston engine has no fuel cutoff.
+        # A turbine has no magnetos and needs no starter in the air; a piston engine has no fuel
+        # cutoff.
         starters = [("active_engine", -1.0), ("magneto_cmd", 3.0), ("starter_cmd", 1.0)]
         if self.attached:
             starters += [("cutoff_cmd", 0.0), ("set-running", -1.0)]
@@ -425,19 +487,24 @@ class Plant:
         raise self.failure("the engines do not start")
 
     def _settle(self, altitude: float, airspeed: float, heading: float, limit: float) -> None:
-        """Fly on until level flight is held; check every few seconds once the first transient is over."""
+        """Fly on until level flight is held; check every few seconds once the first transient is
+        over.
+        """
         self.run(min(SETTLE_FIRST, limit))
         while True:
             speed = (self.get("calibrated_airspeed") - airspeed) / KNOT
             height = (self.get("altitude") - altitude) / FOOT
-            # Tighter than any card, so that a maneuver does not begin with the autopilot's transient.
+            # Tighter than any card, so that a maneuver does not begin with the autopilot's
+            # transient.
             turned = degrees((self.get("heading") - heading + pi) % (2.0 * pi) - pi)
             if abs(speed) < 0.5 and abs(height) < 15.0 and abs(turned) < 1.0:
                 return
             if self.get("time") >= limit:
                 raise self.failure(
-                    f"level flight at {airspeed / KNOT:.0f} KCAS and {altitude / FOOT:.0f} ft was not reached: "
-                    f"{speed:+.1f} kt, {height:+.0f} ft and {turned:+.1f}° off after {limit:.0f} s; "
+                    f"level flight at {airspeed / KNOT:.0f} KCAS and {altitude / FOOT:.0f} ft was "
+                    "not reached: "
+                    f"{speed:+.1f} kt, {height:+.0f} ft and {turned:+.1f}° off after {limit:.0f} "
+                    "s; "
                     "choose a speed and height that the aircraft holds"
                 )
             self.run(SETTLE_LOOK)

@@ -21,9 +21,12 @@ from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Air, Property
 from pitotbench.units import KNOT, Array
 
-# Record every channel at the simulator's rate: one packed row a step, converted to SI block by block.
+# Record every channel at the simulator's rate: one packed row a step, converted to SI block by
+# block.
 
-BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
+BLOCK = (
+    1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
+)
 _ALWAYS = ("time", "mass")  # the mass divides the forces
 
 
@@ -39,10 +42,11 @@ def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
 
 
 class Recorder:
-    """Run a plant and keep channels of the table, by default all that its aircraft serves, at every step.
+    """Run a plant and keep channels of the table, by default all that its aircraft serves, at every
+    step.
 
-    Rows are packed into one buffer that is used again and again. This costs a quarter of the time of a bare step
-    of JSBSim; assigning each row to an array costs a third.
+    Rows are packed into one buffer that is used again and again. This costs a quarter of the time
+    of a bare step of JSBSim; assigning each row to an array costs a third.
     """
 
     def __init__(self, plant: Plant, channels: Sequence[Property] = ()) -> None:
@@ -58,7 +62,9 @@ class Recorder:
         self._blocks: list[Array] = []
 
     def advance(self, steps: int) -> None:
-        """Run the plant a number of steps and record after each. Raises SimulationError where JSBSim stops."""
+        """Run the plant a number of steps and record after each. Raises SimulationError where
+        JSBSim stops.
+        """
         run, pack, rows, reads = self._plant.fdm.run, self._pack, self._rows.data, self._reads
         for count in (min(BLOCK, steps - done) for done in range(0, steps, BLOCK)):
             if self._end + count > BLOCK:
@@ -71,7 +77,8 @@ class Recorder:
             self._end = first + count
 
     def _flush(self) -> None:
-        # The product with the factors transposes the rows: one pass gives contiguous channels in SI.
+        # The product with the factors transposes the rows: one pass gives contiguous channels in
+        # SI.
         block = np.empty((len(self._channels), self._end))
         np.multiply(self._rows[: self._end].T, self._factors, out=block)
         finite = np.isfinite(block).all(axis=1)
@@ -88,7 +95,8 @@ class Recorder:
         """
         self._flush()
         found = {
-            line.name: np.concatenate([block[i] for block in self._blocks]) for i, line in enumerate(self._channels)
+            line.name: np.concatenate([block[i] for block in self._blocks])
+            for i, line in enumerate(self._channels)
         }
         for line in self._channels:
             if line.per_mass:
@@ -98,7 +106,10 @@ class Recorder:
 
 # Scale a card to the speeds of an aircraft.
 
-CARD_SPEEDS = (100.0, 160.0)  # KCAS: the slowest and the fastest of the cards, which are the paper's
+CARD_SPEEDS = (
+    100.0,
+    160.0,
+)  # KCAS: the slowest and the fastest of the cards, which are the paper's
 ABOVE_STALL = 1.3  # times the stall speed: room for a bank of 45°
 ABOVE_SLOWEST = 1.16  # times the slowest speed at which the autopilot's loops hold: the same room
 SHARE = 0.76  # of the way from stall to maximum level speed: where 160 KCAS lies for the bench's own aircraft
@@ -107,15 +118,19 @@ SPREAD = 1.8  # largest ratio of the two speeds: more takes a jet minutes, and t
 
 
 def card_of(case: Case) -> Card:
-    """Return the card of a case: that of its maneuver, scaled to the speeds of its aircraft, with its overrides.
+    """Return the card of a case: that of its maneuver, scaled to the speeds of its aircraft, with
+    its overrides.
 
-    Raises UnknownNameError for an unknown maneuver, aircraft or entry, BadInputError for a value of wrong shape.
+    Raises UnknownNameError for an unknown maneuver, aircraft or entry, BadInputError for a value of
+    wrong shape.
     """
     return override(scaled_card(case.aircraft, case.maneuver), case.card)
 
 
 def scaled_card(aircraft: str, maneuver: str) -> Card:
-    """Return the card of a maneuver for an aircraft. The bench's own aircraft fly the cards as they are written."""
+    """Return the card of a maneuver for an aircraft. The bench's own aircraft fly the cards as they
+    are written.
+    """
     card = MANEUVERS[maneuver].card
     record = read_record(find_aircraft(aircraft))
     if record is None:
@@ -123,14 +138,17 @@ def scaled_card(aircraft: str, maneuver: str) -> Card:
     slow, fast = card_speeds(record)
     share = (fast - slow) / (CARD_SPEEDS[1] - CARD_SPEEDS[0])
     speeds = tuple(round(slow + (v / KNOT - CARD_SPEEDS[0]) * share) * KNOT for v in card.speeds)
-    return replace(card, speeds=speeds, airspeed_rate_limit=card.airspeed_rate_limit * min(1.0, share))
+    return replace(
+        card, speeds=speeds, airspeed_rate_limit=card.airspeed_rate_limit * min(1.0, share)
+    )
 
 
 def scaled_case(case: Case) -> Case:
-    """Return a case whose true pressure error is scaled to its aircraft's card as the default is to 100 KCAS.
+    """Return a case whose true pressure error is scaled to its aircraft's card as the default is to
+    100 KCAS.
 
-    The reference pressure becomes the impact pressure at the slowest speed of the cards. A case of the bench's own
-    aircraft is returned as it is.
+    The reference pressure becomes the impact pressure at the slowest speed of the cards. A case of
+    the bench's own aircraft is returned as it is.
     """
     record = read_record(find_aircraft(case.aircraft))
     if record is None:
@@ -149,7 +167,8 @@ def speed_range(aircraft: str) -> tuple[float, float]:
 def card_speeds(record: Attached) -> tuple[float, float]:
     """Return the slowest and the fastest speed [kt] of the cards for an aircraft.
 
-    They lie between the stall and the maximum level speed as 100 and 160 KCAS do for the bench's own aircraft.
+    They lie between the stall and the maximum level speed as 100 and 160 KCAS do for the bench's
+    own aircraft.
     """
     slow = max(ABOVE_STALL * record.stall_kt, ABOVE_SLOWEST * record.speed_kt[0])
     fast = record.stall_kt + SHARE * (record.fastest_kt - record.stall_kt)
@@ -159,17 +178,20 @@ def card_speeds(record: Attached) -> tuple[float, float]:
 Progress = Callable[[float, str], None]
 
 
-def fly(case: Case, progress: Progress | None = None, channels: Collection[str] | None = None) -> Flight:
+def fly(
+    case: Case, progress: Progress | None = None, channels: Collection[str] | None = None
+) -> Flight:
     """Fly the maneuver of a case and return the truth at the case's rate of integration.
 
-    One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's; it jumps where
-    a set-up between speeds was flown unrecorded. `progress(seconds, label)` is called as each segment begins.
-    `channels` names the channels to record beside the time, by default all: to read one costs 1 % of a step. The
-    flight itself does not depend on them. Channels that the aircraft does not serve are left out.
+    One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's;
+    it jumps where a set-up between speeds was flown unrecorded. `progress(seconds, label)` is
+    called as each segment begins. `channels` names the channels to record beside the time, by
+    default all: to read one costs 1 % of a step. The flight itself does not depend on them.
+    Channels that the aircraft does not serve are left out.
 
-    Raises UnknownNameError for an unknown channel, aircraft, maneuver, card entry, turbulence, pilot or effect,
-    BadInputError for impossible parameters of an effect or a rate that cannot be, SimulationError where the case
-    cannot be flown.
+    Raises UnknownNameError for an unknown channel, aircraft, maneuver, card entry, turbulence,
+    pilot or effect, BadInputError for impossible parameters of an effect or a rate that cannot be,
+    SimulationError where the case cannot be flown.
     """
     # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
     recorded = lines_of(channels)

@@ -1,4 +1,6 @@
-"""Write aircraft variants: copies of an aircraft's folder with the overlay of effects in the JSBSim file."""
+"""Write aircraft variants: copies of an aircraft's folder with the overlay of effects in the JSBSim
+file.
+"""
 
 import shutil
 import xml.etree.ElementTree as ET
@@ -15,14 +17,17 @@ DYNAMICS = ("lag", "rate_limit", "hysteresis_width", "deadband_width")  # of an 
 NOT_YET = 1e9  # s, its value until recording begins
 
 
-def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay, at_once: bool = False) -> Path:
+def write_variant(
+    original: Path, shelf: Path, name: str, overlay: Overlay, at_once: bool = False
+) -> Path:
     """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
 
-    With `at_once` the actuators in its file follow their commands without a lag, so that a surface can be put where
-    a log has it.
+    With `at_once` the actuators in its file follow their commands without a lag, so that a surface
+    can be put where a log has it.
 
-    The original is copied, never changed, and the file keeps its comments. The original may itself be a variant:
-    the new effects are then added to its effects. Raises BadInputError where the folder exists.
+    The original is copied, never changed, and the file keeps its comments. The original may itself
+    be a variant: the new effects are then added to its effects. Raises BadInputError where the
+    folder exists.
     """
     folder = shelf / name
     if folder.exists():
@@ -53,12 +58,15 @@ def overlay_text(original: Path, overlay: Overlay) -> str:
 
     Each element stands inside the part of the file to which it is added.
     """
-    # Elements are compared by identity: those that were there before the insertion are the original's.
+    # Elements are compared by identity: those that were there before the insertion are the
+    # original's.
     root = parse_xml(original / f"{original.name}.xml", comments=True).getroot()
     before = {id(element) for element in root.iter()}
     _insert(root, overlay)
     _prune(root, before)
-    root.insert(0, ET.Comment(f" added to the file of {original.name}; the rest of it is untouched "))
+    root.insert(
+        0, ET.Comment(f" added to the file of {original.name}; the rest of it is untouched ")
+    )
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -67,14 +75,20 @@ def _prune(element: ET.Element, old: set[int]) -> None:
     """Remove all elements that are old and hold nothing new."""
     for child in list(element):
         _prune(child, old)
-        if id(child) in old and (len(child) == 0 or not any(id(e) not in old for e in child.iter())):
+        if id(child) in old and (
+            len(child) == 0 or not any(id(e) not in old for e in child.iter())
+        ):
             element.remove(child)
 
 
 def _insert(root: ET.Element, overlay: Overlay) -> None:
-    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is not yet used."""
+    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is
+    not yet used.
+    """
     taken = {element.get("name") for element in root.iter("system")}
-    branch = next(name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken)
+    branch = next(
+        name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken
+    )
     _insert_system(root, overlay, branch)
     for number, function in enumerate(overlay.functions):
         axis = _part(_part(root, "aerodynamics"), f"axis[@name='{function.axis}']")
@@ -82,7 +96,9 @@ def _insert(root: ET.Element, overlay: Overlay) -> None:
     for scaling in overlay.scalings:
         _scale(root, scaling, branch)
     for mass in overlay.masses:
-        point = ET.SubElement(_part(root, "mass_balance"), "pointmass", name=f"{branch} {_next_mass(root)}")
+        point = ET.SubElement(
+            _part(root, "mass_balance"), "pointmass", name=f"{branch} {_next_mass(root)}"
+        )
         ET.SubElement(point, "weight", unit="LBS").text = "0"
         point.append(_location(mass.location))
     if overlay.forces:
@@ -108,7 +124,9 @@ def _next_mass(root: ET.Element) -> int:
 
 
 def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
-    """Insert a system that declares the sizes and has a component for every property written at each step."""
+    """Insert a system that declares the sizes and has a component for every property written at
+    each step.
+    """
     system = ET.Element("system", name=branch)
     timed = overlay.winds or RECORDING_START in repr(overlay)
     declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if timed else ()))
@@ -119,21 +137,25 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     masses = _next_mass(root)
     outputs = [(s.path, s.value) for s in overlay.settings]
     outputs += [
-        (f"inertia/pointmass-weight-lbs[{masses + i}]", mass.weight) for i, mass in enumerate(overlay.masses)
+        (f"inertia/pointmass-weight-lbs[{masses + i}]", mass.weight)
+        for i, mass in enumerate(overlay.masses)
     ]
     outputs += _gusts(overlay)
     for number, (path, value) in enumerate(outputs):
         component = ET.SubElement(channel, "fcs_function", name=f"{branch}/output-{number}")
         component.append(_function(None, value, branch))
         ET.SubElement(component, "output").text = path
-    # Systems run in the order of the file. This one runs after the aircraft's, so that its settings are the last.
+    # Systems run in the order of the file. This one runs after the aircraft's, so that its settings
+    # are the last.
     before = (i for i, element in enumerate(root) if element.tag in ("system", "propulsion"))
     position = max(before, default=-1) + 1  # a glider may have neither
     root.insert(position, system)
 
 
 def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:
-    """Return the sum of the wind terms for each axis, on the property that JSBSim adds to wind and turbulence."""
+    """Return the sum of the wind terms for each axis, on the property that JSBSim adds to wind and
+    turbulence.
+    """
     found = []
     for toward in ("north", "east", "down"):
         terms = [wind.value for wind in overlay.winds if wind.toward == toward]
@@ -172,7 +194,9 @@ def _location(point: Point) -> ET.Element:
 def _part(element: ET.Element, path: str) -> ET.Element:
     found = element.find(path)
     if found is None:
-        raise BadInputError(f"the aircraft's file has no {path}, which an effect adds to; leave the effect out")
+        raise BadInputError(
+            f"the aircraft's file has no {path}, which an effect adds to; leave the effect out"
+        )
     return found
 
 

@@ -1,10 +1,12 @@
-"""Which steps of the reconciliation earn their place: judge logs of a kept set with one step off at a time.
+"""Which steps of the reconciliation earn their place: judge logs of a kept set with one step off at
+a time.
 
-A log is flown again from the opened truth of its set and judged by the complete chain once. Layouts, renewed
-signatures, looks and formulas are kept in memory by their inputs, so that a further judgment needs neither the
-force meter nor the renewal; a step that acts on what a posterior is told as needs no posterior either. Each pair
-of a log and a step is a line of JSON; a run that was stopped goes on where it was. The table tells what each score
-changes by with the step off, on the same logs, with the standard error of the paired differences.
+A log is flown again from the opened truth of its set and judged by the complete chain once.
+Layouts, renewed signatures, looks and formulas are kept in memory by their inputs, so that a
+further judgment needs neither the force meter nor the renewal; a step that acts on what a posterior
+is told as needs no posterior either. Each pair of a log and a step is a line of JSON; a run that
+was stopped goes on where it was. The table tells what each score changes by with the step off, on
+the same logs, with the standard error of the paired differences.
 """
 
 import json
@@ -46,11 +48,12 @@ Replacement = Callable[..., Any]
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """How a step is switched off: thresholds with other values, and functions with others in their place.
+    """How a step is switched off: thresholds with other values, and functions with others in their
+    place.
 
-    `of_null` changes the null distribution. A step that is `told` acts after the posterior, which stays as it is;
-    any other one is tried on the first look alone, beside that of the complete chain. One that is
-    `renewed` acts already where signatures are renewed.
+    `of_null` changes the null distribution. A step that is `told` acts after the posterior, which
+    stays as it is; any other one is tried on the first look alone, beside that of the complete
+    chain. One that is `renewed` acts already where signatures are renewed.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -75,10 +78,16 @@ def _nothing(*given: Any) -> tuple[Any, ...]:
 
 
 JUDGE, VERDICT = "pitotbench.reconciliation", "pitotbench.reconciliation.verdict"
-NO_FLUCTUATION: Mapping[str, Replacement] = {f"{JUDGE}.evidence.LogEvidence._add_fluctuations": lambda log: {}}
+NO_FLUCTUATION: Mapping[str, Replacement] = {
+    f"{JUDGE}.evidence.LogEvidence._add_fluctuations": lambda log: {}
+}
 NO_WANDER: Mapping[str, Replacement] = {f"{JUDGE}.naming.wander_of": lambda null, channels: {}}
-NO_CLOSURE_RULES: Mapping[str, Replacement] = {"pitotbench.bench.rounds.closure_checked": lambda looks: looks}
-NO_FORMULA: Mapping[str, Replacement] = {"pitotbench.bench.workflow._is_simpler": lambda *given: False}
+NO_CLOSURE_RULES: Mapping[str, Replacement] = {
+    "pitotbench.bench.rounds.closure_checked": lambda looks: looks
+}
+NO_FORMULA: Mapping[str, Replacement] = {
+    "pitotbench.bench.workflow._is_simpler": lambda *given: False
+}
 NO_DOUBT = {"doubt_least": 0.0, "doubt_most": 0.0, "doubt_objected": 0.0}
 NO_POWERS = {"odds_above_even": 1.0, "odds_below_even": 1.0}
 STEPS: Mapping[str, Step] = {
@@ -90,7 +99,9 @@ STEPS: Mapping[str, Step] = {
     "form and smooth error": Step({"form_error_from": NEVER}),
     "vanes": Step({"null_size_margin": 0.0}),
     "fluctuation": Step(functions=NO_FLUCTUATION),
-    "left-over scores": Step(of_null=lambda null: replace(null, scores=replace(null.scores, left_over={}))),
+    "left-over scores": Step(
+        of_null=lambda null: replace(null, scores=replace(null.scores, left_over={}))
+    ),
     "wander": Step(functions=NO_WANDER),
     "rest": Step({"prior_of_rest": 1e-9}),
     "temper": Step({"table_error": 0.0}),
@@ -99,7 +110,8 @@ STEPS: Mapping[str, Step] = {
     ),
     "five sizes of a rest: two": Step({"rest_sizes": (12.0, 108.0)}),
     "parts of the flight": Step(
-        functions={f"{JUDGE}.naming.with_parts_of_flight": lambda layout, noise: layout}, renewed=True
+        functions={f"{JUDGE}.naming.with_parts_of_flight": lambda layout, noise: layout},
+        renewed=True,
     ),
     "sensor effects taken out": Step({"undone_from": NEVER}, renewed=True),
     # What is told of the posterior.
@@ -115,13 +127,21 @@ STEPS: Mapping[str, Step] = {
     ),
     "closure rules": Step(functions=NO_CLOSURE_RULES, told=True),
     "withdrawal by a formula": Step(functions=NO_FORMULA, told=True),
-    "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
+    "a rest asks for more closure": Step(
+        {"closure_with_rest": THRESHOLDS.closure_lowest}, told=True
+    ),
     "closure rules and formula": Step(functions={**NO_CLOSURE_RULES, **NO_FORMULA}, told=True),
-    "a wander or line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
+    "a wander or line outweighs": Step(
+        functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True
+    ),
     "lines": Step(functions={f"{VERDICT}.periodic_channels": _nothing}, told=True),
     "wandering channels": Step(functions={f"{VERDICT}.wandering_channels": _nothing}, told=True),
     "wanders and lines": Step(
-        functions={f"{VERDICT}.wandering_channels": _nothing, f"{VERDICT}.periodic_channels": _nothing}, told=True
+        functions={
+            f"{VERDICT}.wandering_channels": _nothing,
+            f"{VERDICT}.periodic_channels": _nothing,
+        },
+        told=True,
     ),
     FIRST_LOOK: Step({"looks_most": 1}, told=True),
 }
@@ -129,7 +149,9 @@ STEPS: Mapping[str, Step] = {
 
 @contextmanager
 def thresholds(values: Mapping[str, Any]) -> Iterator[None]:
-    """The thresholds with other values, everywhere, within the context. Raises AttributeError for unknown ones."""
+    """The thresholds with other values, everywhere, within the context. Raises AttributeError for
+    unknown ones.
+    """
     before = {name: getattr(THRESHOLDS, name) for name in values}
     try:
         for name, value in values.items():
@@ -155,13 +177,19 @@ class Kept:
         """Take from here what was computed before, within the context."""
         keys: Mapping[str, Replacement] = {
             "pitotbench.bench.rounds._judged": lambda named, *others: named.name,
-            "pitotbench.bench.rounds.with_effects": lambda layout, model, entries: (id(layout), repr(entries)),
+            "pitotbench.bench.rounds.with_effects": lambda layout, model, entries: (
+                id(layout),
+                repr(entries),
+            ),
             f"{JUDGE}.naming.renewed_signatures": lambda layout, null: (
                 id(layout),
                 id(null.noise),
                 self._of_step(True),
             ),
-            f"{VERDICT}.name_effects": lambda layouts, nulls: (*map(id, layouts), self._of_step(False)),
+            f"{VERDICT}.name_effects": lambda layouts, nulls: (
+                *map(id, layouts),
+                self._of_step(False),
+            ),
             "pitotbench.bench.workflow.find_formula": _formula_key,
             f"{JUDGE}.evidence.whitened_columns": lambda layout, noise: (id(layout), id(noise)),
         }
@@ -194,11 +222,17 @@ class Kept:
 
 
 def _formula_key(layout: Layout, null: NullDistribution) -> tuple[str, int]:
-    return sha256(np.ascontiguousarray(layout.residuals.values).tobytes()).hexdigest(), id(null.noise)
+    return sha256(np.ascontiguousarray(layout.residuals.values).tobytes()).hexdigest(), id(
+        null.noise
+    )
 
 
-def judged(name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRCRAFT) -> Iterator[dict[str, Any]]:
-    """Yield the answer on one log for each step off, those of the chain beside which it is held before."""
+def judged(
+    name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRCRAFT
+) -> Iterator[dict[str, Any]]:
+    """Yield the answer on one log for each step off, those of the chain beside which it is held
+    before.
+    """
     kept = Kept()
     for each in dict.fromkeys((*(STEPS[step].beside for step in steps), *steps)):
         kept.step, kept.name, begun = STEPS[each], each, process_time()
@@ -262,7 +296,12 @@ def counts(cases: Sequence[JudgedCase]) -> Counts:
         for c in hidden
     ]
     parts = named_parts(hidden, kept_table())
-    sure = [cause in c.wanted for c in hidden for cause, p in c.probabilities.items() if p > THRESHOLDS.named_from]
+    sure = [
+        cause in c.wanted
+        for c in hidden
+        for cause, p in c.probabilities.items()
+        if p > THRESHOLDS.named_from
+    ]
     return Counts(
         np.array(proper).reshape(-1, len(PROPER)),
         sum(c.named for c in single),
@@ -276,8 +315,12 @@ def counts(cases: Sequence[JudgedCase]) -> Counts:
     )
 
 
-def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The scores of the complete chain, and what each changes by with a step off, on the logs that both judged."""
+def table(
+    truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    """The scores of the complete chain, and what each changes by with a step off, on the logs that
+    both judged.
+    """
     by_step: dict[tuple[str, str], dict[str, JudgedCase]] = {}
     for each in answers:
         by_step.setdefault((each["aircraft"], each["step"]), {})[each["name"]] = JudgedCase(
@@ -285,33 +328,56 @@ def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str,
         )
     rows = []
     for (aircraft, step), found in by_step.items():
-        pairs = [(c, by_step.get((aircraft, c.answer["beside"]), {}).get(name)) for name, c in found.items()]
+        pairs = [
+            (c, by_step.get((aircraft, c.answer["beside"]), {}).get(name))
+            for name, c in found.items()
+        ]
         held = [(case, before) for case, before in pairs if before is not None]
         off, whole = (counts(list(each)) for each in zip(*held, strict=True))
-        row: dict[str, Any] = {"step off": step, "measured on": f"logs again, {aircraft}", "logs": len(held)}
+        row: dict[str, Any] = {
+            "step off": step,
+            "measured on": f"logs again, {aircraft}",
+            "logs": len(held),
+        }
         difference = off.proper if step == COMPLETE else off.proper - whole.proper
         for i, name in enumerate(PROPER):
             row[name] = f"{difference[:, i].mean():.4f}"
-            row[f"{name}_se"] = f"{difference[:, i].std() / np.sqrt(max(1, len(difference) - 1)):.4f}"
+            row[f"{name}_se"] = (
+                f"{difference[:, i].std() / np.sqrt(max(1, len(difference) - 1)):.4f}"
+            )
         for name in COUNTED:
             row[name] = getattr(off, name) - (0 if step == COMPLETE else getattr(whole, name))
-        rows.append(row | {"answers_changed": sum(case.groups != before.groups for case, before in held)})
+        rows.append(
+            row | {"answers_changed": sum(case.groups != before.groups for case, before in held)}
+        )
     return rows
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Judge logs of a kept set, flown again, with each step off in turn; print the table and write it."""
+    """Judge logs of a kept set, flown again, with each step off in turn; print the table and write
+    it.
+    """
     parser.add_argument(
-        "--set", default="eleventh", dest="kept", help="a set whose truth is open (default: eleventh)"
+        "--set",
+        default="eleventh",
+        dest="kept",
+        help="a set whose truth is open (default: eleventh)",
     )
     parser.add_argument("--settings", default="H,J,F,A", help="of the set, in their order")
-    parser.add_argument("--kinds", default="above 7=5,none=2,outside=2", help="of each setting, and how many")
     parser.add_argument(
-        "--aircraft", default=AIRCRAFT, help="none: the sensors alone, of which few seconds are needed"
+        "--kinds", default="above 7=5,none=2,outside=2", help="of each setting, and how many"
+    )
+    parser.add_argument(
+        "--aircraft",
+        default=AIRCRAFT,
+        help="none: the sensors alone, of which few seconds are needed",
     )
     parser.add_argument("--steps", default="", help="names with ; between them (default: all)")
     parser.add_argument(
-        "--minutes", type=float, default=0.0, help="after which no further log begins; 0: only score"
+        "--minutes",
+        type=float,
+        default=0.0,
+        help="after which no further log begins; 0: only score",
     )
     parser.add_argument("--logs", type=Path, default=OUT / "ablation" / "logs")
     parser.add_argument("--results", type=Path, default=OUT / "ablation" / "results.jsonl")
@@ -319,7 +385,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     options = parser.parse_args(words)
     cases = {c["name"]: c for c in opened(KEPT / f"{options.kept}.tar.xz")["cases"]}
     steps = options.steps.split(";") if options.steps else list(STEPS)
-    kinds = {kind: int(most) for kind, _, most in (each.partition("=") for each in options.kinds.split(","))}
+    kinds = {
+        kind: int(most)
+        for kind, _, most in (each.partition("=") for each in options.kinds.split(","))
+    }
     lines = options.results.read_text("utf-8").splitlines() if options.results.is_file() else []
     answers = [json.loads(line) for line in lines]
     done = {(a["name"], a["step"]) for a in answers if a["aircraft"] == options.aircraft}
@@ -327,8 +396,11 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         case
         for letter in options.settings.split(",")
         for kind, most in kinds.items()
-        for case in [c for c in cases.values() if c["settings"] == [letter] and c["kind"] == kind][:most]
-        if options.aircraft != "none" or all(isinstance(KNOWN[e["name"]], SensorEffect) for e in case["effects"])
+        for case in [c for c in cases.values() if c["settings"] == [letter] and c["kind"] == kind][
+            :most
+        ]
+        if options.aircraft != "none"
+        or all(isinstance(KNOWN[e["name"]], SensorEffect) for e in case["effects"])
     ]
     begun = monotonic()
     options.results.parent.mkdir(parents=True, exist_ok=True)
@@ -342,7 +414,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
                 if (case["name"], answer["step"]) not in done:
                     answers.append(answer)
                     out.write(json.dumps(answer) + "\n")
-        print(f"{case['name']} ({case['kind']}): {(monotonic() - begun) / 60.0:.1f} min", flush=True)
+        print(
+            f"{case['name']} ({case['kind']}): {(monotonic() - begun) / 60.0:.1f} min", flush=True
+        )
     sets = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
     _write(options.table, [*table(cases, answers), *rows_of_tellings(sets)])
     _write(options.table.with_name("ablation-checks.csv"), list(rows_of_checks(sets)))

@@ -1,8 +1,9 @@
 """The analyser of the blind test: it sees a folder of logs and the baseline aircraft, nothing else.
 
-A line of JSON a case, written as it comes; a run that was stopped goes on where it was. The null flights of each
-card are flown once, by the first log that needs them: logs of one card are judged one after the other. The answer
-is that of the whole command: with the effects that later looks add, and the names that it takes back.
+A line of JSON a case, written as it comes; a run that was stopped goes on where it was. The null
+flights of each card are flown once, by the first log that needs them: logs of one card are judged
+one after the other. The answer is that of the whole command: with the effects that later looks add,
+and the names that it takes back.
 """
 
 import json
@@ -51,7 +52,9 @@ def is_warm(path: Path, aircraft: str) -> bool:
     if card is None:
         return True
     card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
-    setting = AnalysisSetting(day_known=null_flights.tells_the_day(log.header), instruments_known=True)
+    setting = AnalysisSetting(
+        day_known=null_flights.tells_the_day(log.header), instruments_known=True
+    )
     return null_flights.cache_entry(card, null_flights.NULL_FLIGHTS, setting).is_file()
 
 
@@ -69,31 +72,51 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
     except BadInputError as error:
         return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
     except Exception as error:  # whatever it is, it is no answer
-        return {**told, "kind": "crash", "why": f"{type(error).__name__}: {error}", **_seconds(wall, processor)}
+        return {
+            **told,
+            "kind": "crash",
+            "why": f"{type(error).__name__}: {error}",
+            **_seconds(wall, processor),
+        }
     told |= _seconds(wall, processor)
     first = made.reconciliation
     named = told["kind"] in SURE and any(map(returns, first.naming.chosen))
     if named and held is not None and held.is_file():
         try:
             model, setting = aircraft_model(aircraft), first.layout.setting
-            told["held_out"] = _share(hold_out(read_log(held), model, first.null, first.naming, setting))
+            told["held_out"] = _share(
+                hold_out(read_log(held), model, first.null, first.naming, setting)
+            )
         except Exception as error:
             told["held_out_why"] = f"{type(error).__name__}: {error}"
     return told
 
 
 def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
-    """One log or several as the command judges them, with all its looks and the formula of what they leave."""
+    """One log or several as the command judges them, with all its looks and the formula of what
+    they leave.
+    """
     logs = [NamedLog(f"flight {i}", read_log(path)) for i, path in enumerate(paths, start=1)]
     return reconcile_fully(logs, aircraft, refly=False)
 
 
-def answer_in(verdict: Verdict, rounds: Sequence[Round], formula: FoundFormula | None) -> dict[str, Any]:
-    """The answer with what later looks add to it; the figures are those of the first look, the closure of all."""
-    effects = {e.name: list(others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)}
+def answer_in(
+    verdict: Verdict, rounds: Sequence[Round], formula: FoundFormula | None
+) -> dict[str, Any]:
+    """The answer with what later looks add to it; the figures are those of the first look, the
+    closure of all.
+    """
+    effects = {
+        e.name: list(others)
+        for e, others in zip(verdict.effects, verdict.alternatives, strict=True)
+    }
     sizes = {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects}
     for later in rounds[1:]:
-        each = zip(later.verdict.effects, later.verdict.alternatives, strict=True) if later.added else ()
+        each = (
+            zip(later.verdict.effects, later.verdict.alternatives, strict=True)
+            if later.added
+            else ()
+        )
         for effect, others in each:
             effects.setdefault(effect.name, list(others))
             sizes.setdefault(effect.name, {s.name: [s.value, s.two_sigma] for s in effect.sizes})
@@ -137,7 +160,9 @@ def _seconds(wall: float, processor: float) -> dict[str, float]:
 FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
 
 
-def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo", part: str = "1/1") -> None:
+def analyze(
+    logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo", part: str = "1/1"
+) -> None:
     """Judge every case of a folder that has no line in the results yet."""
     told = results.read_text("utf-8").splitlines() if results.is_file() else []
     done = {json.loads(line)["name"] for line in told}
@@ -151,8 +176,12 @@ def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo", 
     work = partial(judged, aircraft)
     count, begun = sum(map(len, todo)), monotonic()
     results.parent.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool, results.open("a", encoding="utf-8") as out:
-        # The first of each card learns its null flights; the others of it wait until they are there.
+    with (
+        ProcessPoolExecutor(jobs, get_context("spawn")) as pool,
+        results.open("a", encoding="utf-8") as out,
+    ):
+        # The first of each card learns its null flights; the others of it wait until they are
+        # there.
         waiting = {pool.submit(work, each[0]): each[1:] for each in todo if each}
         finished = 0
         while waiting:
@@ -160,7 +189,10 @@ def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo", 
                 out.write(json.dumps(job.result()) + "\n")
                 out.flush()
                 finished += 1
-                print(f"judged: {finished} of {count}, {(monotonic() - begun) / 60.0:.1f} min", flush=True)
+                print(
+                    f"judged: {finished} of {count}, {(monotonic() - begun) / 60.0:.1f} min",
+                    flush=True,
+                )
                 for flights in waiting.pop(job):
                     waiting[pool.submit(work, flights)] = []
 
@@ -180,7 +212,9 @@ def _ending(path: Path, end: str) -> Path:
 
 
 def _card(flights: Sequence[Path], aircraft: str) -> str:
-    """The cards of a case as text: what decides its null flights; without an airplane there are none."""
+    """The cards of a case as text: what decides its null flights; without an airplane there are
+    none.
+    """
     told: list[str] = []
     if aircraft == "none":
         return flights[0].stem
@@ -195,10 +229,14 @@ def _card(flights: Sequence[Path], aircraft: str) -> str:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Judge every case of a folder of logs: it sees the logs and the baseline aircraft, nothing else."""
+    """Judge every case of a folder of logs: it sees the logs and the baseline aircraft, nothing
+    else.
+    """
     parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
     parser.add_argument("--results", type=Path, default=OUT / "blind" / "results.jsonl")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--part", default="1/1", help="which part of the cards, for several machines: 2/3")
+    parser.add_argument(
+        "--part", default="1/1", help="which part of the cards, for several machines: 2/3"
+    )
     parser.add_argument("--aircraft", default="navajo")
     analyze(**vars(parser.parse_args(words)))

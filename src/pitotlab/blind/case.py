@@ -16,7 +16,9 @@ SURE = ("named", "one_of")
 
 
 def model_of(name: str) -> str:
-    """The cause that stands for an effect: that of its plain form, and one name for effects of one model."""
+    """The cause that stands for an effect: that of its plain form, and one name for effects of one
+    model.
+    """
     return _joined(cause_of(name))
 
 
@@ -65,11 +67,17 @@ class JudgedCase:
     @property
     def wanted(self) -> set[str]:
         """The causes of the table to be named; none for a fault outside it."""
-        return set() if self.kind == "outside" else {model_of(e["name"]) for e in self.truth["effects"]}
+        return (
+            set()
+            if self.kind == "outside"
+            else {model_of(e["name"]) for e in self.truth["effects"]}
+        )
 
     @property
     def verdict(self) -> str:
-        """The kind of the answer; an answer that holds nothing but the gusts of the generator finds no gap."""
+        """The kind of the answer; an answer that holds nothing but the gusts of the generator finds
+        no gap.
+        """
         kind = str(self.answer["kind"])
         return "no_gap" if kind in SURE and groups_of(self.answer) and not self.groups else kind
 
@@ -77,7 +85,8 @@ class JudgedCase:
     def groups(self) -> list[set[str]]:
         """The sets of causes that were answered, one for each effect.
 
-        Where the gusts are the generator's own, they differ from those of the card: to say so is no cause too many.
+        Where the gusts are the generator's own, they differ from those of the card: to say so is no
+        cause too many.
         """
         own = self.truth.get("environment", {}).get("own_gusts", False)
         return [group for group in groups_of(self.answer) if not (own and group <= GUST_CAUSES)]
@@ -91,7 +100,9 @@ class JudgedCase:
     @property
     def in_set(self) -> bool:
         """Every hidden cause stands in a reported set, or is named."""
-        return bool(self.groups) and all(any(c in group for group in self.groups) for c in self.wanted)
+        return bool(self.groups) and all(
+            any(c in group for group in self.groups) for c in self.wanted
+        )
 
     @property
     def wrong_name(self) -> bool:

@@ -1,7 +1,9 @@
-"""The generator of the blind test: logs under neutral names, and the truth in a sealed file elsewhere.
+"""The generator of the blind test: logs under neutral names, and the truth in a sealed file
+elsewhere.
 
-`blind signatures` comes first: it measures the strength of every effect in every setting. The truth is drawn and
-its salted SHA-256 written before the first log. A run that was stopped goes on where it was.
+`blind signatures` comes first: it measures the strength of every effect in every setting. The truth
+is drawn and its salted SHA-256 written before the first log. A run that was stopped goes on where
+it was.
 """
 
 import json
@@ -27,7 +29,15 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.units import KNOT, Array
-from pitotlab.blind.flown import DEVELOPMENT, SETTINGS, Environment, Setting, flown, has_wind, recorded
+from pitotlab.blind.flown import (
+    DEVELOPMENT,
+    SETTINGS,
+    Environment,
+    Setting,
+    flown,
+    has_wind,
+    recorded,
+)
 from pitotlab.blind.forms import OWN_FORMS
 from pitotlab.blind.outsiders import HIDDEN_EFFECTS, OUTSIDERS, Part
 from pitotlab.blind.signatures import GUSTS, PLACE, SettingSignatures, read, typical
@@ -45,7 +55,9 @@ PARTIAL = (  # effects that may act in a part of the flight only
     "static_source_change", "static_zero_offset", "temperature_bias", "total_pressure_loss", "trim_offset",
     "turn_drag", "water_in_line",
 )  # fmt: skip
-INVISIBLE = ("nonstandard_temperature",)  # a gap only where the header tells the day, which no header here does
+INVISIBLE = (
+    "nonstandard_temperature",
+)  # a gap only where the header tells the day, which no header here does
 COUNTED = {  # sizes of what is counted or shows in the spread only
     "dropped_samples": {"fraction": (0.02, 0.12)},
     "quantization": {"step_pa": (30.0, 80.0)},
@@ -57,8 +69,8 @@ COUNTED = {  # sizes of what is counted or shows in the spread only
 
 @dataclass(frozen=True, slots=True)
 class HiddenEffect:
-    """An effect with its sizes, its strength (SNR) in each flight of the case, and the part of the flight [s] in
-    which it acts; None for all of it."""
+    """An effect with its sizes, its strength (SNR) in each flight of the case, and the part of the
+    flight [s] in which it acts; None for all of it."""
 
     name: str
     sizes: Mapping[str, float]
@@ -68,7 +80,9 @@ class HiddenEffect:
 
 @dataclass(frozen=True, slots=True)
 class HiddenCase:
-    """The truth of one case of one to three flights. `kind` is a band, none, two, outside or counted."""
+    """The truth of one case of one to three flights. `kind` is a band, none, two, outside or
+    counted.
+    """
 
     kind: str
     settings: tuple[str, ...]
@@ -78,7 +92,9 @@ class HiddenCase:
     @property
     def formed(self) -> bool:
         """Whether form, part, gusts, step or receiver are the generator's own."""
-        own = any(effect.name in HIDDEN_EFFECTS or effect.part is not None for effect in self.effects)
+        own = any(
+            effect.name in HIDDEN_EFFECTS or effect.part is not None for effect in self.effects
+        )
         return own or not self.environment.usual
 
 
@@ -93,7 +109,9 @@ def hidden_case(
         for _ in range(2 if kind == "two" else 1):
             taken = [cause_of(effect.name) for effect in effects]
             effects.append(_effect(draw, kind, settings, measured, taken))
-    return HiddenCase(kind, settings, tuple(effects), _environment(draw, settings, [e.name for e in effects]))
+    return HiddenCase(
+        kind, settings, tuple(effects), _environment(draw, settings, [e.name for e in effects])
+    )
 
 
 def cause_of(name: str) -> str:
@@ -110,7 +128,9 @@ def _by(draw: Generator, share: float) -> bool:
 
 
 def _environment(draw: Generator, settings: Sequence[str], names: Sequence[str]) -> Environment:
-    """Half of the cases without a form of their own have a world of their own in one respect or two."""
+    """Half of the cases without a form of their own have a world of their own in one respect or
+    two.
+    """
     if not _by(draw, WORLD_SHARE):
         return Environment()
     flown = [SETTINGS[letter].flown for letter in settings]
@@ -143,7 +163,9 @@ def _effect(
     """An effect whose plausible sizes reach the strength of the kind in these settings."""
     while True:
         name = str(draw.choice(_pool(draw, kind)))
-        if cause_of(name) in taken or not all(name in measured[letter].names for letter in settings):
+        if cause_of(name) in taken or not all(
+            name in measured[letter].names for letter in settings
+        ):
             continue
         part = _part(draw, name, measured[settings[0]]) if len(settings) == 1 else None
         typicals = [_strength(measured[letter], name, part) for letter in settings]
@@ -154,7 +176,8 @@ def _effect(
         if not _within(name, factor):
             continue
         sign = -1.0 if _by(draw, 0.5) and _within(name, -factor) else 1.0
-        # The observer knows one direction of several sizes: where it is the ceiling, they keep their ratio.
+        # The observer knows one direction of several sizes: where it is the ceiling, they keep
+        # their ratio.
         varied = kind not in WEAK
         sizes = _sizes(draw, name, sign * factor, measured[settings[0]], varied)
         return HiddenEffect(name, sizes, tuple(round(factor * t, 2) for t in typicals), part)
@@ -166,12 +189,18 @@ def _pool(draw: Generator, kind: str) -> list[str]:
     if _by(draw, FORM_SHARE):
         return list(OWN_FORMS)
     never = (*GUSTS, *INVISIBLE)
-    seen = [n for n, e in EFFECTS.items() if n not in never and not (isinstance(e, SensorEffect) and e.after_noise)]
+    seen = [
+        n
+        for n, e in EFFECTS.items()
+        if n not in never and not (isinstance(e, SensorEffect) and e.after_noise)
+    ]
     return [n for n in seen if n not in HIDDEN_EFFECTS]
 
 
 def _factor(draw: Generator, kind: str, whole: float) -> float:
-    """The factor on typical sizes. Where no band is asked for, sizes are typical, in bounds of strength."""
+    """The factor on typical sizes. Where no band is asked for, sizes are typical, in bounds of
+    strength.
+    """
     if kind in WEAK:
         low, high = BANDS[kind]
         return float(np.exp(draw.uniform(np.log(low), np.log(high)))) / whole
@@ -196,7 +225,9 @@ def _strength(signatures: SettingSignatures, name: str, part: tuple[float, float
     if part is None or whole <= 0.0:
         return whole
     unit = signatures.unit[row]
-    return whole * float(np.sqrt(np.sum(Part(*part)(signatures.time) * unit) / max(1e-12, np.sum(unit))))
+    return whole * float(
+        np.sqrt(np.sum(Part(*part)(signatures.time) * unit) / max(1e-12, np.sum(unit)))
+    )
 
 
 def _sizes(
@@ -221,7 +252,9 @@ def _sizes(
 
 def _within(name: str, factor: float) -> bool:
     """Whether all sizes, scaled, lie in their plausible ranges."""
-    return all(p.low <= factor * p.typical <= p.high for p in _table()[name].parameters if not p.shape)
+    return all(
+        p.low <= factor * p.typical <= p.high for p in _table()[name].parameters if not p.shape
+    )
 
 
 NOT_TOLD = ("temperature_offset_k", "pilot", "fuel", "ballast_kg")
@@ -230,14 +263,22 @@ HELD = 4  # number of the flight held out
 
 
 def name_of(number: int, flight: int = 0) -> str:
-    """The name of a log: the second and third flight of a case end in b and c, the one held out in held."""
+    """The name of a log: the second and third flight of a case end in b and c, the one held out in
+    held.
+    """
     return f"log-{number:04d}" + ("", "-b", "-c", "", "-held")[flight]
 
 
 def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool]) -> str:
     """Write the truth of a set and its salted SHA-256; returns the latter."""
     told = [
-        {"name": name_of(i), "seed": seed + i, "held_out": out, "formed": case.formed, **asdict(case)}
+        {
+            "name": name_of(i),
+            "seed": seed + i,
+            "held_out": out,
+            "formed": case.formed,
+            **asdict(case),
+        }
         for i, (case, out) in enumerate(zip(cases, held, strict=True))
     ]
     text = json.dumps({"salt": secrets.token_hex(16), "seed": seed, "cases": told}, indent=1)
@@ -248,8 +289,12 @@ def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bo
     return digest
 
 
-def write_cases(logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int) -> None:
-    """Fly and write all logs that are not there yet. A flight that a hidden effect ends is told and has no log."""
+def write_cases(
+    logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int
+) -> None:
+    """Fly and write all logs that are not there yet. A flight that a hidden effect ends is told and
+    has no log.
+    """
     logs.mkdir(parents=True, exist_ok=True)
     todo = [(i, seed + i, case, out) for i, (case, out) in enumerate(zip(cases, held, strict=True))]
     todo = [work for work in todo if not (logs / f"{name_of(work[0])}.parquet").is_file()]
@@ -269,7 +314,10 @@ def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, st
     """Write the logs of a case. Return its name, and why it cannot be flown, or an empty text."""
     number, seed, case, held = work
     bend = bend_of(seed)
-    flights = [*((HELD, case.settings[-1]) for _ in range(held)), *reversed(list(enumerate(case.settings)))]
+    flights = [
+        *((HELD, case.settings[-1]) for _ in range(held)),
+        *reversed(list(enumerate(case.settings))),
+    ]
     for flight, letter in flights:  # the first log last: who sees it may judge it
         try:
             log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
@@ -280,8 +328,12 @@ def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, st
 
 
 def bend_of(seed: int) -> Array:
-    """The parameters of the error curve of a case, (3,): that of its airplane, the same in all flights."""
-    return np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(0.5, 1.5)
+    """The parameters of the error curve of a case, (3,): that of its airplane, the same in all
+    flights.
+    """
+    return np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(
+        0.5, 1.5
+    )
 
 
 def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> FlightLog:
@@ -294,7 +346,9 @@ def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> Flight
 
 
 def told_header(setting: Setting) -> Mapping[str, Any]:
-    """The header that a log of a setting has: the card, and nothing of the day, the pilot and the loading."""
+    """The header that a log of a setting has: the card, and nothing of the day, the pilot and the
+    loading.
+    """
     every = header(setting.told, setting.told.das, 0)
     case = {key: value for key, value in every["case"].items() if key not in NOT_TOLD}
     return {"format": every["format"], "case": case}
@@ -305,20 +359,42 @@ def _case(draw: Generator, case: HiddenCase, setting: Setting, seed: int, bend: 
     wind = Wind(float(draw.uniform(2.0, 25.0)) * KNOT, float(draw.uniform(0.0, 2.0 * np.pi)))
     curve = PressureErrorSpec(parameters=tuple(float(v) for v in bend))
     return replace(
-        setting.flown, effects=effects, wind=wind, pressure_error=curve, truth_seed=seed, sensor_seed=seed
+        setting.flown,
+        effects=effects,
+        wind=wind,
+        pressure_error=curve,
+        truth_seed=seed,
+        sensor_seed=seed,
     )
 
 
-KINDS = {"above 7": 150, "4 to 7": 75, "2 to 4": 40, "two": 50, "none": 65, "outside": 70, "counted": 20}
+KINDS = {
+    "above 7": 150,
+    "4 to 7": 75,
+    "2 to 4": 40,
+    "two": 50,
+    "none": 65,
+    "outside": 70,
+    "counted": 20,
+}
 DEVELOPMENT_SEEDS, SCORED = (30_000, 40_000), 900_000
-DEVELOPED = {"above 7": 45, "4 to 7": 15, "two": 10, "none": 15, "outside": 10}  # cases of a set of `develop`
+DEVELOPED = {
+    "above 7": 45,
+    "4 to 7": 15,
+    "two": 10,
+    "none": 15,
+    "outside": 10,
+}  # cases of a set of `develop`
 DEVELOPED_SEEDS = (40_000, 45_000)
 SEVERAL = {2: 0.12, 3: 0.08}  # share of the cases of so many flights
 HELD_OUT = 60  # cases with a flight held out
 
 
 def draw_set(
-    draw: Generator, kinds: Mapping[str, int], letters: Sequence[str], measured: Mapping[str, SettingSignatures]
+    draw: Generator,
+    kinds: Mapping[str, int],
+    letters: Sequence[str],
+    measured: Mapping[str, SettingSignatures],
 ) -> tuple[list[HiddenCase], list[bool]]:
     """Return the cases of a set in random order, and whether each has a flight held out."""
     wanted = [kind for kind, number in kinds.items() for _ in range(number)]
@@ -326,8 +402,12 @@ def draw_set(
     firsts = [letters[i % len(letters)] for i in draw.permutation(len(wanted))]
     cases = []
     for kind, first in zip(wanted, firsts, strict=True):
-        cases.append(hidden_case(draw, kind, (first, *_further(draw, kind, first, letters)), measured))
-    strong = [i for i, case in enumerate(cases) if case.kind == "above 7" and len(case.settings) == 1]
+        cases.append(
+            hidden_case(draw, kind, (first, *_further(draw, kind, first, letters)), measured)
+        )
+    strong = [
+        i for i, case in enumerate(cases) if case.kind == "above 7" and len(case.settings) == 1
+    ]
     chosen = set(draw.permutation(strong)[:HELD_OUT].tolist())
     return cases, [i in chosen for i in range(len(cases))]
 
@@ -342,14 +422,18 @@ def _further(draw: Generator, kind: str, first: str, letters: Sequence[str]) -> 
     return [str(letter) for letter in draw.permutation(others)[: number - 1]]
 
 
-def generate(seed: int, jobs: int, logs: Path, folder: Path, place: Path, share: float = 1.0) -> str:
+def generate(
+    seed: int, jobs: int, logs: Path, folder: Path, place: Path, share: float = 1.0
+) -> str:
     """Seal the truth, then write the logs; returns the salted SHA-256.
 
-    A truth that is there already is drawn again from its seed and must be the same; its logs are completed.
-    Raises ValueError for a seed of neither range, and for another truth.
+    A truth that is there already is drawn again from its seed and must be the same; its logs are
+    completed. Raises ValueError for a seed of neither range, and for another truth.
     """
     if not (DEVELOPMENT_SEEDS[0] <= seed < DEVELOPMENT_SEEDS[1] or seed >= SCORED):
-        raise ValueError(f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}")
+        raise ValueError(
+            f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
+        )
     letters = [letter for letter in SETTINGS if (place / f"{letter}.npz").is_file()]
     kinds = {kind: max(1, round(share * number)) for kind, number in KINDS.items()}
     measured = {letter: read(letter, place) for letter in letters}
@@ -379,22 +463,31 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 
 def develop(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Draw a development set: one effect at typical and small sizes, pairs, none, and faults outside the table."""
+    """Draw a development set: one effect at typical and small sizes, pairs, none, and faults
+    outside the table.
+    """
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=41_000)
     parser.add_argument("--settings", default=",".join(DEVELOPMENT))
     parser.add_argument("--signatures", type=Path, default=PLACE)
-    parser.add_argument("--like", default="", help="settings whose strengths are taken from another: A=B,D=C")
+    parser.add_argument(
+        "--like", default="", help="settings whose strengths are taken from another: A=B,D=C"
+    )
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args(words)
     if not DEVELOPED_SEEDS[0] <= options.seed < DEVELOPED_SEEDS[1]:
-        parser.error(f"seeds of development sets lie between {DEVELOPED_SEEDS[0]} and {DEVELOPED_SEEDS[1]}")
+        parser.error(
+            f"seeds of development sets lie between {DEVELOPED_SEEDS[0]} and {DEVELOPED_SEEDS[1]}"
+        )
     letters = options.settings.split(",")
     like = dict(pair.split("=") for pair in options.like.split(",") if pair)
     measured = {letter: read(like.get(letter, letter), options.signatures) for letter in letters}
     draw = np.random.default_rng(options.seed)
     kinds = [kind for kind, number in DEVELOPED.items() for _ in range(number)]
     kinds = [kinds[i] for i in draw.permutation(len(kinds))]
-    cases = [hidden_case(draw, kind, (letters[i % len(letters)],), measured) for i, kind in enumerate(kinds)]
+    cases = [
+        hidden_case(draw, kind, (letters[i % len(letters)],), measured)
+        for i, kind in enumerate(kinds)
+    ]
     print(seal(options.out, options.seed, cases, [False] * len(cases)))
     write_cases(options.out / "logs", options.seed, cases, [False] * len(cases), options.jobs)

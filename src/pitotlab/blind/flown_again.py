@@ -1,10 +1,12 @@
-"""Further looks at judged cases: a set flown again, the card with the patch, a wrong effect forced in.
+"""Further looks at judged cases: a set flown again, the card with the patch, a wrong effect forced
+in.
 
-`blind again` flies an opened set from its truth, with truth and seal beside the logs, for a later build to judge.
-`blind reflown` and `blind forced` take cases of one flight whose effect was named rightly. A gap flown again is the
-root mean square over the segments of the card, of measured less simulated, in units of the chance between two
-flights; the chance itself is taken out. The effects forced in are drawn among those that improve the log at a
-plausible size, and whose cause is neither the hidden one nor left by the answer.
+`blind again` flies an opened set from its truth, with truth and seal beside the logs, for a later
+build to judge. `blind reflown` and `blind forced` take cases of one flight whose effect was named
+rightly. A gap flown again is the root mean square over the segments of the card, of measured less
+simulated, in units of the chance between two flights; the chance itself is taken out. The effects
+forced in are drawn among those that improve the log at a plausible size, and whose cause is neither
+the hidden one nor left by the answer.
 """
 
 import json
@@ -40,10 +42,14 @@ from pitotlab.blind.sealed import KEPT, PLACE, files_of, judged_in, opened
 def case_of(told: Mapping[str, Any]) -> HiddenCase:
     """The hidden case of an entry of the truth."""
     effects = tuple(
-        HiddenEffect(e["name"], e["sizes"], tuple(e["strengths"]), tuple(e["part"]) if e["part"] else None)
+        HiddenEffect(
+            e["name"], e["sizes"], tuple(e["strengths"]), tuple(e["part"]) if e["part"] else None
+        )
         for e in told["effects"]
     )
-    return HiddenCase(told["kind"], tuple(told["settings"]), effects, Environment(**told["environment"]))
+    return HiddenCase(
+        told["kind"], tuple(told["settings"]), effects, Environment(**told["environment"])
+    )
 
 
 KNOWN: Mapping[str, Effect] = {**FORMS, **HIDDEN_EFFECTS}
@@ -52,12 +58,16 @@ QUANTITIES = ("manifold pressure", "pitch", "change of airspeed")
 
 
 def gap(features: Sequence[Feature], patched: bool) -> float:
-    """The root mean square of the differences beyond chance, which is that of all segments of a quantity."""
+    """The root mean square of the differences beyond chance, which is that of all segments of a
+    quantity.
+    """
     ratios: list[float] = []
     for name in {f.name for f in features}:
         own = [f for f in features if f.name == name]
         chance = float(np.mean([f.deviation**2 for f in own]))
-        ratios += [(f.measured - (f.patched if patched else f.simulated)) ** 2 / chance for f in own]
+        ratios += [
+            (f.measured - (f.patched if patched else f.simulated)) ** 2 / chance for f in own
+        ]
     return float(np.sqrt(max(0.0, float(np.mean(ratios)) - 1.0))) if ratios else 0.0
 
 
@@ -66,7 +76,11 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
     told = 0
     for case in cases:
         names = [e["name"] for e in case.truth["effects"]]
-        if case.flights != 1 or not case.named or any(isinstance(KNOWN[n], SensorEffect) for n in names):
+        if (
+            case.flights != 1
+            or not case.named
+            or any(isinstance(KNOWN[n], SensorEffect) for n in names)
+        ):
             continue
         name = case.truth["name"]
         full = reconcile_fully(NamedLog(name, flown_log(logs / f"{name}.parquet", case.truth)))
@@ -81,7 +95,10 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
             "effect": names,
             "before": round(gap(wanted, patched=False), 2),
             "after": round(gap(wanted, patched=True), 2),
-            **{q: [round(gap(r, patched=False), 2), round(gap(r, patched=True), 2)] for q, r in rows.items()},
+            **{
+                q: [round(gap(r, patched=False), 2), round(gap(r, patched=True), 2)]
+                for q, r in rows.items()
+            },
         }
         if told == most:
             return
@@ -106,11 +123,15 @@ def is_in_range(signatures: Sequence[Signature], fit: Fit) -> bool:
     """Whether all sizes lie within 2σ of their plausible ranges."""
     ranges = [FORMS[signatures[c].effect].parameter(signatures[c].parameter) for c in fit.columns]
     each = zip(ranges, fit.sizes, 2.0 * fit.deviations, strict=True)
-    return all(p.low - slack <= size <= p.high + slack or abs(size) <= slack for p, size, slack in each)
+    return all(
+        p.low - slack <= size <= p.high + slack or abs(size) <= slack for p, size, slack in each
+    )
 
 
 def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapping[str, Any]]:
-    """The share of the gap of the flight held out that each forced effect closes, beside that of the named one."""
+    """The share of the gap of the flight held out that each forced effect closes, beside that of
+    the named one.
+    """
     for case in cases:
         name = case.truth["name"]
         held = logs / f"{name}-held.parquet"
@@ -120,10 +141,16 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
         other = read_log(held)
         naming, aircraft = found.naming, aircraft_model("navajo")
         signatures = naming.layout.signatures
-        fits = {n: naming.equations.fit(own) for n, own in columns_of(signatures).items() if returns(n)}
+        fits = {
+            n: naming.equations.fit(own) for n, own in columns_of(signatures).items() if returns(n)
+        }
         fits = {n: fit for n, fit in fits.items() if is_in_range(signatures, fit)}
         likely = {model_of(c) for c, p in naming.answer.probabilities.items() if p > 0.01}
-        open_to = [n for n, f in fits.items() if significance(f) > SEEN and model_of(n) not in case.wanted | likely]
+        open_to = [
+            n
+            for n, f in fits.items()
+            if significance(f) > SEEN and model_of(n) not in case.wanted | likely
+        ]
         random = np.random.default_rng(crc32(name.encode()))
         for effect in random.permutation(open_to)[:wrong].tolist():
             wrongly = replace(naming, chosen=(effect,), fit=fits[effect])
@@ -139,9 +166,13 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
 
 
 def again_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly a kept set again from its opened truth, and write its logs, its truth and its seal into a folder."""
+    """Fly a kept set again from its opened truth, and write its logs, its truth and its seal into a
+    folder.
+    """
     parser.add_argument("name", help="of the set: eleventh")
-    parser.add_argument("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
+    parser.add_argument(
+        "--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)"
+    )
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args(words)
     kept, seal = files_of(KEPT / f"{options.name}.tar.xz"), options.folder / "seal"
@@ -149,12 +180,17 @@ def again_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     for name in ("truth.json", "truth.sha256"):
         (seal / name).write_bytes(kept[name])
     truth = opened(seal)
-    cases, held = [case_of(told) for told in truth["cases"]], [told["held_out"] for told in truth["cases"]]
+    cases, held = (
+        [case_of(told) for told in truth["cases"]],
+        [told["held_out"] for told in truth["cases"]],
+    )
     write_cases(options.folder / "logs", truth["seed"], cases, held, options.jobs)
 
 
 def reflown_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly the cards of named cases with the patch: how much of the gap in power, pitch and speed it closes."""
+    """Fly the cards of named cases with the patch: how much of the gap in power, pitch and speed it
+    closes.
+    """
     logs, cases, most = _judged_cases(parser, words, "--most", 20)
     closed = 0
     for count, line in enumerate(reflown(logs, cases, most), start=1):
@@ -177,7 +213,9 @@ def _judged_cases(
     """The folder of logs, the cases, and the value of the flag `most`."""
     parser.add_argument("--logs", type=Path, default=PLACE / "logs")
     parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
-    parser.add_argument("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
+    parser.add_argument(
+        "--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all"
+    )
     parser.add_argument(most, dest="most", type=int, default=default)
     options = parser.parse_args(words)
     answers = [] if options.seal.is_file() else [options.results]

@@ -1,4 +1,5 @@
-"""Forms of known causes that no hypothesis holds: written here, flown by the generator, and known to nobody else.
+"""Forms of known causes that no hypothesis holds: written here, flown by the generator, and known
+to nobody else.
 
 Each is `variant_of` the effect of the table whose cause it shares.
 """
@@ -11,7 +12,15 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.effects import EFFECTS
-from pitotbench.effects.effect import ELAPSED, AircraftEffect, AirEffect, Effect, Parameter, SensorEffect, elapsed
+from pitotbench.effects.effect import (
+    ELAPSED,
+    AircraftEffect,
+    AirEffect,
+    Effect,
+    Parameter,
+    SensorEffect,
+    elapsed,
+)
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,
@@ -41,7 +50,11 @@ AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
 
 def delayed_by(signals: Signals, seconds: float | Array, *names: str) -> Signals:
     """Return signals of which those with these names that are there come later."""
-    late = {n: delayed(signals, signals[n], seconds, angle=n == "heading") for n in names if n in signals}
+    late = {
+        n: delayed(signals, signals[n], seconds, angle=n == "heading")
+        for n in names
+        if n in signals
+    }
     return signals.with_channels(**late)
 
 
@@ -67,12 +80,16 @@ def _wandering_latency(signals: Signals, sizes: Sizes) -> Signals:
 
 def _late_drift(signals: Signals, sizes: Sizes) -> Signals:
     """A zero that stands still at first and then drifts."""
-    return _moved(signals, sizes["rate_pa_per_min"] * (np.maximum(0.0, elapsed(signals) - BEGINS) / 60.0))
+    return _moved(
+        signals, sizes["rate_pa_per_min"] * (np.maximum(0.0, elapsed(signals) - BEGINS) / 60.0)
+    )
 
 
 def _growing_recovery(signals: Signals, sizes: Sizes) -> Signals:
     """A recovery deficit that grows with Mach number."""
-    mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
+    mach = air.mach_from_impact_pressure(
+        signals["impact_pressure"].clip(min=0.0), signals["static_pressure"]
+    )
     static = air.air_temperature(signals["total_temperature"], mach)
     felt = static * (1.0 + 0.2 * (1.0 - sizes["deficit"] * mach / MACH) * mach**2)
     return signals.with_channels(total_temperature=np.asarray(felt))
@@ -81,7 +98,11 @@ def _growing_recovery(signals: Signals, sizes: Sizes) -> Signals:
 def _curved(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
     minutes = elapsed(signals) / 60.0
     bent = minutes * minutes
-    return sizes["north_mps_per_min2"] * bent, sizes["east_mps_per_min2"] * bent, np.zeros_like(bent)
+    return (
+        sizes["north_mps_per_min2"] * bent,
+        sizes["east_mps_per_min2"] * bent,
+        np.zeros_like(bent),
+    )
 
 
 def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -95,11 +116,15 @@ def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 
 def _sensed(name: str, function: Sensed, parent: str, *parameters: Parameter) -> SensorEffect:
-    """A form of an effect on the sensors; without parameters it has the first size of the plain effect."""
+    """A form of an effect on the sensors; without parameters it has the first size of the plain
+    effect.
+    """
     known = EFFECTS[parent]
     assert isinstance(known, SensorEffect)
     sizes = parameters or _first_size(known)
-    return replace(known, name=name, parameters=sizes, variant_of=known.cause, what="hidden", function=function)
+    return replace(
+        known, name=name, parameters=sizes, variant_of=known.cause, what="hidden", function=function
+    )
 
 
 def _felt(name: str, build: Built, parent: str, *parameters: Parameter) -> AircraftEffect:
@@ -116,7 +141,9 @@ def _felt(name: str, build: Built, parent: str, *parameters: Parameter) -> Aircr
     )
 
 
-def _dragging(name: str, parent: str, key: str, *factors: Term, parameters: tuple[Parameter, ...] = ()) -> Effect:
+def _dragging(
+    name: str, parent: str, key: str, *factors: Term, parameters: tuple[Parameter, ...] = ()
+) -> Effect:
     """A form of an effect on drag: the size `key` times dynamic pressure and these factors."""
 
     def build(sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -138,7 +165,13 @@ def _wind() -> AirEffect:
         Parameter("north_mps_per_min2", 0.04, -1.0, 1.0, "hidden"),
         Parameter("east_mps_per_min2", -0.03, -1.0, 1.0, "hidden"),
     )
-    known = replace(known, name="curved_wind_drift", parameters=parameters, variant_of="wind_drift", what="hidden")
+    known = replace(
+        known,
+        name="curved_wind_drift",
+        parameters=parameters,
+        variant_of="wind_drift",
+        what="hidden",
+    )
     return replace(known, build=lambda _, sizes, baseline: _curving(sizes, baseline), wind=_curved)
 
 
@@ -171,9 +204,12 @@ FORMS: Mapping[str, Effect] = {effect.name: effect for effect in _FIRST_FORMS}
 def _speed_lag(signals: Signals, sizes: Sizes) -> Signals:
     """A line whose lag falls with the pressure in it."""
     static = signals["static_pressure"]
-    lag = sizes["lag_s"] * np.clip(REFERENCE / np.maximum(signals["impact_pressure"], 300.0), 0.3, 3.0)
+    lag = sizes["lag_s"] * np.clip(
+        REFERENCE / np.maximum(signals["impact_pressure"], 300.0), 0.3, 3.0
+    )
     return signals.with_channels(
-        impact_pressure=first_order_varying(signals, signals["impact_pressure"] + static, lag) - static
+        impact_pressure=first_order_varying(signals, signals["impact_pressure"] + static, lag)
+        - static
     )
 
 
@@ -181,11 +217,15 @@ def _two_chamber(signals: Signals, sizes: Sizes) -> Signals:
     """A static line with a bottle in it: two equal lags in a row."""
     static, lag = signals["static_pressure"], 0.5 * sizes["lag_s"]
     late = first_order(signals, first_order(signals, static, lag), lag)
-    return signals.with_channels(static_pressure=late, impact_pressure=signals["impact_pressure"] + static - late)
+    return signals.with_channels(
+        static_pressure=late, impact_pressure=signals["impact_pressure"] + static - late
+    )
 
 
 def _filling_buffer(signals: Signals, sizes: Sizes) -> Signals:
-    """Air data from a buffer that fills over 40 s and is then emptied: between 0.6 and 1.4 of the latency."""
+    """Air data from a buffer that fills over 40 s and is then emptied: between 0.6 and 1.4 of the
+    latency.
+    """
     late = sizes["latency_s"] * (0.6 + 0.8 * np.mod(elapsed(signals) / 40.0, 1.0))
     return delayed_by(signals, late, *AIR_DATA)
 
@@ -198,7 +238,9 @@ def _straining_receiver(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
-    """A bellows whose readings differ by a share of the range gone through, with a rounded turning point."""
+    """A bellows whose readings differ by a share of the range gone through, with a rounded turning
+    point.
+    """
     pressure = signals["impact_pressure"]
     rate = np.gradient(first_order(signals, pressure, 3.0), signals.time)
     side = np.tanh(rate / 6.0)
@@ -206,7 +248,9 @@ def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _bent_temperature_drift(signals: Signals, sizes: Sizes) -> Signals:
-    """A zero that follows the temperature of its own case, 25 s behind the air, and more when it is far away."""
+    """A zero that follows the temperature of its own case, 25 s behind the air, and more when it is
+    far away.
+    """
     warm = signals["total_temperature"] - signals["total_temperature"][0]
     case = first_order(signals, warm, 25.0)
     return _moved(signals, sizes["shift_pa_per_k"] * case * (1.0 + 0.1 * np.abs(case)))
@@ -215,12 +259,15 @@ def _bent_temperature_drift(signals: Signals, sizes: Sizes) -> Signals:
 def _curved_alpha(signals: Signals, sizes: Sizes) -> Signals:
     """A static error with the square of angle of attack above 1.5°."""
     over = np.maximum(0.0, signals["angle_of_attack"] - 0.026)
-    return _displaced(signals, sizes["slope_per_rad"] * over * (1.0 + over / 0.1) * signals["impact_pressure"])
+    return _displaced(
+        signals, sizes["slope_per_rad"] * over * (1.0 + over / 0.1) * signals["impact_pressure"]
+    )
 
 
 def _displaced(signals: Signals, error: Array) -> Signals:
     return signals.with_channels(
-        static_pressure=signals["static_pressure"] + error, impact_pressure=signals["impact_pressure"] - error
+        static_pressure=signals["static_pressure"] + error,
+        impact_pressure=signals["impact_pressure"] - error,
     )
 
 
@@ -238,17 +285,23 @@ def _lean_power(sizes: Sizes, baseline: Baseline) -> Overlay:
     settings = []
     for engine, (key, lever) in zip(
         left_and_right("lean_power", baseline),
-        (("left_fraction", "fcs/throttle-pos-norm"), ("right_fraction", "fcs/throttle-pos-norm[1]")),
+        (
+            ("left_fraction", "fcs/throttle-pos-norm"),
+            ("right_fraction", "fcs/throttle-pos-norm[1]"),
+        ),
         strict=True,
     ):
         fuel = baseline.engines[engine].fuel_per_power
         lost = product(size("lean_power", key), 1.5, lever)
         settings.append(
             PropertySetting(
-                f"propulsion/engine[{engine}]/bsfc-lbs_hphr", quotient(fuel, operation("difference", 1.0, lost))
+                f"propulsion/engine[{engine}]/bsfc-lbs_hphr",
+                quotient(fuel, operation("difference", 1.0, lost)),
             )
         )
-    return Overlay(sizes=tuple((size("lean_power", k), v) for k, v in sizes.items()), settings=tuple(settings))
+    return Overlay(
+        sizes=tuple((size("lean_power", k), v) for k, v in sizes.items()), settings=tuple(settings)
+    )
 
 
 _LATER_FORMS: tuple[Effect, ...] = (

@@ -1,9 +1,11 @@
-"""The ideal observer: it knows every form, the noise and the prior, and shows how much of the truth a log holds.
+"""The ideal observer: it knows every form, the noise and the prior, and shows how much of the truth
+a log holds.
 
-Its candidates are no effect, every cause of the table in each form that the generator has, and every fault outside
-the table, each with the signature that the generator's own flights have in this setting. Where the truth acts in a
-part of the flight, it also knows which part. Sizes are unknown: of either sign, log-uniform in strength. Logs with
-one effect or none are observed; of a case of several flights, each flight, and the products.
+Its candidates are no effect, every cause of the table in each form that the generator has, and
+every fault outside the table, each with the signature that the generator's own flights have in this
+setting. Where the truth acts in a part of the flight, it also knows which part. Sizes are unknown:
+of either sign, log-uniform in strength. Logs with one effect or none are observed; of a case of
+several flights, each flight, and the products.
 """
 
 import json
@@ -29,14 +31,18 @@ from pitotlab.blind.signatures import PLACE, layout_of, matched, noise_of, read,
 NONE = "none"
 PRIOR = {NONE: 0.3, "table": 0.6, "outside": 0.1}
 WEAKEST, STRONGEST, POINTS = 2.0, 600.0, 6000  # σ, of the prior of a strength
-LEAST_SEEN = 0.02  # share of a signature that wind, curve and biases must leave for it to be a candidate
+LEAST_SEEN = (
+    0.02  # share of a signature that wind, curve and biases must leave for it to be a candidate
+)
 TOLD = 8  # causes in a line of the results
 
 
 def without_free(columns: Array, free: Array, deviations: Array) -> Array:
-    """Return the inner products of whitened columns (m, k) with free parameters (m, f) of prior deviations out.
+    """Return the inner products of whitened columns (m, k) with free parameters (m, f) of prior
+    deviations out.
 
-    This is C'(I + F D² F')⁻¹C by Woodbury's identity: the free parameters are noise of known covariance.
+    This is C'(I + F D² F')⁻¹C by Woodbury's identity: the free parameters are noise of known
+    covariance.
     """
     normal = free.T @ free + np.diag(1.0 / deviations**2)
     across = free.T @ columns
@@ -51,7 +57,8 @@ def log_evidence(filtered: Array, prior: Array | None = None) -> Array:
     strength = np.geomspace(WEAKEST, STRONGEST, POINTS) if prior is None else prior
     both = np.concatenate([strength, -strength])
     return np.asarray(
-        logsumexp(both[None, :] * filtered[:, None] - 0.5 * both[None, :] ** 2, axis=1) - np.log(len(both))
+        logsumexp(both[None, :] * filtered[:, None] - 0.5 * both[None, :] ** 2, axis=1)
+        - np.log(len(both))
     )
 
 
@@ -68,7 +75,9 @@ def probabilities(evidence: Mapping[str, Sequence[float]]) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-def filtered(path: Path, letter: str, part: tuple[float, float] | None, place: Path) -> dict[str, list[float]]:
+def filtered(
+    path: Path, letter: str, part: tuple[float, float] | None, place: Path
+) -> dict[str, list[float]]:
     """Return the matched-filter outputs [σ] of each cause's forms on one log."""
     log, signatures, noise = read_log(path), read(letter, place), noise_of(letter, place)
     layout = layout_of(log)
@@ -105,13 +114,17 @@ def observed(logs: Path, place: Path, case: Mapping[str, Any]) -> dict[str, Any]
     for flight, letter in enumerate(case["settings"]):
         path = logs / f"{case['name']}{('', '-b', '-c')[flight]}.parquet"
         seen = {
-            c: [float(z) for z in log_evidence(np.array(t))] for c, t in filtered(path, letter, part, place).items()
+            c: [float(z) for z in log_evidence(np.array(t))]
+            for c, t in filtered(path, letter, part, place).items()
         }
-        # Sizes of several flights are taken as free of each other: a little less than an ideal observer knows.
+        # Sizes of several flights are taken as free of each other: a little less than an ideal
+        # observer knows.
         summed = seen if not flight else {c: _sums(summed[c], seen[c]) for c in summed if c in seen}
     found = probabilities(summed)
     told = {c: round(p, 5) for c, p in list(found.items())[:TOLD]}
-    wanted = {c: round(found.get(c, 0.0), 5) for c in {cause_of(e["name"]) for e in case["effects"]}}
+    wanted = {
+        c: round(found.get(c, 0.0), 5) for c in {cause_of(e["name"]) for e in case["effects"]}
+    }
     return {
         "name": case["name"],
         "probabilities": {**told, **wanted},
@@ -129,10 +142,17 @@ def _sums(one: Sequence[float], other: Sequence[float]) -> list[float]:
 def observe(logs: Path, seal: Path, results: Path, place: Path, jobs: int) -> None:
     """Observe every case with one effect or none that has no line in the results yet."""
     cases = json.loads((seal / "truth.json").read_text("utf-8"))["cases"]
-    done = {json.loads(x)["name"] for x in results.read_text("utf-8").splitlines()} if results.is_file() else set()
+    done = (
+        {json.loads(x)["name"] for x in results.read_text("utf-8").splitlines()}
+        if results.is_file()
+        else set()
+    )
     todo = [c for c in cases if c["kind"] not in ("two", "counted") and c["name"] not in done]
     results.parent.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool, results.open("a", encoding="utf-8") as out:
+    with (
+        ProcessPoolExecutor(jobs, get_context("spawn")) as pool,
+        results.open("a", encoding="utf-8") as out,
+    ):
         work = [pool.submit(partial(observed, logs, place), case) for case in todo]
         for number, job in enumerate(as_completed(work), start=1):
             out.write(json.dumps(job.result()) + "\n")

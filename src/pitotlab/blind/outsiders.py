@@ -1,4 +1,6 @@
-"""Faults outside the table of effects, of the log and of the airplane, and their course over a flight."""
+"""Faults outside the table of effects, of the log and of the airplane, and their course over a
+flight.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -6,7 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.effects import EFFECTS
-from pitotbench.effects.effect import AircraftEffect, Effect, Parameter, SensorEffect, Sizes, elapsed
+from pitotbench.effects.effect import (
+    AircraftEffect,
+    Effect,
+    Parameter,
+    SensorEffect,
+    Sizes,
+    elapsed,
+)
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,
@@ -36,7 +45,9 @@ class Part:
     end: float
 
     def __call__(self, time: Array) -> Array:
-        """Return the share of the effect that acts: 1 within the part, 0 outside, with edges of 3 s."""
+        """Return the share of the effect that acts: 1 within the part, 0 outside, with edges of 3
+        s.
+        """
         inside = np.minimum((time - self.begin) / EDGE, (self.end - time) / EDGE)
         return np.asarray(np.clip(inside, 0.0, 1.0))
 
@@ -48,7 +59,9 @@ def always(time: Array) -> Array:
 
 def square(period: float) -> Schedule:
     """Act half of each period [s], with edges of a tenth of it."""
-    return lambda time: np.clip(5.0 * np.sin(2.0 * np.pi * np.asarray(time) / period), -0.5, 0.5) + 0.5
+    return lambda time: (
+        np.clip(5.0 * np.sin(2.0 * np.pi * np.asarray(time) / period), -0.5, 0.5) + 0.5
+    )
 
 
 def wave(period: float) -> Schedule:
@@ -63,7 +76,9 @@ def growing(seconds: float) -> Schedule:
 
 def pulses(period: float, last: float) -> Schedule:
     """Act for `last` seconds in each period [s], with smooth edges."""
-    return lambda time: np.exp(-0.5 * ((np.mod(np.asarray(time), period) - 0.5 * period) / last) ** 2)
+    return lambda time: np.exp(
+        -0.5 * ((np.mod(np.asarray(time), period) - 0.5 * period) / last) ** 2
+    )
 
 
 Fault = Callable[[Signals, float], Signals]
@@ -98,7 +113,9 @@ def _static(signals: Signals, error: Array) -> Signals:
 
 
 def _late(signals: Signals, seconds: float, *names: str) -> Signals:
-    return signals.with_channels(**{name: first_order(signals, signals[name], seconds) for name in names})
+    return signals.with_channels(
+        **{name: first_order(signals, signals[name], seconds) for name in names}
+    )
 
 
 def _lever(signals: Signals) -> Array:
@@ -131,19 +148,30 @@ def _stale_fixes(s: Signals, size: float) -> Signals:
 
 SENSOR_FAULTS: Mapping[str, Fault] = {
     # A pitot tube that rocks: 1 % of the impact pressure with a period of 23 s.
-    "loose_tube": lambda s, size: _added(s, impact_pressure=0.01 * size * s["impact_pressure"] * _wave(s, 23.0)),
+    "loose_tube": lambda s, size: _added(
+        s, impact_pressure=0.01 * size * s["impact_pressure"] * _wave(s, 23.0)
+    ),
     # A static port that ices over: a lag that grows from nothing to 4 s within two minutes.
     "icing_port": _icing_port,
     # A drain hole that opens with the nose high: 1.5 % of the impact pressure.
     "open_drain": lambda s, size: _added(
         s,
-        impact_pressure=-0.015 * size * (0.5 * (1.0 + np.tanh((s["pitch"] - 0.09) / 0.01))) * s["impact_pressure"],
+        impact_pressure=-0.015
+        * size
+        * (0.5 * (1.0 + np.tanh((s["pitch"] - 0.09) / 0.01)))
+        * s["impact_pressure"],
     ),
     # Drops over the static port: pieces of 6 s with 12 Pa.
-    "rain_in_port": lambda s, size: _static(s, first_order(s, 12.0 * size * _pieces(s, 6.0, 11), 0.5)),
+    "rain_in_port": lambda s, size: _static(
+        s, first_order(s, 12.0 * size * _pieces(s, 6.0, 11), 0.5)
+    ),
     # An insect in the tube, which is blown out slowly: 2 % that decays twice.
     "insect_in_tube": lambda s, size: _added(
-        s, impact_pressure=-0.02 * size * np.exp(-np.mod(elapsed(s), 95.0) / 25.0) * s["impact_pressure"]
+        s,
+        impact_pressure=-0.02
+        * size
+        * np.exp(-np.mod(elapsed(s), 95.0) / 25.0)
+        * s["impact_pressure"],
     ),
     # A leaking case: the impact pressure follows the rate of climb, 4 Pa a meter per second.
     "climb_crosstalk": lambda s, size: _added(
@@ -155,8 +183,11 @@ SENSOR_FAULTS: Mapping[str, Fault] = {
     "kinked_transducer": lambda s, size: _added(
         s, impact_pressure=14.0 * size * np.abs(np.mod(s["impact_pressure"] / 700.0, 2.0) - 1.0)
     ),
-    # A strobe light on the same ground wire: 15 Pa in the static pressure, beating with a period of 7 s.
-    "strobe_light": lambda s, size: _static(s, np.asarray(15.0 * size * (_wave(s, 7.0) > 0.6), dtype=np.float64)),
+    # A strobe light on the same ground wire: 15 Pa in the static pressure, beating with a period of
+    # 7 s.
+    "strobe_light": lambda s, size: _static(
+        s, np.asarray(15.0 * size * (_wave(s, 7.0) > 0.6), dtype=np.float64)
+    ),
     # A pitot heater that warms the transducer in cycles of 45 s: a sawtooth of 14 Pa.
     "heated_transducer": lambda s, size: _added(
         s, impact_pressure=14.0 * size * (np.mod(elapsed(s) / 45.0, 1.0) - 0.5)
@@ -177,24 +208,38 @@ SENSOR_FAULTS: Mapping[str, Fault] = {
     ),
     # A vertical accelerometer with a scale error that grows with load: 1 % at each g.
     "stretched_accelerometer": lambda s, size: _added(
-        s, specific_force_z=0.01 * size * s["specific_force_z"] * np.abs(s["specific_force_z"]) / GRAVITY
+        s,
+        specific_force_z=0.01
+        * size
+        * s["specific_force_z"]
+        * np.abs(s["specific_force_z"])
+        / GRAVITY,
     ),
     # Gyros that feel the other axes: 6 % of yaw rate in roll and in pitch.
     "crossed_gyros": lambda s, size: _added(
         s, roll_rate=0.06 * size * s["yaw_rate"], pitch_rate=0.06 * size * s["yaw_rate"]
     ),
     # A vertical gyro that erects to the apparent vertical: 3 % of bank, and pitch with its square.
-    "leaning_gyro": lambda s, size: _added(s, roll=-0.03 * size * s["roll"], pitch=0.02 * size * s["roll"] ** 2),
+    "leaning_gyro": lambda s, size: _added(
+        s, roll=-0.03 * size * s["roll"], pitch=0.02 * size * s["roll"] ** 2
+    ),
     # A vertical gyro that takes a deceleration for a tilt: a tenth of it, within 20 s.
     "erected_pitch": lambda s, size: _added(
-        s, pitch=0.1 * size * first_order(s, s["specific_force_x"] / GRAVITY - np.sin(s["pitch"]), 20.0)
+        s,
+        pitch=0.1
+        * size
+        * first_order(s, s["specific_force_x"] / GRAVITY - np.sin(s["pitch"]), 20.0),
     ),
     # An attitude box that is 0.25 s late.
     "late_attitude": lambda s, size: delayed_by(s, 0.25 * abs(size), "roll", "pitch", "heading"),
-    # A vertical accelerometer that rectifies vibration: 0.06 m/s² over the range of propeller speed.
+    # A vertical accelerometer that rectifies vibration: 0.06 m/s² over the range of propeller
+    # speed.
     "shaken_accelerometer": lambda s, size: _added(
         s,
-        specific_force_z=0.06 * size * (s["propeller_speed_left"] / s["propeller_speed_left"].mean() - 1.0) / 0.05,
+        specific_force_z=0.06
+        * size
+        * (s["propeller_speed_left"] / s["propeller_speed_left"].mean() - 1.0)
+        / 0.05,
     ),
     # A satellite height with multipath: 3 m with a period of 70 s.
     "swinging_altitude": lambda s, size: _added(s, altitude=3.0 * size * _wave(s, 70.0)),
@@ -213,7 +258,9 @@ SENSOR_FAULTS: Mapping[str, Fault] = {
     # A temperature probe in a thick well: 15 s late.
     "slow_probe": lambda s, size: _late(s, 15.0 * abs(size), "total_temperature"),
     # A probe that feels the exhaust: 1.5 K over the range of power.
-    "exhaust_on_probe": lambda s, size: _added(s, total_temperature=1.5 * size * first_order(s, _lever(s), 8.0)),
+    "exhaust_on_probe": lambda s, size: _added(
+        s, total_temperature=1.5 * size * first_order(s, _lever(s), 8.0)
+    ),
     # A probe with its heater on: 2 K that fall with airspeed.
     "heated_probe": lambda s, size: _added(
         s, total_temperature=2.0 * size * (PRESSURE / np.maximum(s["impact_pressure"], 500.0))
@@ -229,7 +276,9 @@ SENSOR_FAULTS: Mapping[str, Fault] = {
     # An elevator pickup with another lever arm: 12 % too much.
     "bent_elevator_pickup": lambda s, size: _added(s, elevator=0.12 * size * s["elevator"]),
     # A rudder that the air pushes behind its pickup: 0.6° over the range of airspeed.
-    "floating_rudder": lambda s, size: _added(s, rudder=0.01 * size * (s["impact_pressure"] / PRESSURE - 1.0)),
+    "floating_rudder": lambda s, size: _added(
+        s, rudder=0.01 * size * (s["impact_pressure"] / PRESSURE - 1.0)
+    ),
     # A pressure field with waves that the airplane crosses in 100 s: 12 Pa.
     "pressure_slope": lambda s, size: _added(
         s,
@@ -280,7 +329,8 @@ def _surging(sizes: Sizes, baseline: Baseline) -> Overlay:
     left, _ = left_and_right("surging_engine", baseline)
     fuel = baseline.engines[left].fuel_per_power
     setting = PropertySetting(
-        f"propulsion/engine[{left}]/bsfc-lbs_hphr", quotient(fuel, difference(1.0, product(0.05, path)))
+        f"propulsion/engine[{left}]/bsfc-lbs_hphr",
+        quotient(fuel, difference(1.0, product(0.05, path))),
     )
     return Overlay(sizes=((path, sizes["size"]),), settings=(setting,))
 
@@ -294,17 +344,26 @@ AIRPLANE_FAULTS: Mapping[str, AircraftEffect] = {
     e.name: e
     for e in (
         _pushing("cowl_flap_cycling", ("DRAG", _drag(0.05))),
-        _pushing("fluttering_door", ("DRAG", _drag(0.05)), ("PITCH", product(*_QS, "metrics/cbarw-ft", 0.003))),
+        _pushing(
+            "fluttering_door",
+            ("DRAG", _drag(0.05)),
+            ("PITCH", product(*_QS, "metrics/cbarw-ft", 0.003)),
+        ),
         _pushing("fuel_slosh", ("ROLL", product(*_QSB, 0.0012)), ("SIDE", product(*_QS, 0.002))),
         _pushing("baggage_door", ("YAW", product(*_QSB, 0.0012)), ("DRAG", _drag(0.03))),
         _pushing(
             "bending_wing",
-            ("LIFT", product(-0.05, "aero/qbar-psf", "aero/qbar-psf", "metrics/Sw-sqft", _ALPHA, 0.01)),
+            (
+                "LIFT",
+                product(-0.05, "aero/qbar-psf", "aero/qbar-psf", "metrics/Sw-sqft", _ALPHA, 0.01),
+            ),
         ),
         _pushing("icing_wing", ("DRAG", _drag(0.08)), ("LIFT", product(*_QS, _ALPHA, -0.25))),
         _pushing("rain_on_wing", ("DRAG", _drag(0.04)), ("LIFT", product(*_QS, _ALPHA, -0.15))),
         _pushing("wake_encounter", ("ROLL", product(*_QSB, 0.003))),
-        _pushing("rolling_tanks", ("ROLL", product(*_QSB, 0.002, operation("sin", "attitude/phi-rad")))),
+        _pushing(
+            "rolling_tanks", ("ROLL", product(*_QSB, 0.002, operation("sin", "attitude/phi-rad")))
+        ),
         _as_effect("surging_engine", _surging),
     )
 }
@@ -323,7 +382,9 @@ def _sensed(name: str, fault: Fault) -> SensorEffect:
     """A fault of the sensors as an effect that the recorder applies."""
     known = EFFECTS["pitot_lag"]
     assert isinstance(known, SensorEffect)
-    plain = replace(known, name=name, parameters=(SIZE,), variant_of="", what="hidden", changes=(), needs=())
+    plain = replace(
+        known, name=name, parameters=(SIZE,), variant_of="", what="hidden", changes=(), needs=()
+    )
     return replace(plain, function=lambda signals, sizes: fault(signals, sizes["size"]))
 
 

@@ -1,7 +1,9 @@
-"""The score by part: which part of the airplane or the world a case hides, which one was told, and how surely.
+"""The score by part: which part of the airplane or the world a case hides, which one was told, and
+how surely.
 
-A told probability of a part is the sum of those of its causes, or what such a sum was worth on judged sets: a table
-of a few sums, isotonic, which `python -m pitotlab blind parts --write` computes from the kept sets.
+A told probability of a part is the sum of those of its causes, or what such a sum was worth on
+judged sets: a table of a few sums, isotonic, which `python -m pitotlab blind parts --write`
+computes from the kept sets.
 """
 
 from argparse import ArgumentParser
@@ -24,11 +26,20 @@ PARTS_OUTSIDE: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("loose_tube", "insect_in_tube", "open_drain"), ("pitot head", "pitot line")),
     **dict.fromkeys(("icing_port", "rain_in_port"), ("static ports and line",)),
     "climb_crosstalk": ("impact transducer", "static ports and line"),
-    **dict.fromkeys(("heavy_membrane", "kinked_transducer", "heated_transducer"), ("impact transducer",)),
+    **dict.fromkeys(
+        ("heavy_membrane", "kinked_transducer", "heated_transducer"), ("impact transducer",)
+    ),
     "strobe_light": ("static transducer",),
     **dict.fromkeys(
         (
-            *("bending_boom", "twisting_boom", "late_vane", "crossed_vanes", "vane_in_wake", "crossed_gyros"),
+            *(
+                "bending_boom",
+                "twisting_boom",
+                "late_vane",
+                "crossed_vanes",
+                "vane_in_wake",
+                "crossed_gyros",
+            ),
             *("warming_accelerometer", "stretched_accelerometer", "shaken_accelerometer"),
             *("leaning_gyro", "erected_pitch", "late_attitude"),
         ),
@@ -40,9 +51,12 @@ PARTS_OUTSIDE: Mapping[str, tuple[str, ...]] = {
     ),
     **dict.fromkeys(("stamp_jitter", "sagging_supply"), ("recorder",)),
     **dict.fromkeys(
-        ("sun_on_probe", "slow_probe", "exhaust_on_probe", "heated_probe"), ("thermometer, or the day",)
+        ("sun_on_probe", "slow_probe", "exhaust_on_probe", "heated_probe"),
+        ("thermometer, or the day",),
     ),
-    **dict.fromkeys(("fuel_meter", "slipping_tachometer", "long_manifold_line"), ("engine instruments",)),
+    **dict.fromkeys(
+        ("fuel_meter", "slipping_tachometer", "long_manifold_line"), ("engine instruments",)
+    ),
     **dict.fromkeys(("bent_elevator_pickup", "floating_rudder"), ("controls and trim",)),
     **dict.fromkeys(("pressure_slope", "wake_encounter"), ("air",)),
     "warm_patches": ("air", "thermometer, or the day"),
@@ -81,13 +95,18 @@ def summed(case: JudgedCase) -> dict[str, float]:
 
 
 def told_by(sums: Array, shares: Array) -> Told:
-    """Return what tells the probability of each part by a table; no less than that of its most probable cause."""
+    """Return what tells the probability of each part by a table; no less than that of its most
+    probable cause.
+    """
 
     def told(case: JudgedCase) -> dict[str, float]:
         largest: dict[str, float] = {}
         for cause, p in case.probabilities.items():
             largest[part_of(cause)] = max(largest.get(part_of(cause), 0.0), p)
-        return {part: max(largest[part], float(np.interp(p, sums, shares))) for part, p in summed(case).items()}
+        return {
+            part: max(largest[part], float(np.interp(p, sums, shares)))
+            for part, p in summed(case).items()
+        }
 
     return told
 
@@ -104,13 +123,19 @@ def with_a_gap(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
 def _pairs(
     cases: Sequence[JudgedCase], told: Told, hidden: Callable[[JudgedCase], set[str]]
 ) -> tuple[Array, Booleans]:
-    """Told probabilities, (n,), and whether they are right, (n,). What was hidden and not told is improbable."""
+    """Told probabilities, (n,), and whether they are right, (n,). What was hidden and not told is
+    improbable.
+    """
     pairs = []
     for case in cases:
         found, truth = told(case), hidden(case)
         pairs += [(p, name in truth) for name, p in found.items()]
         # An outsider may have two parts, and one of them suffices.
-        pairs += [(0.0, True) for name in truth - set(found) if case.kind != "outside" or not truth & set(found)]
+        pairs += [
+            (0.0, True)
+            for name in truth - set(found)
+            if case.kind != "outside" or not truth & set(found)
+        ]
     p, right = np.array(pairs, dtype=float).reshape(-1, 2).T
     return p, right > 0.5
 
@@ -118,7 +143,9 @@ def _pairs(
 def proper_scores(
     cases: Sequence[JudgedCase], told: Told, hidden: Callable[[JudgedCase], set[str]] = hidden_parts
 ) -> tuple[float, float]:
-    """Return the log score and the Brier score a case, each summed over causes or parts: less is better."""
+    """Return the log score and the Brier score a case, each summed over causes or parts: less is
+    better.
+    """
     p, right = _pairs(cases, told, hidden)
     p = np.clip(p, LEAST, 1.0 - LEAST)
     logs = -np.log(np.where(right, p, 1.0 - p))
@@ -128,8 +155,8 @@ def proper_scores(
 def fitted_table(cases: Sequence[JudgedCase]) -> tuple[Array, Array, Array]:
     """Return mean sums of rows, (n,), the share right in each, (n,), and the number of parts, (n,).
 
-    Only answers count that name a cause or a set; the shares do not fall (Barlow, Bartholomew, Bremner and Brunk
-    1972). Of no probability nothing is right.
+    Only answers count that name a cause or a set; the shares do not fall (Barlow, Bartholomew,
+    Bremner and Brunk 1972). Of no probability nothing is right.
     """
     p, right = _pairs([c for c in with_a_gap(cases) if c.verdict in SURE], summed, hidden_parts)
     number = np.clip(np.searchsorted(EDGES, p, side="right") - 1, 0, len(EDGES) - 2)
@@ -151,12 +178,16 @@ class NamedParts:
     wrong: int
 
     def __str__(self) -> str:
-        shares = [f"{each} ({each / self.cases:.1%})" for each in (self.first, self.right, self.wrong)]
+        shares = [
+            f"{each} ({each / self.cases:.1%})" for each in (self.first, self.right, self.wrong)
+        ]
         return "first {}, named above 0.9 right {}, wrong {}".format(*shares) + f", of {self.cases}"
 
 
 def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
-    """Count the cases with a right part named, and those with a wrong one; an unknown cause has no part."""
+    """Count the cases with a right part named, and those with a wrong one; an unknown cause has no
+    part.
+    """
     first = right = wrong = 0
     for case in cases:
         found, truth = told(case), hidden_parts(case)
@@ -170,7 +201,9 @@ def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
 def lines(cases: Sequence[JudgedCase], before: Told, after: Told) -> list[str]:
     """The score by part as lines: named parts, and the proper scores over causes and parts."""
     strong = [
-        c for c in cases if c.is_single and c.flights == 1 and c.band == "above 7" and c.verdict != "not scored"
+        c
+        for c in cases
+        if c.is_single and c.flights == 1 and c.band == "above 7" and c.verdict != "not scored"
     ]
     outside = [c for c in cases if c.kind == "outside" and c.verdict != "not scored"]
     gap = with_a_gap(cases)
@@ -182,7 +215,8 @@ def lines(cases: Sequence[JudgedCase], before: Told, after: Told) -> list[str]:
         for what, some in (("the table", of_table), ("the table and outside", gap)):
             log, brier = proper_scores(some, told)
             found.append(
-                f"part by the {name}, causes of {what}: log score {log:.3f}, Brier {brier:.4f}, {len(some)}"
+                f"part by the {name}, causes of {what}: log score {log:.3f}, Brier {brier:.4f}, "
+                f"{len(some)}"
             )
     for what, some in (("the table", of_table), ("the table and outside", gap)):
         log, brier = proper_scores(some, lambda c: c.probabilities, lambda c: c.wanted)
@@ -197,7 +231,10 @@ def kept_table() -> Told:
 
 def text_of(sets: Sequence[str], table: tuple[Array, Array, Array]) -> str:
     """The file of a table."""
-    head = f"# the share of parts that were right, by the sum of the told probabilities; sets {' '.join(sets)}"
+    head = (
+        "# the share of parts that were right, by the sum of the told probabilities; sets "
+        f"{' '.join(sets)}"
+    )
     rows = [f"{p:.3f},{share:.3f},{n:.0f}" for p, share, n in zip(*table, strict=True)]
     return "\n".join([head, "sum,probability,parts", *rows, ""])
 

@@ -1,4 +1,5 @@
-"""The scorer of the blind test: opens the seal, holds answers against the truth, writes a page and a table.
+"""The scorer of the blind test: opens the seal, holds answers against the truth, writes a page and
+a table.
 
 Cases without an answer yet (a run that was stopped) are counted and left out.
 """
@@ -76,7 +77,8 @@ def table(cases: Sequence[JudgedCase]) -> list[Row]:
         *_strong("above 7, three flights", [c for c in several if c.band == "above 7" and c.flights == 3]),
         *_weak("4 to 7, two or three flights", [c for c in several if c.band == "4 to 7"]),
         *_advised(one),
-        row("a second effect that was not hidden, of single effects named", (len(c.groups) > 1 for c in named)),
+        row("a second effect that was not hidden, of single effects "
+            "named", (len(c.groups) > 1 for c in named)),
         row("wrong name, any band", (c.wrong_name for c in single)),
         row("nothing hidden: an answer other than no gap", (c.verdict != "no_gap" for c in none)),
         row("nothing hidden: an effect reported", (bool(c.groups) for c in none)),
@@ -98,7 +100,12 @@ def table(cases: Sequence[JudgedCase]) -> list[Row]:
 def _told(cases: Sequence[JudgedCase], above: float) -> list[tuple[float, bool]]:
     """Each probability above a limit where a gap is told, and whether its cause is hidden."""
     gaps = [case for case in cases if case.verdict not in ("no_gap", *NO_ANSWER)]
-    return [(p, cause in case.wanted) for case in gaps for cause, p in case.probabilities.items() if p > above]
+    return [
+        (p, cause in case.wanted)
+        for case in gaps
+        for cause, p in case.probabilities.items()
+        if p > above
+    ]
 
 
 def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]:
@@ -106,7 +113,9 @@ def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]
     pairs = _told(cases, SMALLEST_P)
     found = []
     for low in np.arange(0.0, 1.0, 0.1):
-        inside = [(p, right) for p, right in pairs if low <= p < low + 0.1 or (low > 0.85 and p >= 1.0)]
+        inside = [
+            (p, right) for p, right in pairs if low <= p < low + 0.1 or (low > 0.85 and p >= 1.0)
+        ]
         if inside:
             p, right = np.array(inside, dtype=float).T
             found.append((float(low), len(inside), float(p.mean()), float(right.mean())))
@@ -115,10 +124,15 @@ def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]
 
 def _calibration(cases: Sequence[JudgedCase]) -> list[Row]:
     of_table = [c for c in cases if c.is_single or c.kind == "two"]
-    worst = max((abs(mean - share) for _, n, mean, share in tenths(of_table) if n >= FEWEST), default=float("nan"))
+    worst = max(
+        (abs(mean - share) for _, n, mean, share in tenths(of_table) if n >= FEWEST),
+        default=float("nan"),
+    )
     sure = (right for _, right in _told(of_table, 0.9))
     remark = f"largest difference of a tenth: {worst:.2f}"
-    return [row("probabilities above 0.9 that are right, the cause being in the table", sure, remark)]
+    return [
+        row("probabilities above 0.9 that are right, the cause being in the table", sure, remark)
+    ]
 
 
 def _strong(what: str, cases: Sequence[JudgedCase]) -> list[Row]:
@@ -163,11 +177,17 @@ def _advised(cases: Sequence[JudgedCase]) -> list[Row]:
 def _formulas(cases: Sequence[JudgedCase]) -> list[Row]:
     asked = [c for c in cases if "formula" in c.answer]
     found = (bool(c.answer["formula"]) and c.answer["formula"]["closure"] >= CLOSED for c in asked)
-    return [row("outside the table: a formula closes at least 0.8", found, "" if asked else "not scored")]
+    return [
+        row(
+            "outside the table: a formula closes at least 0.8", found, "" if asked else "not scored"
+        )
+    ]
 
 
 def _sizes(cases: Sequence[JudgedCase]) -> Row:
-    """Sizes of right names within their bounds, where the whole flight has the plain form of the effect."""
+    """Sizes of right names within their bounds, where the whole flight has the plain form of the
+    effect.
+    """
     inside = []
     for case in cases:
         hidden: dict[str, Any] = {e["name"]: e for e in case.truth["effects"] if e["part"] is None}
@@ -181,7 +201,9 @@ def _sizes(cases: Sequence[JudgedCase]) -> Row:
 def _held_out(cases: Sequence[JudgedCase]) -> list[Row]:
     closed = [c.answer["held_out"] for c in cases if c.named and "held_out" in c.answer]
     told = (
-        f"median {np.median(closed):.3f}, a tenth below {np.quantile(closed, 0.1):.3f}" if closed else "not scored"
+        f"median {np.median(closed):.3f}, a tenth below {np.quantile(closed, 0.1):.3f}"
+        if closed
+        else "not scored"
     )
     what = "closure of the flight held out at least 0.8, of names that are right"
     return [row(what, (g >= CLOSED for g in closed), told)]
@@ -191,9 +213,15 @@ def seconds(cases: Sequence[JudgedCase]) -> str:
     """Processor seconds a case of one flight, with the null flights in the cache and without."""
     told = []
     for warm, name in ((True, "warm"), (False, "cold")):
-        each = [c.answer["processor_s"] for c in cases if c.flights == 1 and c.answer.get("warm") == warm]
+        each = [
+            c.answer["processor_s"]
+            for c in cases
+            if c.flights == 1 and c.answer.get("warm") == warm
+        ]
         if each:
-            told.append(f"{name}: median {np.median(each):.1f}, most {max(each):.1f} ({len(each)} cases)")
+            told.append(
+                f"{name}: median {np.median(each):.1f}, most {max(each):.1f} ({len(each)} cases)"
+            )
     return "Processor seconds a flight, " + "; ".join(told) + "."
 
 
@@ -212,12 +240,19 @@ def score(results: Path, seal: Path, out: Path, observed: Path | None = None) ->
     out.mkdir(parents=True, exist_ok=True)
     (out / "blind.md").write_text(_page(truth, cases, rows, digest), encoding="utf-8")
     columns = ["row", "hits", "cases", "share", "low", "high", "remark"]
-    told = [(r.what, r.hits, r.cases, f"{r.share:.4f}", f"{r.low:.4f}", f"{r.high:.4f}", r.remark) for r in rows]
-    pd.DataFrame(told, columns=columns).to_csv(out / "blind.csv", index=False, lineterminator="\r\n")
+    told = [
+        (r.what, r.hits, r.cases, f"{r.share:.4f}", f"{r.low:.4f}", f"{r.high:.4f}", r.remark)
+        for r in rows
+    ]
+    pd.DataFrame(told, columns=columns).to_csv(
+        out / "blind.csv", index=False, lineterminator="\r\n"
+    )
     return rows
 
 
-def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row], digest: str) -> str:
+def _page(
+    truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row], digest: str
+) -> str:
     day = datetime.now(UTC).strftime("%Y-%m-%d")
     settings = len({letter for c in cases for letter in c.truth["settings"]})
     several = sum(c.flights > 1 for c in cases)
@@ -230,12 +265,18 @@ def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row
             "",
             f"{len(cases)} of {count} sealed cases judged, seeds from {first}, {day}; SHA-256",
             f"of the sealed truth `{digest}`. {several} cases have two or three flights, in",
-            f"{settings} settings of card, data system, air, day, pilot and loading. {formed} cases hold a form,",
-            "gusts, an integration step or a receiver of the generator's own, or an effect in a part of the",
-            "flight. The strength (SNR) is that of the difference of two flights of the generator, with wind,",
-            "curve and sensor biases taken out (`pitotlab.blind.signatures`). The ideal observer knows all forms",
-            "and the noise (`pitotlab.blind.observer`). Intervals are Wilson's, 95 %. A gear that is out and a pod",
-            "are one model and count as one cause; so do a scale of the impact pressure and a loss of total",
+            f"{settings} settings of card, data system, air, day, pilot and loading. {formed} "
+            "cases hold a form,",
+            "gusts, an integration step or a receiver of the generator's own, or an effect in a "
+            "part of the",
+            "flight. The strength (SNR) is that of the difference of two flights of the generator, "
+            "with wind,",
+            "curve and sensor biases taken out (`pitotlab.blind.signatures`). The ideal observer "
+            "knows all forms",
+            "and the noise (`pitotlab.blind.observer`). Intervals are Wilson's, 95 %. A gear that "
+            "is out and a pod",
+            "are one model and count as one cause; so do a scale of the impact pressure and a loss "
+            "of total",
             "pressure. A crash counts as a miss.",
             "",
             "| score | found | of | share | 95 % | |",
@@ -250,14 +291,19 @@ def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row
             "|---|---|---|---|",
             *(
                 f"| {low:.1f} to {low + 0.1:.1f} | {n} | {mean:.2f} | {share:.2f} |"
-                for low, n, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"])
+                for low, n, mean, share in tenths(
+                    [c for c in cases if c.is_single or c.kind == "two"]
+                )
             ),
             "",
             "## Hidden against answered",
             "",
             "| hidden | answered | cases |",
             "|---|---|---|",
-            *(f"| {hidden} | {answer} | {n} |" for (hidden, answer), n in sorted(confusion.items())),
+            *(
+                f"| {hidden} | {answer} | {n} |"
+                for (hidden, answer), n in sorted(confusion.items())
+            ),
             "",
             "## Every miss",
             "",
@@ -291,13 +337,23 @@ def _well(case: JudgedCase) -> bool:
 
 
 def _miss(case: JudgedCase) -> str:
-    told = [f"{e['name']} ({', '.join(f'{s:.1f}' for s in e['strengths'])})" for e in case.truth["effects"]]
+    told = [
+        f"{e['name']} ({', '.join(f'{s:.1f}' for s in e['strengths'])})"
+        for e in case.truth["effects"]
+    ]
     usual = {"rate": 100.0, "own_gusts": False, "receiver": False, "probes": False}
     world = ", ".join(k for k, v in case.truth["environment"].items() if v != usual[k]) or "usual"
     if any(e["part"] for e in case.truth["effects"]):
         world += ", a part of the flight"
     hidden = " + ".join(told) or "none"
-    columns = (case.answer["name"], "".join(case.truth["settings"]), case.kind, hidden, world, _answer(case))
+    columns = (
+        case.answer["name"],
+        "".join(case.truth["settings"]),
+        case.kind,
+        hidden,
+        world,
+        _answer(case),
+    )
     return "| " + " | ".join(columns) + " |"
 
 
@@ -305,20 +361,31 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Open the seal, hold the answers against the truth, print the table and write the page."""
     parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
     parser.add_argument("--observed", type=Path, default=PLACE / "observed.jsonl")
-    parser.add_argument("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
+    parser.add_argument(
+        "--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all"
+    )
     parser.add_argument("--out", type=Path, default=OUT)
     for line in score(**vars(parser.parse_args(words))):
-        counted = f"{line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"
+        counted = (
+            f"{line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"
+        )
         print(f"{line.what:70s} {counted:28s} {line.remark}")
 
 
 def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Score several sets together, each held against its own seal: the archives of the results, or those named."""
+    """Score several sets together, each held against its own seal: the archives of the results, or
+    those named.
+    """
     parser.add_argument("sets", type=Path, nargs="*", help="archives (default: all that are kept)")
-    cases = [case for place in parser.parse_args(words).sets or kept_sets() for case in judged_in(place)]
+    cases = [
+        case for place in parser.parse_args(words).sets or kept_sets() for case in judged_in(place)
+    ]
     print(f"{len(cases)} cases")
     for row in table(cases):
         print(f"{row.what:76s} {row.hits:5d} of {row.cases:5d}  {row.remark}")
     print(*lines(cases, summed, kept_table()), sep="\n")
     for low, count, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"]):
-        print(f"{low:.1f} to {low + 0.1:.1f}: {count:4d} causes, mean {mean:.3f}, share right {share:.3f}")
+        print(
+            f"{low:.1f} to {low + 0.1:.1f}: {count:4d} causes, mean {mean:.3f}, share right "
+            f"{share:.3f}"
+        )

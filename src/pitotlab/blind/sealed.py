@@ -1,8 +1,9 @@
-"""The sets of the blind test: truth, answers, observations; in a folder while they are made, then in one archive.
+"""The sets of the blind test: truth, answers, observations; in a folder while they are made, then
+in one archive.
 
-An archive `results/blind/NAME.tar.xz` holds `truth.json`, its seal `truth.sha256`, `results.jsonl`, and where they
-were made `observed.jsonl`; the sets of versions that chose a next flight hold `advised.jsonl` too.
-`results/blind/SHA256SUMS` holds the digest of every archive.
+An archive `results/blind/NAME.tar.xz` holds `truth.json`, its seal `truth.sha256`, `results.jsonl`,
+and where they were made `observed.jsonl`; the sets of versions that chose a next flight hold
+`advised.jsonl` too. `results/blind/SHA256SUMS` holds the digest of every archive.
 """
 
 import json
@@ -29,7 +30,9 @@ def kept_sets() -> list[Path]:
 
 
 def files_of(seal: Path) -> dict[str, bytes]:
-    """The files of an archive by name, or those of a folder. Raises ValueError for an archive that was changed."""
+    """The files of an archive by name, or those of a folder. Raises ValueError for an archive that
+    was changed.
+    """
     if seal.is_dir():
         names = ("truth.json", "truth.sha256", *ANSWERS)
         return {name: (seal / name).read_bytes() for name in names if (seal / name).is_file()}
@@ -43,7 +46,9 @@ def files_of(seal: Path) -> dict[str, bytes]:
 
 
 def opened(seal: Path) -> dict[str, Any]:
-    """The truth of an archive or a folder, if it is the one sealed. Raises ValueError where it was changed."""
+    """The truth of an archive or a folder, if it is the one sealed. Raises ValueError where it was
+    changed.
+    """
     files = files_of(seal)
     if sha256(files["truth.json"]).hexdigest() != files["truth.sha256"].decode().strip():
         raise ValueError("the truth does not match its seal")
@@ -54,12 +59,14 @@ def opened(seal: Path) -> dict[str, Any]:
 def judged_in(seal: Path, *answers: Path | None) -> list[JudgedCase]:
     """Truth, answer and observation of every case that has an answer.
 
-    `answers` are the files of results and observations; of an archive, or of a folder that holds them all, none
-    need be given.
+    `answers` are the files of results and observations; of an archive, or of a folder that holds
+    them all, none need be given.
     """
     given = files_of(seal) if not answers else {}
     given |= {
-        name: path.read_bytes() for name, path in zip(ANSWERS, answers, strict=False) if path and path.is_file()
+        name: path.read_bytes()
+        for name, path in zip(ANSWERS, answers, strict=False)
+        if path and path.is_file()
     }
     results, observed, advised = (_by_name(given.get(name, b"")) for name in ANSWERS)
     return [
@@ -89,10 +96,13 @@ def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
             archive.addfile(entry, BytesIO(content))
     sums = into / SUMS
     others = [
-        x for x in (sums.read_text("utf-8") if sums.is_file() else "").splitlines() if x.split()[1] != path.name
+        x
+        for x in (sums.read_text("utf-8") if sums.is_file() else "").splitlines()
+        if x.split()[1] != path.name
     ]
     sums.write_text(
-        "\n".join([*others, f"{sha256(path.read_bytes()).hexdigest()}  {path.name}", ""]), encoding="utf-8"
+        "\n".join([*others, f"{sha256(path.read_bytes()).hexdigest()}  {path.name}", ""]),
+        encoding="utf-8",
     )
     return path
 
@@ -100,6 +110,8 @@ def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Pack a judged set into one archive of the results, with its SHA-256."""
     parser.add_argument("name", help="of the set: twelfth")
-    parser.add_argument("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
+    parser.add_argument(
+        "--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)"
+    )
     options = parser.parse_args(words)
     print(pack(options.name, options.folder))

@@ -1,10 +1,12 @@
-"""What each hidden effect does to the residual channels in each setting: by flying it, and flying without it.
+"""What each hidden effect does to the residual channels in each setting: by flying it, and flying
+without it.
 
-Flights are in still air, without a pilot's drift, noise, rounding or error curve. The difference of the residuals
-of two such flights, matched segment by segment, is the signature; its strength is its length over the noise of null
-flights, with wind, error curve and sensor biases taken out. `signatures/<setting>.npz` holds both. In a wind the
-residuals would swing with the heading by some meters a second, and two flights of a turn whose instants differ by
-half a second would differ by much more than the effect makes.
+Flights are in still air, without a pilot's drift, noise, rounding or error curve. The difference of
+the residuals of two such flights, matched segment by segment, is the signature; its strength is its
+length over the noise of null flights, with wind, error curve and sensor biases taken out.
+`signatures/<setting>.npz` holds both. In a wind the residuals would swing with the heading by some
+meters a second, and two flights of a turn whose instants differ by half a second would differ by
+much more than the effect makes.
 """
 
 import json
@@ -32,7 +34,14 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.noise import NoiseModel, learned
 from pitotbench.reconciliation.residuals import Frame, channel_residuals
-from pitotbench.reconciliation.track import Replay, answer, grid_of, motion_of, replay_rows, track_of
+from pitotbench.reconciliation.track import (
+    Replay,
+    answer,
+    grid_of,
+    motion_of,
+    replay_rows,
+    track_of,
+)
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
@@ -53,7 +62,9 @@ ON_DAY = AnalysisSetting(day_known=True)
 
 @dataclass(frozen=True, slots=True)
 class SettingSignatures:
-    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,), on instants at `time`."""
+    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,), on
+    instants at `time`.
+    """
 
     names: tuple[str, ...]
     channels: tuple[str, ...]
@@ -61,11 +72,15 @@ class SettingSignatures:
     segment: tuple[str, ...]
     values: Array
     strengths: Array
-    unit: Array  # strength of each instant alone, (e, n), so that a part of a flight can be reckoned
+    unit: (
+        Array  # strength of each instant alone, (e, n), so that a part of a flight can be reckoned
+    )
 
 
 def all_effects() -> dict[str, Effect]:
-    """Every effect that has a signature: of the table, of the generator's forms, and outside the table."""
+    """Every effect that has a signature: of the table, of the generator's forms, and outside the
+    table.
+    """
     table: dict[str, Effect] = {**EFFECTS, **HIDDEN_EFFECTS}
     after = [n for n, e in table.items() if isinstance(e, SensorEffect) and e.after_noise]
     return {n: e for n, e in table.items() if n not in GUSTS and n not in after}
@@ -125,12 +140,16 @@ class Residuals:
 
 
 def residuals_of(log: FlightLog) -> Residuals:
-    """The residual channels of a noiseless log: without free parameters and hypotheses, at a fifth of the cost."""
+    """The residual channels of a noiseless log: without free parameters and hypotheses, at a fifth
+    of the cost.
+    """
     track, model = track_of(log), aircraft_model("navajo")
     assert model is not None
     rows = replay_rows(track, STEP)
     motion = motion_of(track, rows)
-    replay = Replay(rows, motion, answer(lambda each: model.react(each, Overlay(), True), motion), {})
+    replay = Replay(
+        rows, motion, answer(lambda each: model.react(each, Overlay(), True), motion), {}
+    )
     grid = grid_of(track)
     found = channel_residuals(track, grid, Frame.of(track, grid), replay)
     return Residuals(found.names, found.values, segments_at(log, track.time[grid.rows]))
@@ -139,8 +158,8 @@ def residuals_of(log: FlightLog) -> Residuals:
 def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Residuals:
     """The residual channels of a log in a wind, less what its own free parameters take of them.
 
-    A steady wind swings with the heading. Two flights of a card do not turn at the same instants, so that the free
-    wind of the one does not take the swing of the other out.
+    A steady wind swings with the heading. Two flights of a card do not turn at the same instants,
+    so that the free wind of the one does not take the swing of the other out.
     """
     place = other.grid, other.residuals.slack
     free = noise.whiten(other.free.columns, *place)
@@ -152,7 +171,9 @@ def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Res
 
 
 def matched(values: Array, segments: Text, wanted: Text) -> Array:
-    """Values (n, …) of one flight at the instants of another with segments (m,): by place in each, in order."""
+    """Values (n, …) of one flight at the instants of another with segments (m,): by place in each,
+    in order.
+    """
     out = np.zeros((len(wanted), *values.shape[1:]))
     runs = _runs(segments)
     names = [name for name, _ in runs]
@@ -187,7 +208,8 @@ def segments_at(log: FlightLog, time: Array) -> Text:
 def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
     """Measure a setting and write it; returns the processor seconds it took.
 
-    `only` is the number of effects, drawn by the setting's letter, for a quick development set; 0 means all.
+    `only` is the number of effects, drawn by the setting's letter, for a quick development set; 0
+    means all.
     """
     begun = process_time()
     setting = SETTINGS[letter]
@@ -217,8 +239,12 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
                 else:
                     other, before = residuals_of(made), alone
                 columns = [other.names.index(name) for name in before.names]
-                values[name] = matched(other.values[:, columns], other.segments, segments) - before.values
-        except Exception as error:  # an effect that cannot be flown in a setting has no signature in it
+                values[name] = (
+                    matched(other.values[:, columns], other.segments, segments) - before.values
+                )
+        except (
+            Exception
+        ) as error:  # an effect that cannot be flown in a setting has no signature in it
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)
     place.mkdir(parents=True, exist_ok=True)
@@ -232,14 +258,24 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
         strengths=strengths,
         unit=unit.astype(np.float32),
         noise=np.array(
-            [json.dumps([noise.coefficients.tolist(), noise.deviations.tolist(), noise.correlation.tolist()])]
+            [
+                json.dumps(
+                    [
+                        noise.coefficients.tolist(),
+                        noise.deviations.tolist(),
+                        noise.correlation.tolist(),
+                    ]
+                )
+            ]
         ),
     )
     return process_time() - begun
 
 
 def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """The strength of each signature, (e,), and its square by instant, (e, n), without the free parameters."""
+    """The strength of each signature, (e,), and its square by instant, (e, n), without the free
+    parameters.
+    """
     place = base.grid, base.residuals.slack
     free = noise.whiten(base.free.columns, *place)
     flat = free.reshape(-1, free.shape[2])
@@ -249,7 +285,11 @@ def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> 
         white = noise.whiten(each, *place)
         products = inner_products(free, white, blocks=1)
         strengths.append(
-            np.sqrt(max(0.0, equations_from(products, free.shape[2], base.free.deviations).inner[-1, -1]))
+            np.sqrt(
+                max(
+                    0.0, equations_from(products, free.shape[2], base.free.deviations).inner[-1, -1]
+                )
+            )
         )
         rest = white.reshape(-1) - flat @ (normal @ (flat.T @ white.reshape(-1)))
         unit.append(np.sum(rest.reshape(white.shape) ** 2, axis=1))
@@ -278,12 +318,18 @@ def noise_of(letter: str, place: Path = PLACE) -> NoiseModel:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Measure the signature and the strength of every effect in every setting, before a set is generated."""
+    """Measure the signature and the strength of every effect in every setting, before a set is
+    generated.
+    """
     parser.add_argument("--settings", default=",".join(SETTINGS))
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--place", type=Path, default=PLACE)
-    parser.add_argument("--only", type=int, default=0, help="number of effects drawn, for a quick development set")
+    parser.add_argument(
+        "--only", type=int, default=0, help="number of effects drawn, for a quick development set"
+    )
     options = parser.parse_args(words)
     letters = [x for x in options.settings.split(",") if not (options.place / f"{x}.npz").is_file()]
-    spent = require_all(run_tasks(partial(measure, place=options.place, only=options.only), letters, options.jobs))
+    spent = require_all(
+        run_tasks(partial(measure, place=options.place, only=options.only), letters, options.jobs)
+    )
     print({letter: round(each, 1) for letter, each in zip(letters, spent, strict=True)})

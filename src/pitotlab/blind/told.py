@@ -1,7 +1,7 @@
 """What the steps after the posterior were worth on the kept sets, by their told answers alone.
 
-The map from a posterior to what is told can be inverted, so that its powers and doubts are tried without a
-judgment. What a check withdrew stands in the answer, with the truth beside it.
+The map from a posterior to what is told can be inverted, so that its powers and doubts are tried
+without a judgment. What a check withdrew stands in the answer, with the truth beside it.
 """
 
 import re
@@ -23,9 +23,9 @@ MOST = 0.999999  # probability up to which a told one is inverted
 class Telling:
     """A map from the probability of a cause to the one that is told.
 
-    Powers of the odds above and below even; odds from `trusted` on are held there until their power exceeds them
-    (infinite: never held). Shares of doubt: the least, the most from some share of the gap left on, and those
-    beside where a check leaves a name probable or takes it back.
+    Powers of the odds above and below even; odds from `trusted` on are held there until their power
+    exceeds them (infinite: never held). Shares of doubt: the least, the most from some share of the
+    gap left on, and those beside where a check leaves a name probable or takes it back.
     """
 
     above: float = 0.5
@@ -41,7 +41,9 @@ class Telling:
         """The share that is left for the causes of a case."""
         closure = case.answer.get("closure")
         left = 0.0 if closure is None else 1.0 - float(closure)
-        of_gap = self.least + (self.most - self.least) * float(np.clip(left / self.most_left, 0.0, 1.0))
+        of_gap = self.least + (self.most - self.least) * float(
+            np.clip(left / self.most_left, 0.0, 1.0)
+        )
         beside = self.taken_back if case.answer["kind"] == "unknown" else self.probable
         return (1.0 - of_gap) * (1.0 - (beside if case.answer.get("doubts") else 0.0))
 
@@ -57,8 +59,12 @@ class Telling:
         return float(expit(held if odds > 0.0 else self.below * odds))
 
     def posterior(self, case: JudgedCase) -> dict[str, float]:
-        """The probabilities before they were told so; those that were held are taken for the middle of the hold."""
-        return {cause: self._inverted(p / self.share(case)) for cause, p in case.probabilities.items()}
+        """The probabilities before they were told so; those that were held are taken for the middle
+        of the hold.
+        """
+        return {
+            cause: self._inverted(p / self.share(case)) for cause, p in case.probabilities.items()
+        }
 
     def _inverted(self, p: float) -> float:
         odds = float(logit(np.clip(p, 1.0 - MOST, MOST)))
@@ -70,9 +76,14 @@ class Telling:
         return float(expit(1.5 * limit if odds > limit - HELD else odds))
 
 
-HELD = 0.015  # of the logarithm of odds that count as held: probabilities are written with five digits
+HELD = (
+    0.015  # of the logarithm of odds that count as held: probabilities are written with five digits
+)
 # How the answers of a set were told; the two sets before them had no such map.
-TELLINGS = {**dict.fromkeys(("seventh", "eighth", "ninth", "tenth"), Telling()), "eleventh": Telling(trusted=4.0)}
+TELLINGS = {
+    **dict.fromkeys(("seventh", "eighth", "ninth", "tenth"), Telling()),
+    "eleventh": Telling(trusted=4.0),
+}
 OFF: Mapping[str, Mapping[str, float]] = {
     "hold and power of odds above even": {"above": 1.0, "trusted": np.inf},
     "hold: a power of 0.8": {"above": 0.8, "trusted": np.inf},
@@ -86,23 +97,42 @@ OFF: Mapping[str, Mapping[str, float]] = {
 
 
 def rows_of_tellings(sets: Mapping[str, Sequence[JudgedCase]]) -> Iterator[dict[str, Any]]:
-    """Yield for each step off what the scores over causes change by, on the newest set and on those before it."""
-    groups = {"seventh to tenth": [n for n in sets if n in TELLINGS and n != "eleventh"], "eleventh": ["eleventh"]}
+    """Yield for each step off what the scores over causes change by, on the newest set and on those
+    before it.
+    """
+    groups = {
+        "seventh to tenth": [n for n in sets if n in TELLINGS and n != "eleventh"],
+        "eleventh": ["eleventh"],
+    }
     for group, names in groups.items():
         cases = [(case, TELLINGS[name]) for name in names for case in with_a_gap(sets[name])]
         for step, values in OFF.items():
-            yield {"step off": step, "measured on": f"told answers, {group}", **_changes(cases, values)}
+            yield {
+                "step off": step,
+                "measured on": f"told answers, {group}",
+                **_changes(cases, values),
+            }
 
 
-def _changes(cases: Sequence[tuple[JudgedCase, Telling]], values: Mapping[str, float]) -> dict[str, Any]:
+def _changes(
+    cases: Sequence[tuple[JudgedCase, Telling]], values: Mapping[str, float]
+) -> dict[str, Any]:
     """What the scores over causes change by where the map of the newest set has other values."""
     changes, sure = [], Counter[tuple[str, bool]]()
     for case, telling in cases:
         posterior, now = telling.posterior(case), TELLINGS["eleventh"]
-        told = {"on": now.told(case, posterior), "off": replace(now, **values).told(case, posterior)}
+        told = {
+            "on": now.told(case, posterior),
+            "off": replace(now, **values).told(case, posterior),
+        }
         changes.append(np.subtract(_scores(case, told["off"]), _scores(case, told["on"])))
-        sure.update((w, c in case.wanted) for w, each in told.items() for c, p in each.items() if p > NAMED)
-    change, error = np.mean(changes, axis=0), np.std(changes, axis=0) / np.sqrt(max(1, len(changes) - 1))
+        sure.update(
+            (w, c in case.wanted) for w, each in told.items() for c, p in each.items() if p > NAMED
+        )
+    change, error = (
+        np.mean(changes, axis=0),
+        np.std(changes, axis=0) / np.sqrt(max(1, len(changes) - 1)),
+    )
     return {
         "logs": len(cases),
         "log_causes": f"{change[0]:.4f}",
@@ -129,10 +159,11 @@ CHECKS = {
 
 
 def rows_of_checks(sets: Mapping[str, Sequence[JudgedCase]]) -> Iterator[dict[str, Any]]:
-    """Yield for each check how often it spoke, and whether the names that it spoke against were right.
+    """Yield for each check how often it spoke, and whether the names that it spoke against were
+    right.
 
-    Of a line or a wander (alone) the name is the most probable cause where the answer is unknown; where there was
-    an answer all the same, or nothing hidden, it counts as partly right.
+    Of a line or a wander (alone) the name is the most probable cause where the answer is unknown;
+    where there was an answer all the same, or nothing hidden, it counts as partly right.
     """
     for check, words in CHECKS.items():
         count = Counter(
@@ -153,7 +184,10 @@ def rows_of_checks(sets: Mapping[str, Sequence[JudgedCase]]) -> Iterator[dict[st
             for cases in sets.values()
             for case in cases
             if any(where in place[1] for place in case.answer.get("located", ()))
-            and (where == "a period" or not any("a period" in place[1] for place in case.answer["located"]))
+            and (
+                where == "a period"
+                or not any("a period" in place[1] for place in case.answer["located"])
+            )
         ]
         unknown = [case for case in shown if case.verdict == "unknown"]
         yield {
@@ -172,4 +206,6 @@ def _worth(case: JudgedCase) -> str:
         if "taken back" in note:
             told = note.split("the name ")[1].split(" is taken")[0]
             names |= {model_of(name.strip()) for name in re.split(", ", told)}
-    return "right" if names and names <= case.wanted else "partly" if names & case.wanted else "wrong"
+    return (
+        "right" if names and names <= case.wanted else "partly" if names & case.wanted else "wrong"
+    )

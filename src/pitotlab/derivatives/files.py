@@ -1,4 +1,6 @@
-"""Where the derivatives of four airplanes stand in their files, and how a file is edited. NumPy and XML alone."""
+"""Where the derivatives of four airplanes stand in their files, and how a file is edited. NumPy and
+XML alone.
+"""
 
 import shutil
 import xml.etree.ElementTree as ET
@@ -23,8 +25,8 @@ class Place:
 class Change:
     """A derivative changed by a share.
 
-    `pivot` says what stays: nothing (`whole`), the value at no angle of attack (`zero`), or that at the angle of
-    level flight (`trim`).
+    `pivot` says what stays: nothing (`whole`), the value at no angle of attack (`zero`), or that at
+    the angle of level flight (`trim`).
     """
 
     derivative: str
@@ -35,7 +37,8 @@ class Change:
 Places = Mapping[str, tuple[Place, ...]]  # by pivot
 
 
-# Written after reading the files. Angles of level flight are the medians of the unchanged airplanes on the card.
+# Written after reading the files. Angles of level flight are the medians of the unchanged airplanes
+# on the card.
 _NAMES = ("navajo", "c310", "DHC6", "c172x")
 _PREFIXES = ("aero/", *["aero/coefficient/"] * 3)
 _WHOLE = {  # the function of each airplane; empty where its table holds another derivative as well
@@ -51,12 +54,19 @@ _WHOLE = {  # the function of each airplane; empty where its table holds another
     "Cn_r": ("moment/yaw-damping", "Cnr", "Cnr", "Cnr"),
     "Cn_dr": ("moment/yaw-rudder", "CnDr", "Cndr", "Cndr"),
     "CD_0": ("force/drag-parasite", "CDo", "CD0", "CDo"),
-    "CD_i": ("force/drag-induced", "CDalpha", "CDi", "CDwbh"),  # two of them are tables of the angle of attack
+    "CD_i": (
+        "force/drag-induced",
+        "CDalpha",
+        "CDi",
+        "CDwbh",
+    ),  # two of them are tables of the angle of attack
 }
 
 
 def _slope(prefix: str, table: str, zero: float, trim: float | None, *others: str) -> Places:
-    """A slope about each pivot; `zero` and `trim` are the sums of the table and the other functions there."""
+    """A slope about each pivot; `zero` and `trim` are the sums of the table and the other functions
+    there.
+    """
     pivots = {"zero": zero} | ({} if trim is None else {"trim": trim})
     rest = [Place(prefix + other) for other in others]
     return {pivot: (Place(prefix + table, shift=-value), *rest) for pivot, value in pivots.items()}
@@ -83,15 +93,22 @@ _OWN: Mapping[str, Mapping[str, Places]] = {
     },
 }
 AIRPLANES: Mapping[str, Mapping[str, Places]] = {
-    name: {**_OWN[name], **{key: {"whole": (Place(prefix + each[i]),)} for key, each in _WHOLE.items() if each[i]}}
+    name: {
+        **_OWN[name],
+        **{key: {"whole": (Place(prefix + each[i]),)} for key, each in _WHOLE.items() if each[i]},
+    }
     for i, (name, prefix) in enumerate(zip(_NAMES, _PREFIXES, strict=True))
 }
 
 
-def write_edited(base: Path, folder: Path, places: Mapping[str, Places], changes: Sequence[Change]) -> None:
-    """Copy the folder of an airplane to a new one, named after it, with some derivatives changed in its file.
+def write_edited(
+    base: Path, folder: Path, places: Mapping[str, Places], changes: Sequence[Change]
+) -> None:
+    """Copy the folder of an airplane to a new one, named after it, with some derivatives changed in
+    its file.
 
-    Raises ValueError where the file has not one function of a name, or the function not one number or table.
+    Raises ValueError where the file has not one function of a name, or the function not one number
+    or table.
     """
     shutil.copytree(base, folder)
     file = folder / f"{base.name}.xml"
@@ -123,7 +140,14 @@ def _edit(root: ET.Element, place: Place, share: float) -> None:
 
 
 def _table(text: str, headed: bool, changed: Callable[[str], str]) -> str:
-    """The text of a table with its numbers changed, but neither its first column nor its line of columns."""
+    """The text of a table with its numbers changed, but neither its first column nor its line of
+    columns.
+    """
     lines = [line.split() for line in text.splitlines() if line.strip()]
     kept, rows = lines[: int(headed)], lines[int(headed) :]
-    return "\n".join(" ".join(line) for line in [*kept, *([row[0], *map(changed, row[1:])] for row in rows)]) + "\n"
+    return (
+        "\n".join(
+            " ".join(line) for line in [*kept, *([row[0], *map(changed, row[1:])] for row in rows)]
+        )
+        + "\n"
+    )

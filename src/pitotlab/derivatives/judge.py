@@ -23,13 +23,16 @@ HELD = "-held.parquet"
 def answer_of(path: Path) -> dict[str, Any]:
     """The answer of the whole command on a log, with the log held out beside it, if there is one.
 
-    A refusal and a crash are answers as well. `passes` are the verdicts of the later passes that named something.
+    A refusal and a crash are answers as well. `passes` are the verdicts of the later passes that
+    named something.
     """
     begun, held = monotonic(), path.with_name(path.stem + HELD)
     try:
         log = read_log(path)
         holdout = NamedLog(held.name, read_log(held)) if held.is_file() else None
-        made = reconcile_fully([NamedLog(path.name, log)], log.header["case"]["aircraft"], holdout, refly=False)
+        made = reconcile_fully(
+            [NamedLog(path.name, log)], log.header["case"]["aircraft"], holdout, refly=False
+        )
         later = [verdict_json(each.verdict) for each in made.account.rounds[1:] if each.added]
         told = account_json(made.account) | {"passes": later}
     except BadInputError as error:
@@ -45,7 +48,8 @@ def _judge(answers: Path, path: Path) -> None:
 
 
 def judge(logs: Path, answers: Path, jobs: int = 1, only: Sequence[str] = ()) -> list[str]:
-    """Judge the logs that have no answer yet, all or `only` those of some airplanes; return why some have none.
+    """Judge the logs that have no answer yet, all or `only` those of some airplanes; return why
+    some have none.
 
     The first log of each airplane is judged before the others: its null flights serve them all.
     """
@@ -58,13 +62,21 @@ def judge(logs: Path, answers: Path, jobs: int = 1, only: Sequence[str] = ()) ->
     lost: list[str] = []
     for some in (firsts, [path for path in todo if path not in firsts]):
         results: list[Any] = run_tasks(partial(_judge, answers), some, jobs, label="judged")
-        lost += [f"{p.stem}: {r.reason}" for p, r in zip(some, results, strict=True) if isinstance(r, Failure)]
+        lost += [
+            f"{p.stem}: {r.reason}"
+            for p, r in zip(some, results, strict=True)
+            if isinstance(r, Failure)
+        ]
     return lost
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Reconcile every log without an answer with the unchanged airplane; write the verdicts into `answers`."""
-    parser.add_argument("--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs")
+    """Reconcile every log without an answer with the unchanged airplane; write the verdicts into
+    `answers`.
+    """
+    parser.add_argument(
+        "--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs"
+    )
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--airplanes", default="", help="only logs of these, with commas")
     options = parser.parse_args(words)

@@ -1,4 +1,6 @@
-"""Hold the answers on edited airplanes against the truth: names, Wilson intervals, sizes, held-out closure."""
+"""Hold the answers on edited airplanes against the truth: names, Wilson intervals, sizes, held-out
+closure.
+"""
 
 import json
 from argparse import ArgumentParser
@@ -13,7 +15,8 @@ from pitotbench.show.columns import Column, json_rows, json_text, print_table
 from pitotlab.blind.score import wilson
 from pitotlab.experiment import OUT
 
-# The effects that name a derivative; of the controls, with the parameter that has to be beyond its 2σ.
+# The effects that name a derivative; of the controls, with the parameter that has to be beyond its
+# 2σ.
 NAMES: Mapping[str, tuple[str, ...]] = {
     "CL_alpha": ("lift_slope",),
     "CL_0": ("zero_lift",),
@@ -31,7 +34,11 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "CD_i": ("induced_drag",),
 }
 PARAMETERS = {"Cm_de": "elevator_change", "Cl_da": "aileron_change", "Cn_dr": "rudder_change"}
-SHARES = {"change": 1.0, "_share": 1.0, "_percent": 100.0}  # ends of the names of sizes that are shares
+SHARES = {
+    "change": 1.0,
+    "_share": 1.0,
+    "_percent": 100.0,
+}  # ends of the names of sizes that are shares
 # The size of the whole derivative of the file, where an effect tells a size and not a share.
 WHOLE = {
     "drag_area_m2": {"navajo": 0.557, "c310": 0.455, "DHC6": 1.916, "c172x": 0.517},
@@ -40,14 +47,25 @@ WHOLE = {
 PARTIAL = ("_from_a_time", "_for_a_time")
 STRONG = 7.0  # standard deviations
 _SILENT = {"refused": "no answer", "crash": "no answer", "not flown": "not flown"}
-OUTCOMES = ("named alone", "in the set", "wrong name", "wrong set", "unknown", "none", "no answer", "not flown")
+OUTCOMES = (
+    "named alone",
+    "in the set",
+    "wrong name",
+    "wrong set",
+    "unknown",
+    "none",
+    "no answer",
+    "not flown",
+)
 
 Effect = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """An effect that an answer names, with the names that it cannot tell from it, and whether a check doubts it."""
+    """An effect that an answer names, with the names that it cannot tell from it, and whether a
+    check doubts it.
+    """
 
     effect: Effect
     others: tuple[str, ...]
@@ -75,9 +93,10 @@ class Group:
 class ScoredTerm:
     """What became of one changed derivative.
 
-    `significance` [σ] is that of the true effect by itself; where the answer has no such effect, that of the whole
-    gap, if nothing else was changed. `inside`: the told share with its 2σ holds the hidden one (None where
-    no share was told). `partial`: the right effect was named for a part of the flight, which is wrong.
+    `significance` [σ] is that of the true effect by itself; where the answer has no such effect,
+    that of the whole gap, if nothing else was changed. `inside`: the told share with its 2σ holds
+    the hidden one (None where no share was told). `partial`: the right effect was named for a part
+    of the flight, which is wrong.
     """
 
     case: str
@@ -93,7 +112,9 @@ class ScoredTerm:
 
 @dataclass(frozen=True, slots=True)
 class ScoredCase:
-    """A case with several changes: how many were found, how many other names were told, and the closures."""
+    """A case with several changes: how many were found, how many other names were told, and the
+    closures.
+    """
 
     case: str
     airplane: str
@@ -115,7 +136,9 @@ def groups_of(answer: Mapping[str, Any]) -> list[Group]:
         if each["verdict"] in ("named", "one_of"):
             for effect, others in zip(each["effects"], each["alternatives"], strict=True):
                 sizes = patched.get(effect["name"], effect["parameters"])
-                told = Group({**effect, "parameters": sizes}, tuple(others), bool(each.get("doubts")))
+                told = Group(
+                    {**effect, "parameters": sizes}, tuple(others), bool(each.get("doubts"))
+                )
                 found.setdefault(effect["name"], told)
     return list(found.values())
 
@@ -126,7 +149,11 @@ def _significance(answer: Mapping[str, Any], derivative: str, alone: bool) -> fl
     scores = [float(each["score"]) for each in listed if each["name"] in NAMES[derivative]]
     if scores:
         return max(scores)
-    return sqrt(max(0.0, answer["gap_before"] - answer["gap_noise"])) if alone and "gap_before" in answer else None
+    return (
+        sqrt(max(0.0, answer["gap_before"] - answer["gap_noise"]))
+        if alone and "gap_before" in answer
+        else None
+    )
 
 
 def _inside(groups: Sequence[Group], airplane: str, derivative: str, share: float) -> bool | None:
@@ -134,13 +161,18 @@ def _inside(groups: Sequence[Group], airplane: str, derivative: str, share: floa
     for group in groups:
         for size in group.effect["parameters"] if group.says(derivative) else ():
             name = size["name"]
-            whole = next((SHARES[end] for end in SHARES if name.endswith(end)), WHOLE.get(name, {}).get(airplane))
+            whole = next(
+                (SHARES[end] for end in SHARES if name.endswith(end)),
+                WHOLE.get(name, {}).get(airplane),
+            )
             if whole is not None and PARAMETERS.get(derivative, name) == name:
                 return bool(abs(size["value"] - whole * share) <= size["two_sigma"])
     return None
 
 
-def _outcome(answer: Mapping[str, Any], groups: Sequence[Group], derivative: str, alone: bool) -> str:
+def _outcome(
+    answer: Mapping[str, Any], groups: Sequence[Group], derivative: str, alone: bool
+) -> str:
     kind = str(answer["verdict"])
     if kind in _SILENT:
         return _SILENT[kind]
@@ -160,7 +192,12 @@ def score_case(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> ScoredCas
     alone, terms = len(changes) == 1, []
     for change in changes:
         name, share = change["derivative"], float(change["share"])
-        plain = {group.name.removesuffix(end) for group in groups for end in PARTIAL if group.name.endswith(end)}
+        plain = {
+            group.name.removesuffix(end)
+            for group in groups
+            for end in PARTIAL
+            if group.name.endswith(end)
+        }
         terms.append(
             ScoredTerm(
                 truth["name"],
@@ -174,7 +211,9 @@ def score_case(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> ScoredCas
                 bool(plain & set(NAMES[name])),
             )
         )
-    others = sum(not any(group.holds(change["derivative"]) for change in changes) for group in groups)
+    others = sum(
+        not any(group.holds(change["derivative"]) for change in changes) for group in groups
+    )
     closures = answer.get("closure"), answer.get("closure_holdout")
     return ScoredCase(truth["name"], truth["airplane"], tuple(terms), others, *closures)
 
@@ -185,7 +224,9 @@ def score(out: Path) -> list[ScoredCase]:
     for truth in json.loads((out / "truth.json").read_text("utf-8")):
         path = out / "answers" / f"{truth['name']}.json"
         if truth["failed"] or path.is_file():
-            answer = {"verdict": "not flown"} if truth["failed"] else json.loads(path.read_text("utf-8"))
+            answer = (
+                {"verdict": "not flown"} if truth["failed"] else json.loads(path.read_text("utf-8"))
+            )
             scored.append(score_case(truth, answer))
     return scored
 
@@ -204,7 +245,10 @@ def rows_of(terms: Sequence[ScoredTerm], label: str) -> list[Row]:
         (f"{label}, below {STRONG:g}σ", [t for t in known if (t.significance or 0.0) < STRONG]),
     ]
     rows += [(name, [term for term in terms if term.derivative == name]) for name in NAMES]
-    rows += [(name, [t for t in terms if t.airplane == name]) for name in sorted({t.airplane for t in terms})]
+    rows += [
+        (name, [t for t in terms if t.airplane == name])
+        for name in sorted({t.airplane for t in terms})
+    ]
     return [row for row in rows if row[1]]
 
 
@@ -233,7 +277,9 @@ TERM_COLUMNS: tuple[Column[Row], ...] = (
     Column("changes", lambda row: row[0], key="changes"),
     Column("judged", _judged, style="d", key="judged"),
     *(Column(name, _count(name), style="d", key=name.replace(" ", "_")) for name in OUTCOMES),
-    Column("for a part", lambda row: sum(term.partial for term in row[1]), style="d", key="for_a_part"),
+    Column(
+        "for a part", lambda row: sum(term.partial for term in row[1]), style="d", key="for_a_part"
+    ),
     Column("named alone, 95 %", _interval("named alone"), "%", key="alone_percent"),
     Column("alone or in the set", _interval("named alone", "in the set"), "%", key="found_percent"),
     Column("wrong", _interval("wrong name", "wrong set"), "%", key="wrong_percent"),
@@ -253,13 +299,20 @@ CASE_COLUMNS: tuple[Column[ScoredCase], ...] = (
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Hold the answers against the truth and print the tables: single changes, and several at once."""
-    parser.add_argument("--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers")
-    parser.add_argument("--json", action="store_true", help="print one JSON document, with every case")
+    parser.add_argument(
+        "--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers"
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON document, with every case"
+    )
     options = parser.parse_args(words)
     cases = score(options.out)
     single = [case.terms[0] for case in cases if len(case.terms) == 1]
     several = [case for case in cases if len(case.terms) > 1]
-    tables = (rows_of(single, "single"), rows_of([t for case in several for t in case.terms], "among several"))
+    tables = (
+        rows_of(single, "single"),
+        rows_of([t for case in several for t in case.terms], "among several"),
+    )
     if options.json:
         document = {
             "single": json_rows(TERM_COLUMNS, tables[0]),
@@ -272,9 +325,13 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=True)
-    for title, rows in zip(("One derivative changed", "Each of several changed at once"), tables, strict=True):
+    for title, rows in zip(
+        ("One derivative changed", "Each of several changed at once"), tables, strict=True
+    ):
         print_table(TERM_COLUMNS, rows, console, title)
     print_table(CASE_COLUMNS, several, console, "Several changed at once")
     held = [case.held_out for case in several if case.held_out is not None]
     if held:
-        console.print(f"median closure of the flight held out: {median(held):.2f}, {len(held)} cases")
+        console.print(
+            f"median closure of the flight held out: {median(held):.2f}, {len(held)} cases"
+        )

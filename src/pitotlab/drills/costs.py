@@ -18,7 +18,9 @@ from pitotlab.drills import drivers, survival
 
 
 def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
-    """Compare the CPU time of planning, keeping and finding a result with that of the shortest flight."""
+    """Compare the CPU time of planning, keeping and finding a result with that of the shortest
+    flight.
+    """
     plan = read_plan(drivers.write_plan_file(folder, str(flights)))
     store = ResultStore(folder / "store")
     with store:
@@ -50,14 +52,19 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
         with drivers.dask_cluster() as cluster:
             ended = drivers.fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
             scheduler = drivers.cpu_used(cluster.scheduler)
-            workers = sum(map(drivers.cpu_used, [cluster.workers, *drivers.descendants(cluster.workers)]))
+            workers = sum(
+                map(drivers.cpu_used, [cluster.workers, *drivers.descendants(cluster.workers)])
+            )
             where = (
-                f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their nannies {workers:.1f} s"
+                f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their "
+                f"nannies {workers:.1f} s"
             )
     else:
         ended = drivers.fly_campaign(plan, folder / "local", "--jobs", "2")
     cpu = drivers.children_cpu() - before
-    inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in drivers.parts_of(folder / kind)]
+    inside = [
+        json.loads(path.read_bytes())["made"]["cpu_s"] for path in drivers.parts_of(folder / kind)
+    ]
     flown = sum(inside)
     yield f"{kind}, 2 workers, {len(inside)} flights: {flown:.1f} CPU s in flights, {cpu:.1f} in all processes"
     yield f"  CPU efficiency {flown / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
@@ -83,7 +90,9 @@ def resume(folder: Path, flights: int) -> Iterator[str]:
 
 
 def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
-    """Measure the memory of a driver while it performs tasks without flights in two processes and keeps them."""
+    """Measure the memory of a driver while it performs tasks without flights in two processes and
+    keeps them.
+    """
     store = ResultStore(folder / "stubs", sync=False)
     samples: list[tuple[int, float]] = []
     watch = Watch(tasks, "none")
@@ -98,7 +107,9 @@ def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
     with open_fleet(2) as fleet, store:
         fly_missing(sampled(), drivers.act, drivers.stub_outcome, store, fleet, watch)
     samples.append((tasks, drivers.memory(os.getpid())))
-    yield f"driver memory, {tasks:,} tasks: " + ", ".join(f"{size:.0f} MB at {n:,}" for n, size in samples)
+    yield f"driver memory, {tasks:,} tasks: " + ", ".join(
+        f"{size:.0f} MB at {n:,}" for n, size in samples
+    )
     seconds, used = time.monotonic() - begun, time.process_time() - cpu
     yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second"
 
@@ -135,7 +146,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """
     parser.add_argument("what", choices=[*MEASUREMENTS], help="the measurement")
     parser.add_argument("--flights", type=int, help="number of flights or tasks")
-    parser.add_argument("--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)")
+    parser.add_argument(
+        "--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)"
+    )
     options = parser.parse_args(words)
     measure, usual = MEASUREMENTS[options.what]
     with TemporaryDirectory(prefix="pitotbench-") as scratch:

@@ -1,4 +1,6 @@
-"""Campaigns driven from outside, and tasks without a flight that do nothing, crash, hang or eat memory."""
+"""Campaigns driven from outside, and tasks without a flight that do nothing, crash, hang or eat
+memory.
+"""
 
 import os
 import signal
@@ -17,7 +19,8 @@ import tomli_w
 from pitotbench.bench.fleet import Failure
 
 CLOCK = os.sysconf("SC_CLK_TCK")
-# As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what workers do.
+# As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what
+# workers do.
 DASK_SETTINGS = {
     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
@@ -31,14 +34,28 @@ def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
     """Write the plan of the shortest flight that can be calibrated, at 2/1 Hz, with these seeds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "short.toml"
-    table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": _SHORTEST_CARD}}
+    table = {
+        "das": ["2/1"],
+        "seeds": seeds,
+        "case": {"maneuver": "decel_circle", "card": _SHORTEST_CARD},
+    }
     path.write_text(tomli_w.dumps(table | more), encoding="utf-8")
     return path
 
 
 def start(plan: Path, out: Path, *flags: str) -> "subprocess.Popen[str]":
     """Start `pitotbench campaign` in a process of its own."""
-    command = [sys.executable, "-m", "pitotbench", "campaign", str(plan), "--out", str(out), "--keep-logs", "none"]
+    command = [
+        sys.executable,
+        "-m",
+        "pitotbench",
+        "campaign",
+        str(plan),
+        "--out",
+        str(out),
+        "--keep-logs",
+        "none",
+    ]
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), "COLUMNS": "200"}
     pipe, command = subprocess.PIPE, [*command, "--progress", "lines", *flags]
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=settings)
@@ -46,7 +63,9 @@ def start(plan: Path, out: Path, *flags: str) -> "subprocess.Popen[str]":
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a campaign ended: its exit code, its last line, the seconds, and the CPU seconds of all its processes."""
+    """How a campaign ended: its exit code, its last line, the seconds, and the CPU seconds of all
+    its processes.
+    """
 
     code: int
     said: str
@@ -107,7 +126,9 @@ def memory(pid: int) -> float:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     except OSError:
         return 0.0
-    return next((float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmRSS")), 0.0)
+    return next(
+        (float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmRSS")), 0.0
+    )
 
 
 def wait_for_parts(out: Path, count: int, driver: "subprocess.Popen[str]") -> None:
@@ -137,7 +158,9 @@ def flown_again(out: Path, before: dict[Path, int]) -> int:
 
 
 def kill(driver: "subprocess.Popen[str]", out: Path) -> tuple[int, int]:
-    """Kill a driver; return how many of its processes are left after 5 s, and how many stored flights are lost."""
+    """Kill a driver; return how many of its processes are left after 5 s, and how many stored
+    flights are lost.
+    """
     started, before = descendants(driver.pid), parts(out)
     driver.kill()
     driver.communicate()
@@ -158,7 +181,9 @@ def cpu_used(pid: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """A dask cluster: the address of its scheduler, and the processes of the scheduler and of all workers."""
+    """A dask cluster: the address of its scheduler, and the processes of the scheduler and of all
+    workers.
+    """
 
     address: str
     scheduler: int
@@ -166,13 +191,23 @@ class Cluster:
 
 
 @contextmanager
-def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) -> Iterator[Cluster]:
+def dask_cluster(
+    workers: int = 2, threads: int = 1, flags: Sequence[str] = ()
+) -> Iterator[Cluster]:
     """Start a scheduler and workers as docs/scale.md says."""
     port = 20000 + os.getpid() % 20000
     address = f"tcp://127.0.0.1:{port}"
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
     scheduler = ["scheduler", "--host", "tcp://127.0.0.1", "--port", str(port), "--no-dashboard"]
-    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
+    worker = [
+        "worker",
+        address,
+        "--nworkers",
+        str(workers),
+        "--nthreads",
+        str(threads),
+        "--no-dashboard",
+    ]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
         yield Cluster(address, *(process.pid for process in started))
@@ -188,7 +223,9 @@ def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) 
 
 def _dask(command: Sequence[str], settings: dict[str, str]) -> "subprocess.Popen[bytes]":
     quiet = subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, "-m", "dask", *command], env=settings, stdout=quiet, stderr=quiet)
+    return subprocess.Popen(
+        [sys.executable, "-m", "dask", *command], env=settings, stdout=quiet, stderr=quiet
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,8 +257,17 @@ def stubs(count: int, deed: str = "") -> Iterator[Stub]:
 
 def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Return the document of a stub: as long as that of a flight."""
-    document = {"name": task.deed or task.key, "case": "x" * 3000, "state": "done", "failures": [], "trace": ""}
+    document = {
+        "name": task.deed or task.key,
+        "case": "x" * 3000,
+        "state": "done",
+        "failures": [],
+        "trace": "",
+    }
     if isinstance(result, Failure):
-        state, failures = "quarantined" if result.quarantined else "failed", [f"{task.deed}: {result.reason}"]
+        state, failures = (
+            "quarantined" if result.quarantined else "failed",
+            [f"{task.deed}: {result.reason}"],
+        )
         document |= {"state": state, "failures": failures, "trace": result.trace}
     return document, {}

@@ -1,4 +1,6 @@
-"""What a campaign survives: kills, a request to stop, bad flights, bad stores, a second driver, full disks."""
+"""What a campaign survives: kills, a request to stop, bad flights, bad stores, a second driver,
+full disks.
+"""
 
 import json
 import os
@@ -20,7 +22,9 @@ TABLE = "results.parquet"
 
 
 def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
-    """Kill the driver at random moments, go on each time, and compare with a campaign that was left alone."""
+    """Kill the driver at random moments, go on each time, and compare with a campaign that was left
+    alone.
+    """
     plan = drivers.write_plan_file(folder, str(flights))
     drivers.fly_campaign(plan, folder / "whole", "--jobs", "2")
     out, lucky = folder / "killed", random.Random(15)
@@ -45,7 +49,9 @@ def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
 
 
 def fly_long(folder: Path, flights: int, kills: int = 3) -> Iterator[str]:
-    """Fly a long campaign with one worker, kill its driver on the way, and say what was lost or flown twice."""
+    """Fly a long campaign with one worker, kill its driver on the way, and say what was lost or
+    flown twice.
+    """
     plan = drivers.write_plan_file(folder, str(flights))
     out, highest = folder / "long", 0.0
     for number in range(1, kills + 1):
@@ -61,7 +67,9 @@ def fly_long(folder: Path, flights: int, kills: int = 3) -> Iterator[str]:
     again = drivers.flown_again(out, kept)
     documents = [json.loads(path.read_bytes()) for path in drivers.parts_of(out)]
     states = Counter(document["state"] for document in documents)
-    reasons = Counter(text.partition(": ")[2] for document in documents for text in document["failures"])
+    reasons = Counter(
+        text.partition(": ")[2] for document in documents for text in document["failures"]
+    )
     yield f"{flights:,} flights: exit code {last.code}; {dict(states)}; stored flights flown again: {again}"
     yield from (f"  {count:,} × {reason}" for reason, count in reasons.most_common(5))
     spent = sum(document["made"]["cpu_s"] for document in documents)
@@ -86,7 +94,9 @@ def kill_workers(folder: Path, flights: int) -> Iterator[str]:
 
 
 def stop_drivers(folder: Path, flights: int) -> Iterator[str]:
-    """Send SIGTERM and SIGINT in the middle of a campaign, and measure the time until the prompt is back."""
+    """Send SIGTERM and SIGINT in the middle of a campaign, and measure the time until the prompt is
+    back.
+    """
     plan = drivers.write_plan_file(folder, str(flights))
     # A shell has what it starts in the background ignore Ctrl-C, and drivers would inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -101,13 +111,20 @@ def stop_drivers(folder: Path, flights: int) -> Iterator[str]:
 
 def _workers(pid: int) -> list[int]:
     """Return the processes below a process that are neither a tracker of resources nor a nanny."""
-    return [p for p in drivers.descendants(pid) if b"spawn_main" in Path(f"/proc/{p}/cmdline").read_bytes()]
+    return [
+        p
+        for p in drivers.descendants(pid)
+        if b"spawn_main" in Path(f"/proc/{p}/cmdline").read_bytes()
+    ]
 
 
 def _compared(kind: str, folder: Path, code: int) -> str:
     same = drivers.digest(folder / kind / TABLE) == drivers.digest(folder / "whole" / TABLE)
     stored = drivers.parts(folder / kind)
-    return f"worker killed with -9, {kind}: exit code {code}, {stored} flights stored, table identical: {same}"
+    return (
+        f"worker killed with -9, {kind}: exit code {code}, {stored} flights stored, table "
+        f"identical: {same}"
+    )
 
 
 LIMITS = Limits(seconds=5.0, memory=2_000_000_000)
@@ -118,15 +135,24 @@ def bad_flights(folder: Path) -> Iterator[str]:
     """Perform good tasks around one that crashes, one that hangs and one that eats memory."""
     with open_fleet(2, limits=LIMITS) as fleet:
         yield from _bad("local", folder / "local", fleet)
-    with drivers.dask_cluster() as cluster, open_fleet(scheduler=cluster.address, limits=LIMITS) as fleet:
+    with (
+        drivers.dask_cluster() as cluster,
+        open_fleet(scheduler=cluster.address, limits=LIMITS) as fleet,
+    ):
         yield from _bad("dask", folder / "dask", fleet)
 
 
 def _bad(kind: str, folder: Path, fleet: Fleet) -> Iterator[str]:
     good = [*drivers.stubs(40)]
-    tasks = [*good[:20], *(drivers.Stub(f"ff{number}", deed) for number, deed in enumerate(BAD)), *good[20:]]
+    tasks = [
+        *good[:20],
+        *(drivers.Stub(f"ff{number}", deed) for number, deed in enumerate(BAD)),
+        *good[20:],
+    ]
     with ResultStore(folder) as store:
-        fly_missing(tasks, drivers.act, drivers.stub_outcome, store, fleet, Watch(len(tasks), "none"))
+        fly_missing(
+            tasks, drivers.act, drivers.stub_outcome, store, fleet, Watch(len(tasks), "none")
+        )
         done = sum((store.find(task.key) or {}).get("state") == "done" for task in good)
         yield f"bad flights, {kind}: {done} of {len(good)} others done"
         for task in tasks:
@@ -149,7 +175,10 @@ def bad_stores(folder: Path, flights: int = 12) -> Iterator[str]:
         flown = len(set(drivers.stamps(out).items()) - set(before.items()))
         same = drivers.digest(out / "results.parquet") == whole
         stored = drivers.parts(out)
-        return f"{what}: exit code {ended.code}, {flown} flown again, {stored} stored, table identical: {same}"
+        return (
+            f"{what}: exit code {ended.code}, {flown} flown again, {stored} stored, table "
+            f"identical: {same}"
+        )
 
     first = drivers.parts_of(out)[0]
     first.write_bytes(first.read_bytes()[:100])
@@ -162,10 +191,14 @@ def bad_stores(folder: Path, flights: int = 12) -> Iterator[str]:
     yield f"cut index: {_listed(out)}"
     for path in (out / "store").rglob("*"):
         os.utime(path, (time.time() + 86400.0 * 400, time.time() + 86400.0 * 400))
-    (out / "store" / OWNER).write_text(json.dumps({"host": "old", "process": 1, "since": time.time() + 1e7}))
+    (out / "store" / OWNER).write_text(
+        json.dumps({"host": "old", "process": 1, "since": time.time() + 1e7})
+    )
     yield again("clock set back by 400 days, lock of a dead owner")
     document = json.loads(first.read_bytes())
-    first.write_text(json.dumps(document | {"made": document["made"] | {"code": "other"}, "key": "0" * 32}))
+    first.write_text(
+        json.dumps(document | {"made": document["made"] | {"code": "other"}, "key": "0" * 32})
+    )
     first.rename(first.with_name("0" * 32 + ".json"))
     yield again("a part of other code")
 
@@ -182,7 +215,9 @@ def second_driver(folder: Path) -> Iterator[str]:
 
 
 def full_disks(folder: Path) -> Iterator[str]:
-    """Fly into a disk that is full after some flights, then make room; fly into one that cannot be written."""
+    """Fly into a disk that is full after some flights, then make room; fly into one that cannot be
+    written.
+    """
     plan = drivers.write_plan_file(folder, "30")
     with _disk(folder / "disk", "size=300k") as disk:
         ended = drivers.fly_campaign(plan, disk / "out", "--jobs", "2")
@@ -193,7 +228,9 @@ def full_disks(folder: Path) -> Iterator[str]:
         now = drivers.parts(disk / "out")
         yield f"  after room was made: exit code {ended.code}, {now} stored, {kept} of them before"
         _mount("-o", "remount,ro", str(disk))
-        ended = drivers.fly_campaign(drivers.write_plan_file(folder, "31"), disk / "out", "--jobs", "2")
+        ended = drivers.fly_campaign(
+            drivers.write_plan_file(folder, "31"), disk / "out", "--jobs", "2"
+        )
         yield f"read-only store: exit code {ended.code}, {drivers.parts(disk / 'out')} stored: {ended.said[:150]}"
 
 

@@ -1,7 +1,9 @@
-"""Compare a checkout from before with today's: python -m pitotlab.guards BEFORE [--full] [--only NAME ...].
+"""Compare a checkout from before with today's: python -m pitotlab.guards BEFORE [--full] [--only
+NAME ...].
 
-Both trees run at the same time on one machine, each with its own interpreter (`.venv` of the checkout). Prints a
-line for each guard and below it each difference; ends with 0 if all are equal, else 1.
+Both trees run at the same time on one machine, each with its own interpreter (`.venv` of the
+checkout). Prints a line for each guard and below it each difference; ends with 0 if all are equal,
+else 1.
 """
 
 import argparse
@@ -28,7 +30,9 @@ STATIC = ("bodies", "strings")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a guard found: what it counted, its differences, and the processor seconds it took in either tree."""
+    """What a guard found: what it counted, its differences, and the processor seconds it took in
+    either tree.
+    """
 
     guard: str
     counted: str
@@ -47,8 +51,12 @@ def compare_bodies(before: Path, renames: Path | None) -> Outcome:
             lines += [f"changed  {module}:{name}", *list(differences(was, now))[1:]]
         else:
             lines.append(f"{'gone    ' if was else 'new     '} {module}:{name}")
-    lines += [f"fewer    {module}:{body.name} (a copy remains)" for body, module in found.fewer.items()]
-    counted = f"{found.total:,} bodies before; {len(found.gone)} gone or changed, {len(found.new)} new"
+    lines += [
+        f"fewer    {module}:{body.name} (a copy remains)" for body, module in found.fewer.items()
+    ]
+    counted = (
+        f"{found.total:,} bodies before; {len(found.gone)} gone or changed, {len(found.new)} new"
+    )
     return Outcome("bodies", counted, lines, f"{time.process_time() - begun:.0f}")
 
 
@@ -56,10 +64,14 @@ def check_names(before: Path) -> Outcome:
     """Look for names in today's texts that name nothing."""
     begun = time.process_time()
     lines = list(missing_names(TODAY, before))
-    return Outcome("strings", f"{len(lines)} name nothing", lines, f"{time.process_time() - begun:.0f}")
+    return Outcome(
+        "strings", f"{len(lines)} name nothing", lines, f"{time.process_time() - begun:.0f}"
+    )
 
 
-def start_probe(tree: Path, place: Path, data: Path, names: Sequence[str]) -> subprocess.Popen[bytes]:
+def start_probe(
+    tree: Path, place: Path, data: Path, names: Sequence[str]
+) -> subprocess.Popen[bytes]:
     """Start the probe in a tree with its own interpreter, sources, caches and one thread."""
     python = tree / ".venv" / "bin" / "python"
     place.mkdir(parents=True)
@@ -89,25 +101,41 @@ def compare_probes(place: Path, names: Sequence[str]) -> Iterator[Outcome]:
         files = [place / side / f"{name}.json" for side in ("before", "today")]
         if not all(file.is_file() for file in files):
             lost = " and ".join(file.parent.name for file in files if not file.is_file())
-            yield Outcome(name, f"no answer {lost}", ["the probe failed; its error stands above"], "")
+            yield Outcome(
+                name, f"no answer {lost}", ["the probe failed; its error stands above"], ""
+            )
             continue
         before, today = (json.loads(file.read_text("utf-8")) for file in files)
         seconds = f"{before['cpu_s']:.0f} + {today['cpu_s']:.0f}"
-        skipped = [answers["skipped"] for each in (before, today) if "skipped" in (answers := each["answers"])]
+        skipped = [
+            answers["skipped"]
+            for each in (before, today)
+            if "skipped" in (answers := each["answers"])
+        ]
         lines = skipped or list(differences(before["answers"], today["answers"]))
-        yield Outcome(name, f"{len(before['answers'])} answers", lines, seconds, skipped=bool(skipped))
+        yield Outcome(
+            name, f"{len(before['answers'])} answers", lines, seconds, skipped=bool(skipped)
+        )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the guards and print their table; return 0 if all are equal, else 1."""
     made = argparse.ArgumentParser(prog="python -m pitotlab.guards", description=__doc__)
-    made.add_argument("before", type=Path, help="checkout from before, with its environment in .venv")
-    made.add_argument("--full", action="store_true", help="also what takes an hour")
-    made.add_argument("--only", nargs="+", choices=[*STATIC, *QUICK, *FULL], help="these guards alone")
     made.add_argument(
-        "--renames", type=Path, help='TOML: ["*"], ["old.module"], ["old.module:name"] with old = "new"'
+        "before", type=Path, help="checkout from before, with its environment in .venv"
     )
-    made.add_argument("--lines", type=int, default=200, help="lines of differences shown for each guard")
+    made.add_argument("--full", action="store_true", help="also what takes an hour")
+    made.add_argument(
+        "--only", nargs="+", choices=[*STATIC, *QUICK, *FULL], help="these guards alone"
+    )
+    made.add_argument(
+        "--renames",
+        type=Path,
+        help='TOML: ["*"], ["old.module"], ["old.module:name"] with old = "new"',
+    )
+    made.add_argument(
+        "--lines", type=int, default=200, help="lines of differences shown for each guard"
+    )
     made.add_argument("--keep", type=Path, help="folder in which the answers are kept")
     asked = made.parse_args(arguments)
     before = asked.before.resolve()
@@ -139,7 +167,9 @@ def told(outcome: Outcome, most: int) -> str:
     """Return the line of a guard and the lines of its differences."""
     word = "skipped" if outcome.skipped else "differs" if outcome.lines else "equal"
     head = f"{outcome.guard:9}{word:9}{outcome.counted}  [{outcome.seconds} CPU s]"
-    rest = [f"    … and {len(outcome.lines) - most} more lines"] if len(outcome.lines) > most else []
+    rest = (
+        [f"    … and {len(outcome.lines) - most} more lines"] if len(outcome.lines) > most else []
+    )
     return "\n".join([head, *(f"    {line}" for line in islice(outcome.lines, most)), *rest])
 
 

@@ -1,9 +1,11 @@
-"""The code of two trees as multisets of bodies, whatever module holds them: what vanished, and what is new.
+"""The code of two trees as multisets of bodies, whatever module holds them: what vanished, and what
+is new.
 
-A body is a function, a method, what a class holds beside its methods, a constant of a module, or another statement
-of a module. Docstrings and imports do not count. A name that is imported under another name counts as the original,
-and `module.name` as `name`, so that a body that moves with its imports stays equal. A string that names a module
-counts as `<module>`: that it exists is another guard's question.
+A body is a function, a method, what a class holds beside its methods, a constant of a module, or
+another statement of a module. Docstrings and imports do not count. A name that is imported under
+another name counts as the original, and `module.name` as `name`, so that a body that moves with its
+imports stays equal. A string that names a module counts as `<module>`: that it exists is another
+guard's question.
 """
 
 import ast
@@ -15,7 +17,9 @@ from pathlib import Path
 
 ROOTS = ("src", "tests", "scripts")
 GUARDS = ("pitotlab.guards", "tests.lab.test_guards")  # which only today's tree need have
-Renames = Mapping[str, Mapping[str, str]]  # `*`, a module, or `module:function` of the old tree to {old: new}
+Renames = Mapping[
+    str, Mapping[str, str]
+]  # `*`, a module, or `module:function` of the old tree to {old: new}
 _Unit = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 
@@ -29,7 +33,9 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Bodies of the old tree that the new one lacks, and the reverse, each with a module that holds it."""
+    """Bodies of the old tree that the new one lacks, and the reverse, each with a module that holds
+    it.
+    """
 
     total: int
     gone: Mapping[Body, str]
@@ -43,7 +49,9 @@ class _Tree:
 
     modules: Mapping[str, ast.Module]
     renames: Renames
-    passed_on: Mapping[tuple[str, str], tuple[str, str]]  # name imported by a module to where it comes from
+    passed_on: Mapping[
+        tuple[str, str], tuple[str, str]
+    ]  # name imported by a module to where it comes from
 
     def origin(self, module: str, name: str) -> tuple[str, str]:
         """Return module and name where a name is defined, through modules that only pass it on."""
@@ -62,7 +70,9 @@ class _Tree:
 
 
 def read_renames(path: Path | None) -> Renames:
-    """Read a TOML file of tables `["*"]`, `["old.module"]` or `["old.module:Class.method"]` with old = "new"."""
+    """Read a TOML file of tables `["*"]`, `["old.module"]` or `["old.module:Class.method"]` with
+    old = "new".
+    """
     return {} if path is None else tomllib.loads(path.read_text("utf-8"))
 
 
@@ -73,7 +83,9 @@ def read_tree(root: Path) -> dict[str, str]:
         base = root / "src" if top == "src" else root
         for path in sorted((root / top).rglob("*.py")):
             parts = path.relative_to(base).with_suffix("").parts
-            sources[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_text("utf-8")
+            sources[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_text(
+                "utf-8"
+            )
     return sources
 
 
@@ -93,7 +105,9 @@ def changed_pairs(found: Comparison) -> Iterator[tuple[str, str, str, str]]:
     for name in sorted({*old, *new}):
         ours, theirs = old.get(name, []), new.get(name, [])
         for i in range(max(len(ours), len(theirs))):
-            (was, at), (now, here) = (each[i] if i < len(each) else ("", "") for each in (ours, theirs))
+            (was, at), (now, here) = (
+                each[i] if i < len(each) else ("", "") for each in (ours, theirs)
+            )
             yield name, here or at, was, now
 
 
@@ -130,7 +144,9 @@ def _bodies(sources: Mapping[str, str], renames: Renames) -> dict[Body, list[str
 
 
 def _imported(parsed: ast.Module, tree: _Tree) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the imported names of a module to their originals, and those that are modules to these."""
+    """Return the imported names of a module to their originals, and those that are modules to
+    these.
+    """
     originals, modules = {}, {}
     for node in ast.walk(parsed):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -142,7 +158,11 @@ def _imported(parsed: ast.Module, tree: _Tree) -> tuple[dict[str, str], dict[str
                     originals[here] = tree.renamed(*tree.origin(node.module, each.name))
         elif isinstance(node, ast.Import):
             modules.update(
-                {each.asname or each.name: each.name for each in node.names if each.name in tree.modules}
+                {
+                    each.asname or each.name: each.name
+                    for each in node.names
+                    if each.name in tree.modules
+                }
             )
     return {here: name for here, name in originals.items() if here != name}, modules
 
@@ -168,7 +188,9 @@ def _units(body: Sequence[ast.stmt], inside: str) -> Iterator[tuple[str, ast.stm
 def _without_docstring(body: Sequence[ast.stmt]) -> list[ast.stmt]:
     first = body[0] if body else None
     is_text = (
-        isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant) and isinstance(first.value.value, str)
+        isinstance(first, ast.Expr)
+        and isinstance(first.value, ast.Constant)
+        and isinstance(first.value.value, str)
     )
     return list(body[1:] if is_text else body)
 
@@ -177,7 +199,12 @@ class _Plain(ast.NodeTransformer):
     """A body without docstrings and imports, with the original and then the new names."""
 
     def __init__(
-        self, tree: _Tree, module: str, scope: str, originals: Mapping[str, str], modules: Mapping[str, str]
+        self,
+        tree: _Tree,
+        module: str,
+        scope: str,
+        originals: Mapping[str, str],
+        modules: Mapping[str, str],
     ) -> None:
         self.tree, self.module, self.scope = tree, module, scope
         self.originals, self.modules = originals, modules
@@ -188,17 +215,25 @@ class _Plain(ast.NodeTransformer):
         if not self.bound:
             self.bound.update(n.arg for n in ast.walk(node) if isinstance(n, ast.arg))
             self.bound.update(
-                n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+                n.id
+                for n in ast.walk(node)
+                if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
             )
             self.bound["in a body"] = 1
         done: ast.AST | None = super().visit(node)
         return ast.Module([], []) if done is None else done
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
-        """Leave docstrings and imports out; a block that held nothing else holds `pass`, an empty `if` goes."""
+        """Leave docstrings and imports out; a block that held nothing else holds `pass`, an empty
+        `if` goes.
+        """
         for name, value in ast.iter_fields(node):
             if name in ("body", "orelse", "finalbody") and isinstance(value, list):
-                body = _without_docstring(value) if name == "body" and isinstance(node, _Unit) else value
+                body = (
+                    _without_docstring(value)
+                    if name == "body" and isinstance(node, _Unit)
+                    else value
+                )
                 kept = [n for n in body if not isinstance(n, ast.Import | ast.ImportFrom)]
                 setattr(node, name, kept or ([ast.Pass()] if name == "body" else []))
         super().generic_visit(node)
@@ -212,7 +247,9 @@ class _Plain(ast.NodeTransformer):
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         home = (
-            self.modules.get(ast.unparse(node.value)) if isinstance(node.value, ast.Name | ast.Attribute) else None
+            self.modules.get(ast.unparse(node.value))
+            if isinstance(node.value, ast.Name | ast.Attribute)
+            else None
         )
         if home is not None and ast.unparse(node.value) not in self.bound:
             return ast.Name(self.tree.renamed(*self.tree.origin(home, node.attr)), node.ctx)
@@ -247,7 +284,9 @@ class _Plain(ast.NodeTransformer):
         return self.tree.renamed(self.module, name, self.scope)
 
     def _without_module(self, text: str) -> str:
-        """Return a string with `<module>` in place of a module's dotted name or path that it begins with."""
+        """Return a string with `<module>` in place of a module's dotted name or path that it begins
+        with.
+        """
         parts = text.removesuffix(".py").removeprefix("src/").replace("/", ".").split(".")
         for count in range(len(parts), 1, -1):
             dotted = ".".join(parts[:count])

@@ -32,19 +32,27 @@ def differences(before: object, today: object, key: str = "") -> Iterator[str]:
         yield f"{key}: {_short(before)} → {_short(today)}{size}"
 
 
-def _numbers(before: Mapping[str, object], today: Mapping[str, object], name: str, key: str) -> Iterator[str]:
+def _numbers(
+    before: Mapping[str, object], today: Mapping[str, object], name: str, key: str
+) -> Iterator[str]:
     was, now = before[name], today[name]
     assert isinstance(was, int | float)
     assert isinstance(now, int | float)
     if not _same(was, now):
         bound = _two_sigma(before, name)
         share = abs(now - was) / bound if bound else 0.0
-        said = f", {share:.2g} of its 2σ{': A DEFECT' if share > OF_TWO_SIGMA else ''}" if bound else ""
+        said = (
+            f", {share:.2g} of its 2σ{': A DEFECT' if share > OF_TWO_SIGMA else ''}"
+            if bound
+            else ""
+        )
         yield f"{key}: {was!r} → {now!r}, by {now - was:+.3g}{said}"
 
 
 def _two_sigma(record: Mapping[str, object], name: str) -> float:
-    """Return the 2σ that stands beside a number: `x_kt` has `x_two_sigma_kt` or the record's `two_sigma_kt`."""
+    """Return the 2σ that stands beside a number: `x_kt` has `x_two_sigma_kt` or the record's
+    `two_sigma_kt`.
+    """
     stem, _, unit = name.rpartition("_")
     first = name.split("_")[0]
     for each in (
@@ -55,7 +63,12 @@ def _two_sigma(record: Mapping[str, object], name: str) -> float:
         "two_sigma",
     ):
         value = record.get(each)
-        if each != name and "two_sigma" not in name and isinstance(value, int | float) and math.isfinite(value):
+        if (
+            each != name
+            and "two_sigma" not in name
+            and isinstance(value, int | float)
+            and math.isfinite(value)
+        ):
             return abs(float(value))
     return 0.0
 
@@ -82,7 +95,9 @@ def _is_number(value: object) -> bool:
 
 
 def _same(before: object, today: object) -> bool:
-    """Return whether two values are the same, bit for bit as JSON has them; no number equals no number."""
+    """Return whether two values are the same, bit for bit as JSON has them; no number equals no
+    number.
+    """
     return type(before) is type(today) and repr(before) == repr(today)
 
 

@@ -7,7 +7,15 @@ from pathlib import Path
 
 from pitotlab.guards.bodies import read_tree
 
-TEXTS = ("pyproject.toml", "Makefile", ".ci/run", "README.md", "docs/**/*.md", "src/**/*.toml", "src/**/*.html")
+TEXTS = (
+    "pyproject.toml",
+    "Makefile",
+    ".ci/run",
+    "README.md",
+    "docs/**/*.md",
+    "src/**/*.toml",
+    "src/**/*.html",
+)
 CODE = ("src/**/*.py", "tests/**/*.py", "scripts/*.py", "docs/conf.py")
 _DOTTED = re.compile(r"(?<![\w./@-])(?:pitotbench|pitotlab|tests)(?:\.[A-Za-z_]\w*)+(?![\w(/-])")
 _PATH = re.compile(r"(?<![\w./<>~-])(?:src|tests|docs|scripts)/[\w./*-]*")
@@ -19,7 +27,8 @@ _OF_FILES = ("toml", "md", "csv", "log", "git", "html")  # ends of file names, n
 def missing_names(tree: Path, before: Path | None = None) -> Iterator[str]:
     """Yield `file:line: name` for each name that names nothing in a tree.
 
-    A string of the code also counts that named a module or a file of the product before, such as `records.errors`.
+    A string of the code also counts that named a module or a file of the product before, such as
+    `records.errors`.
     """
     modules = {name: _defined(text) for name, text in read_tree(tree).items()}
     old = _product(before) if before else set()
@@ -39,12 +48,18 @@ def missing_names(tree: Path, before: Path | None = None) -> Iterator[str]:
                     yield f"{place}:{text.count(chr(10), 0, found.start()) + 1}: {found[0]}"
             if path.suffix == ".py":
                 for node in ast.walk(ast.parse(text)):
-                    if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in old - now:
+                    if (
+                        isinstance(node, ast.Constant)
+                        and isinstance(node.value, str)
+                        and node.value in old - now
+                    ):
                         yield f"{place}:{node.lineno}: {node.value!r} was a module or a file"
 
 
 def _exists(dotted: str, modules: Mapping[str, set[str]]) -> bool:
-    """Return whether a dotted name is a module, a package, or one followed by a name that stands in it."""
+    """Return whether a dotted name is a module, a package, or one followed by a name that stands in
+    it.
+    """
     parts = dotted.split(".")
     for count in range(len(parts), 0, -1):
         head = ".".join(parts[:count])
@@ -56,7 +71,9 @@ def _exists(dotted: str, modules: Mapping[str, set[str]]) -> bool:
 
 
 def _defined(source: str) -> set[str]:
-    """Return the names at the top of a module; where it resolves names lazily, also those in its strings."""
+    """Return the names at the top of a module; where it resolves names lazily, also those in its
+    strings.
+    """
     out: set[str] = set()
     parsed = ast.parse(source)
     for node in ast.walk(parsed):
@@ -67,19 +84,33 @@ def _defined(source: str) -> set[str]:
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             out.add(node.id)
     if "__getattr__" in out:
-        out.update(n.value for n in ast.walk(parsed) if isinstance(n, ast.Constant) and isinstance(n.value, str))
+        out.update(
+            n.value
+            for n in ast.walk(parsed)
+            if isinstance(n, ast.Constant) and isinstance(n.value, str)
+        )
     return out | {"__version__", "__file__", "__main__"}
 
 
 def _is_there(tree: Path, name: str) -> bool:
     if name.startswith(_MADE):
         return True
-    return any(tree.glob(name)) if "*" in name else (tree / name).exists() or any(tree.glob(f"{name}*"))
+    return (
+        any(tree.glob(name))
+        if "*" in name
+        else (tree / name).exists() or any(tree.glob(f"{name}*"))
+    )
 
 
 def _product(tree: Path) -> set[str]:
     """Return the modules of the product as `a.b`, and its files as `a/b.py`, seen from its folder."""
     root = tree / "src" / "pitotbench"
-    files = [path.relative_to(root) for path in root.rglob("*.py") if len(path.relative_to(root).parts) > 1]
+    files = [
+        path.relative_to(root)
+        for path in root.rglob("*.py")
+        if len(path.relative_to(root).parts) > 1
+    ]
     modules = {".".join(each.with_suffix("").parts).removesuffix(".__init__") for each in files}
-    return {each.as_posix() for each in files} | {each for each in modules if "." in each}  # `plan` is a word
+    return {each.as_posix() for each in files} | {
+        each for each in modules if "." in each
+    }  # `plan` is a word

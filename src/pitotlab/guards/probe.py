@@ -1,7 +1,9 @@
-"""Ask one checkout all questions and write its answers as JSON: run by the guards in either tree, by path.
+"""Ask one checkout all questions and write its answers as JSON: run by the guards in either tree,
+by path.
 
-It touches outside interfaces alone: the command line, the public names, and tables that are found by name in
-whatever module holds them. It imports nothing else of the laboratory, because the other checkout may have none.
+It touches outside interfaces alone: the command line, the public names, and tables that are found
+by name in whatever module holds them. It imports nothing else of the laboratory, because the other
+checkout may have none.
 """
 
 import csv
@@ -26,7 +28,13 @@ from typing import Any
 
 TABLES = ("EFFECTS", "MANEUVERS", "MODELS", "FORMS", "COMMANDS")
 HELPED_SCRIPTS = ("run_campaign", "reproduce_study", "reconcile")
-NOT_COMPARED = ("flight", "cpu_s", "wall_s", "code", "when")  # columns of time and of digests of code
+NOT_COMPARED = (
+    "flight",
+    "cpu_s",
+    "wall_s",
+    "code",
+    "when",
+)  # columns of time and of digests of code
 # Where the blind generator may be, and how its signatures and its development set are made.
 BLIND = {
     "src/pitotlab/blind/drawn.py": ("pitotlab blind signatures", "pitotlab blind develop"),
@@ -75,7 +83,9 @@ class Bench:
         return words(said)
 
     def neutral(self, text: str) -> str:
-        """Return a text without what differs between two places: folders, lines of code, versions, times."""
+        """Return a text without what differs between two places: folders, lines of code, versions,
+        times.
+        """
         for path, name in ((self.place, "<place>"), (self.data, "<data>"), (self.tree, "<tree>")):
             text = text.replace(str(path), name)
         text = re.sub(r"<tree>[^\s:]*\.py:\d+", "<code>", text)
@@ -103,7 +113,13 @@ def write_files(bench: Bench) -> None:
         columns = [re.fullmatch(r"(.+)=(\w)(?:\*(.+))?", each) for each in header.split()]
         with (bench.place / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")
-            table.writerow([c[1].replace("_", " ") if "_(" in c[1] or "_[" in c[1] else c[1] for c in columns if c])
+            table.writerow(
+                [
+                    c[1].replace("_", " ") if "_(" in c[1] or "_[" in c[1] else c[1]
+                    for c in columns
+                    if c
+                ]
+            )
             for second in range(240):
                 row = orbit(second)
                 table.writerow([f"{row[c[2]] * float(c[3] or 1.0):.7g}" for c in columns if c])
@@ -111,10 +127,14 @@ def write_files(bench: Bench) -> None:
 
 
 def orbit(second: float) -> dict[str, float]:
-    """Return a second of a plausible turn in wind: pressures, velocities and what other logs hold of it."""
+    """Return a second of a plausible turn in wind: pressures, velocities and what other logs hold
+    of it.
+    """
     turn, speed = math.radians(3.0 * second), 55.0 + 8.0 * math.sin(second / 40.0)
     north, east = speed * math.cos(turn) - 4.0, speed * math.sin(turn) + 6.0
-    wave = math.sin(12.9898 * second) + math.sin(78.233 * second + 1.0)  # looks like noise on any machine
+    wave = math.sin(12.9898 * second) + math.sin(
+        78.233 * second + 1.0
+    )  # looks like noise on any machine
     return {
         "t": 100.0 + second, "q": 0.5 * 1.05 * speed**2 + 4.0 * wave, "p": 81200.0 + 6.0 * wave,
         "n": north + 0.05 * wave, "e": east, "a": 1830.0 + wave, "h": 6000.0 + 3.0 * wave, "k": 276.3 + 0.1 * wave,
@@ -124,7 +144,9 @@ def orbit(second: float) -> dict[str, float]:
 
 
 def write_ulog(path: Path) -> None:
-    """Write a ULog (PX4 file format, version 1) of a turn: header, flags, formats, subscriptions, data."""
+    """Write a ULog (PX4 file format, version 1) of a turn: header, flags, formats, subscriptions,
+    data.
+    """
 
     def message(kind: str, body: bytes) -> bytes:
         return struct.pack("<HB", len(body), ord(kind)) + body
@@ -138,12 +160,16 @@ def write_ulog(path: Path) -> None:
     for name, (columns, _) in topics.items():
         listing = "".join(f"float {each};" for each in columns.split())
         parts.append(message("F", f"{name}:uint64_t timestamp;{listing}".encode()))
-    parts += [message("A", struct.pack("<BH", 0, n) + name.encode()) for n, name in enumerate(topics)]
+    parts += [
+        message("A", struct.pack("<BH", 0, n) + name.encode()) for n, name in enumerate(topics)
+    ]
     for number, (_, letters) in enumerate(topics.values()):
         for second in range(300):
             row = {**orbit(second), "z": 0.0}
             values = [row[letter] * (1e3 if letter == "a" else 1.0) for letter in letters]
-            body = struct.pack(f"<HQ{len(values)}f", number, int(row["t"] * 1e6) + 1000 * number, *values)
+            body = struct.pack(
+                f"<HQ{len(values)}f", number, int(row["t"] * 1e6) + 1000 * number, *values
+            )
             parts.append(message("D", body))
     path.write_bytes(b"".join(parts))
 
@@ -167,7 +193,9 @@ def fly_campaign(bench: Bench) -> None:
 
 
 def collected_tests(bench: Bench) -> Answers:
-    """Return the tests that pytest collects, by function and parameter without their path, and the skips."""
+    """Return the tests that pytest collects, by function and parameter without their path, and the
+    skips.
+    """
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "--collect-only", "-q", "-o", "addopts=", "-rs", "-p", "no:cacheprovider"],
         cwd=bench.tree, capture_output=True, text=True, check=False,
@@ -175,17 +203,23 @@ def collected_tests(bench: Bench) -> Answers:
     )  # fmt: skip
     lines = done.stdout.splitlines()
     names = sorted(
-        line.split(".py::", 1)[1] for line in lines if ".py::" in line and not line.startswith("SKIPPED")
+        line.split(".py::", 1)[1]
+        for line in lines
+        if ".py::" in line and not line.startswith("SKIPPED")
     )
     other = [
-        line for line in lines if re.match(r"SKIPPED|ERROR|.*(deselected|error)", line) and ".py::" not in line
+        line
+        for line in lines
+        if re.match(r"SKIPPED|ERROR|.*(deselected|error)", line) and ".py::" not in line
     ]
     skips = "\n".join(sorted(re.sub(r"tests/\S*?([^/]+\.py)[:\d]*", r"\1", line) for line in other))
     return {"tests": "\n".join(names), "skipped or in error while collecting": bench.neutral(skips)}
 
 
 def modules(root: str) -> list[Any]:
-    """Import all modules of a package but those that run when imported; return those that could be imported."""
+    """Import all modules of a package but those that run when imported; return those that could be
+    imported.
+    """
     found = []
     package = importlib.import_module(root)
     for each in pkgutil.walk_packages(package.__path__, f"{root}.", onerror=lambda _: None):
@@ -199,8 +233,12 @@ def modules(root: str) -> list[Any]:
 
 def tables(name: str) -> list[Any]:
     """Return the tables of a name, each once, wherever the product holds them."""
-    found = {id(t): t for module in modules("pitotbench") if (t := vars(module).get(name)) is not None}
-    return [t for t in found.values() if isinstance(t, Mapping) or hasattr(next(iter(t)), "_fields")]
+    found = {
+        id(t): t for module in modules("pitotbench") if (t := vars(module).get(name)) is not None
+    }
+    return [
+        t for t in found.values() if isinstance(t, Mapping) or hasattr(next(iter(t)), "_fields")
+    ]
 
 
 def table_rows(_: Bench) -> Answers:
@@ -209,7 +247,11 @@ def table_rows(_: Bench) -> Answers:
     for name in TABLES:
         for number, table in enumerate(sorted(tables(name), key=len, reverse=True)):
             label = f"{name} {number + 1}" if number else name
-            rows = table.items() if isinstance(table, Mapping) else ((str(row[0]), row) for row in table)
+            rows = (
+                table.items()
+                if isinstance(table, Mapping)
+                else ((str(row[0]), row) for row in table)
+            )
             texts = {str(key): plain(repr(value)) for key, value in rows}
             said[f"{label}: names"] = "\n".join(texts)
             said[f"{label}: entries"] = {key: texts[key] for key in sorted(texts)}
@@ -218,7 +260,9 @@ def table_rows(_: Bench) -> Answers:
 
 def plain(text: str) -> str:
     """Return the text of a record without functions, addresses and modules, which may move."""
-    text = re.sub(r"<(function|bound method|built-in function) .*?( at 0x[0-9a-f]+)?>(?=[,)\]}])", "…", text)
+    text = re.sub(
+        r"<(function|bound method|built-in function) .*?( at 0x[0-9a-f]+)?>(?=[,)\]}])", "…", text
+    )
     return re.sub(r"<class '.*?'>|\bpitot(bench|lab)(\.\w+)+", "…", text)
 
 
@@ -239,13 +283,17 @@ def given_answers(bench: Bench) -> Answers:
     bench.once("campaign", fly_campaign)
     said: Answers = {"campaign": (bench.place / "campaign.txt").read_text("utf-8")}
     flown = [f"{name}.csv" for name in bench.questions["flights"]]
-    logs = sorted(each.relative_to(bench.place).as_posix() for each in (bench.place / "logs").glob("*.csv"))
+    logs = sorted(
+        each.relative_to(bench.place).as_posix() for each in (bench.place / "logs").glob("*.csv")
+    )
     for name in [*flown, *logs]:
         text = (bench.place / name).read_text("utf-8")
         head = [line for line in text.splitlines() if line.startswith("#")]
         said[f"bytes of {name}"] = {
             "header": bench.neutral("\n".join(head)),
-            "sha256 below the header": sha256("\n".join(text.splitlines()[len(head) :]).encode()).hexdigest(),
+            "sha256 below the header": sha256(
+                "\n".join(text.splitlines()[len(head) :]).encode()
+            ).hexdigest(),
         }
     for line in bench.questions["answers"]:
         said[line] = bench.ask(line)
@@ -253,43 +301,69 @@ def given_answers(bench: Bench) -> Answers:
 
 
 def full_answers(bench: Bench) -> Answers:
-    """Return plans, verdicts, and the results of the paper's flights with all data systems and models."""
+    """Return plans, verdicts, and the results of the paper's flights with all data systems and
+    models.
+    """
     import pandas as pd
 
     bench.once("short flights", fly_short)
     bench.once("campaign", fly_campaign)
     said: Answers = {line: bench.ask(line) for line in bench.questions["full"]}
-    line = "--maneuver all --das all --model all --no-report --jobs 1 --progress none --keep-logs none --out every"
+    line = (
+        "--maneuver all --das all --model all --no-report --jobs 1 --progress none --keep-logs "
+        "none --out every"
+    )
     said["all/all/all"] = bench.ask(f"scripts/run_campaign.py {line}")
     if (bench.place / "every/results.parquet").is_file():
         table = pd.read_parquet(bench.place / "every/results.parquet")
         rows = table.drop(columns=[c for c in NOT_COMPARED if c in table]).to_dict("records")
-        said["results.parquet"] = {f"{r['maneuver']} {r['das']} {r['model']}": strings(r) for r in rows}
+        said["results.parquet"] = {
+            f"{r['maneuver']} {r['das']} {r['model']}": strings(r) for r in rows
+        }
     said["claims"] = bench.ask("scripts/reproduce_study.py --claims-only --jobs 1 --out study")
     for path in sorted((bench.place / "study").rglob("*.parquet")):
-        rows = pd.read_parquet(path).drop(columns=list(NOT_COMPARED), errors="ignore").to_dict("records")
+        rows = (
+            pd.read_parquet(path)
+            .drop(columns=list(NOT_COMPARED), errors="ignore")
+            .to_dict("records")
+        )
         said[f"claims: {path.stem}"] = {str(i): strings(row) for i, row in enumerate(rows)}
     return said
 
 
 def strings(row: Mapping[Any, Any]) -> dict[str, object]:
     """Return a row with numbers and words alone, for JSON."""
-    plain_row = {str(key): value.item() if hasattr(value, "item") else value for key, value in row.items()}
-    return {key: v if isinstance(v, int | float | str) or v is None else str(v) for key, v in plain_row.items()}
+    plain_row = {
+        str(key): value.item() if hasattr(value, "item") else value for key, value in row.items()
+    }
+    return {
+        key: v if isinstance(v, int | float | str) or v is None else str(v)
+        for key, v in plain_row.items()
+    }
 
 
 def effect_changes(_: Bench) -> Answers:
-    """Return digests of the channels of one short flight with each effect at its typical size, and without any."""
+    """Return digests of the channels of one short flight with each effect at its typical size, and
+    without any.
+    """
     import pitotbench
 
     case = 'maneuver = "rapid_decel"\ncard = { dwell_s = 15.0, settle_s = 8.0, repeats = 1 }\n'
     said: Answers = {}
     effects = {name: effect for table in tables("EFFECTS") for name, effect in table.items()}
     for name in ("", *effects):
-        sizes = "".join(f"{p.name} = {float(p.typical)!r}\n" for p in effects[name].parameters) if name else ""
-        text = case + (f'[[effects]]\nname = "{name}"\n[effects.parameters]\n{sizes}' if name else "")
+        sizes = (
+            "".join(f"{p.name} = {float(p.typical)!r}\n" for p in effects[name].parameters)
+            if name
+            else ""
+        )
+        text = case + (
+            f'[[effects]]\nname = "{name}"\n[effects.parameters]\n{sizes}' if name else ""
+        )
         try:
-            said[name or "(none)"] = channels(pitotbench.sense(pitotbench.fly(pitotbench.read_case(text)), "20/5"))
+            said[name or "(none)"] = channels(
+                pitotbench.sense(pitotbench.fly(pitotbench.read_case(text)), "20/5")
+            )
         except (pitotbench.BadInputError, pitotbench.NoAnswerError, ValueError) as error:
             said[name] = f"{type(error).__name__}: {error}"
     return said
@@ -302,13 +376,17 @@ def channels(log: Any) -> dict[str, object]:
     every = {each.name: getattr(log, each.name) for each in fields(log)}
     arrays = {name: value for name, value in every.items() if isinstance(value, np.ndarray)}
     return {
-        name: sha256(str(value.tolist()).encode() if value.dtype.kind in "OUST" else value.tobytes()).hexdigest()
+        name: sha256(
+            str(value.tolist()).encode() if value.dtype.kind in "OUST" else value.tobytes()
+        ).hexdigest()
         for name, value in arrays.items()
     }
 
 
 def blind_logs(bench: Bench) -> Answers:
-    """Return digests of development logs of the blind generator, and a verdict on the first log of each kind."""
+    """Return digests of development logs of the blind generator, and a verdict on the first log of
+    each kind.
+    """
     import pitotbench
 
     entry = next((path for path in BLIND if (bench.tree / path).is_file()), None)
@@ -328,7 +406,9 @@ def blind_logs(bench: Bench) -> Answers:
     truth = json.loads((bench.place / "blind/truth.json").read_text("utf-8"))["cases"]
     first = {case["kind"]: case["name"] for case in reversed(truth)}
     for kind, name in sorted(first.items()):
-        said[f"verdict: {kind}"] = bench.ask(f"reconcile blind/logs/{name}.parquet --no-next-flight --json")
+        said[f"verdict: {kind}"] = bench.ask(
+            f"reconcile blind/logs/{name}.parquet --no-next-flight --json"
+        )
     return said
 
 
@@ -338,11 +418,17 @@ QUICK: dict[str, Callable[[Bench], Answers]] = {
     "words": said_words,
     "answers": given_answers,
 }
-FULL: dict[str, Callable[[Bench], Answers]] = {"full": full_answers, "effects": effect_changes, "blind": blind_logs}
+FULL: dict[str, Callable[[Bench], Answers]] = {
+    "full": full_answers,
+    "effects": effect_changes,
+    "blind": blind_logs,
+}
 
 
 def main(tree: Path, place: Path, data: Path, names: list[str]) -> None:
-    """Answer the questions of some guards; write `<guard>.json` into the place, each as soon as it is known."""
+    """Answer the questions of some guards; write `<guard>.json` into the place, each as soon as it
+    is known.
+    """
     questions = tomllib.loads(Path(__file__).with_name("questions.toml").read_text("utf-8"))
     bench = Bench(tree, place / "work", data, questions)
     bench.place.mkdir(parents=True, exist_ok=True)

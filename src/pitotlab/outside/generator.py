@@ -1,7 +1,10 @@
-"""Flights of a prescribed motion through prescribed air, recorded by prescribed sensors: logs with a known truth.
+"""Flights of a prescribed motion through prescribed air, recorded by prescribed sensors: logs with
+a known truth.
 
-The error sits in the static source: p_i = p(h) + Δp_s, the total pressure is right, so q_ci = q_c − Δp_s.
-Nothing here comes from the product: the judge writes the log to a file and reads it as a user would.
+The error sits in the static source: p_i = p(h) + Δp_s, the total pressure is right, so q_ci = q_c −
+Δp_s.
+Nothing here comes from the product: the judge writes the log to a file and reads it as a user
+would.
 """
 
 from dataclasses import dataclass
@@ -11,14 +14,34 @@ import numpy as np
 
 from pitotlab.outside import moving_air
 from pitotlab.outside import physics as physics
-from pitotlab.outside.motion import MANEUVERS, NOISE, RATE, Motion, fixes, fly_maneuver, in_steps, receive, wander
+from pitotlab.outside.motion import (
+    MANEUVERS,
+    NOISE,
+    RATE,
+    Motion,
+    fixes,
+    fly_maneuver,
+    in_steps,
+    receive,
+    wander,
+)
 from pitotlab.outside.moving_air import Cell
 from pitotlab.outside.physics import FOOT, Array, Day, StaticError, impact_from_indicated
 
 WIND_RMS = 6.0  # m/s, a component of the mean wind
 SPEED_WANDER, SPEED_SECONDS = 0.15, 8.0  # m/s, s: how well the pilot holds the speed
 HEIGHT_WANDER, HEIGHT_SECONDS = 4.0, 12.0  # m, s: and the height
-_PURPOSES = ("card", "error", "wind", "pilot", "gust", "slow_wind", "thermals", "sensors", "receiver")
+_PURPOSES = (
+    "card",
+    "error",
+    "wind",
+    "pilot",
+    "gust",
+    "slow_wind",
+    "thermals",
+    "sensors",
+    "receiver",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +115,13 @@ class OutsideFlight:
 def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
     """One flight. The same seed draws the same day, wind, error curve and heading in every cell.
 
-    Even seeds have GPS at 20 Hz, odd ones at 1 Hz; every second pair of seeds logs the temperature of the air
-    instead of the total temperature. Raises KeyError for an unknown maneuver.
+    Even seeds have GPS at 20 Hz, odd ones at 1 Hz; every second pair of seeds logs the temperature
+    of the air instead of the total temperature. Raises KeyError for an unknown maneuver.
     """
     children = np.random.SeedSequence(seed).spawn(len(_PURPOSES))
-    dice = {name: np.random.default_rng(child) for name, child in zip(_PURPOSES, children, strict=True)}
+    dice = {
+        name: np.random.default_rng(child) for name, child in zip(_PURPOSES, children, strict=True)
+    }
     sky = _draw_sky(cell, dice["wind"])
     draw = physics.draw_two_slopes if cell.two_slopes else physics.draw_inverse_plus
     error = draw(cell.low, cell.high, dice["error"])
@@ -114,7 +139,9 @@ def _draw_sky(cell: Cell, dice: np.random.Generator) -> Sky:
     return Sky(day, np.array([north, east, 0.0]), cell.height)
 
 
-def _fly(cell: Cell, maneuver: str, sky: Sky, error: StaticError, dice: dict[str, np.random.Generator]) -> State:
+def _fly(
+    cell: Cell, maneuver: str, sky: Sky, error: StaticError, dice: dict[str, np.random.Generator]
+) -> State:
     card = dice["card"]
     motion = fly_maneuver(
         MANEUVERS[maneuver],
@@ -163,16 +190,22 @@ def _fly(cell: Cell, maneuver: str, sky: Sky, error: StaticError, dice: dict[str
 
 
 def _true_over_indicated(cell: Cell, day: Day) -> float:
-    """Ratio of true to indicated airspeed in the middle of the range, near enough for the rate of a turn."""
+    """Ratio of true to indicated airspeed in the middle of the range, near enough for the rate of a
+    turn.
+    """
     h = np.array(cell.height)
     middle = 0.5 * (cell.low + cell.high)
     mach = physics.mach_number(physics.impact_pressure(np.array(middle)) / day.pressure(h))
     return float(mach * physics.speed_of_sound(day.temperature(h)) / middle)
 
 
-def _commanded_airspeed(motion: Motion, day: Day, error: StaticError, height: Array, wandering: Array) -> Array:
+def _commanded_airspeed(
+    motion: Motion, day: Day, error: StaticError, height: Array, wandering: Array
+) -> Array:
     """True airspeed [m/s] at which the gauge shows what the card asks for, in air without gusts."""
-    impact = impact_from_indicated(error, physics.impact_pressure(motion.indicated_airspeed + wandering))
+    impact = impact_from_indicated(
+        error, physics.impact_pressure(motion.indicated_airspeed + wandering)
+    )
     mach = physics.mach_number(impact / day.pressure(height))
     return mach * physics.speed_of_sound(day.temperature(height))
 
@@ -199,14 +232,20 @@ def _integrate(rate: Array) -> Array:
 
 
 def _record(
-    cell: Cell, state: State, fix_rate: float, air_temperature: bool, dice: dict[str, np.random.Generator]
+    cell: Cell,
+    state: State,
+    fix_rate: float,
+    air_temperature: bool,
+    dice: dict[str, np.random.Generator],
 ) -> dict[str, Array]:
     sensors, count = dice["sensors"], len(state.time)
     total_pressure = state.pressure + state.impact
     static = state.pressure + (state.impact - state.indicated_impact)
     impact = total_pressure - static + NOISE.impact * sensors.standard_normal(count)
     mach = physics.mach_number(state.impact / state.pressure)
-    temperature = state.temperature if air_temperature else physics.total_temperature(state.temperature, mach)
+    temperature = (
+        state.temperature if air_temperature else physics.total_temperature(state.temperature, mach)
+    )
     offset = cell.probe_offset * float(sensors.choice([-1.0, 1.0]))
     velocity, height = receive(
         state.time, state.ground_velocity, state.height, fix_rate, cell.gps_late, dice["receiver"]
@@ -214,7 +253,9 @@ def _record(
     attitude = _attitude(state) + NOISE.attitude * sensors.standard_normal((count, 3))
     return {
         "time_s": state.time,
-        "impact_pressure_pa": in_steps(impact, cell.airspeed_step) if cell.airspeed_step else impact,
+        "impact_pressure_pa": in_steps(impact, cell.airspeed_step)
+        if cell.airspeed_step
+        else impact,
         "static_pressure_pa": static + NOISE.static * sensors.standard_normal(count),
         "air_temperature_k" if air_temperature else "total_temperature_k": (
             temperature + offset + NOISE.temperature * sensors.standard_normal(count)
@@ -231,7 +272,9 @@ def _record(
 
 
 def _attitude(state: State) -> Array:
-    """Roll, pitch and heading [rad] of a coordinated flight: (n, 3); 4° of angle of attack at the mean airspeed."""
+    """Roll, pitch and heading [rad] of a coordinated flight: (n, 3); 4° of angle of attack at the
+    mean airspeed.
+    """
     quiet = state.quiet_airspeed
     roll = np.arctan(quiet * state.turn_rate / physics.GRAVITY)
     attack = np.radians(4.0) * (float(np.mean(quiet)) / quiet) ** 2 / np.cos(roll)
@@ -241,7 +284,9 @@ def _attitude(state: State) -> Array:
 
 def _truth(cell: Cell, sky: Sky, error: StaticError, state: State) -> Truth:
     step = 5.0 * physics.KNOT
-    points = np.arange(np.ceil(cell.low / step - 1e-9), np.floor(cell.high / step + 1e-9) + 1.0) * step
+    points = (
+        np.arange(np.ceil(cell.low / step - 1e-9), np.floor(cell.high / step + 1e-9) + 1.0) * step
+    )
     impact = impact_from_indicated(error, physics.impact_pressure(points))
     pressure = sky.day.pressure(np.full(len(points), cell.height))
     indicated_pressure = pressure + (impact - physics.impact_pressure(points))

@@ -36,12 +36,13 @@ _SHORT = {
 
 
 def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
-    """One line a cell: coverage with its standard error over flights, bound over oracle, share warned.
+    """One line a cell: coverage with its standard error over flights, bound over oracle, share
+    warned.
 
-    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations; both
-    oracles allow for the usual constant errors of the sensors, as the calibration does. `ft` is the position error,
-    which `ft given` flights have. `outside` counts
-    the flights with less than 95.45 % of their curve inside the bound.
+    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both
+    equations; both oracles allow for the usual constant errors of the sensors, as the calibration
+    does. `ft` is the position error, which `ft given` flights have. `outside` counts the flights
+    with less than 95.45 % of their curve inside the bound.
     """
     cells = list(dict.fromkeys(row["cell"] for row in rows))
     lines = [line_of([row for row in rows if row["cell"] == cell]) for cell in cells]
@@ -97,10 +98,14 @@ def standard_error(values: Array) -> float:
 
 def _by_maneuver(rows: Sequence[Mapping[str, Any]]) -> str:
     shares = {
-        short: 100.0 * _mean(_column([row for row in rows if row["maneuver"] == name], "curve_coverage"))
+        short: 100.0
+        * _mean(_column([row for row in rows if row["maneuver"] == name], "curve_coverage"))
         for name, short in _SHORT.items()
     }
-    return ", ".join(f"{name} {share:.0f}" for name, share in shares.items() if np.isfinite(share)) or "–"
+    return (
+        ", ".join(f"{name} {share:.0f}" for name, share in shares.items() if np.isfinite(share))
+        or "–"
+    )
 
 
 def _column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
@@ -124,7 +129,9 @@ def _text(value: float, digits: int) -> str:
 DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
 # Where the command's defaults are not those of CalibrationOptions.
 COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
-LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
+LONG_LOG = (
+    600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
+)
 NAN = float("nan")
 
 
@@ -147,7 +154,9 @@ class Row:
     wind_error_kt: float = NAN
     oracle_two_sigma_kt: float = NAN  # the triangle alone
     joined_two_sigma_kt: float = NAN  # with the height and the vertical velocity
-    coverage_ft: float = NAN  # share of the points at which the position error is inside its bound; NaN without one
+    coverage_ft: float = (
+        NAN  # share of the points at which the position error is inside its bound; NaN without one
+    )
     two_sigma_ft: float = NAN  # mean over the curve
     rms_error_ft: float = NAN
     warned: float = NAN  # 1 where there was any warning
@@ -195,7 +204,9 @@ def _answer(flight: OutsideFlight, options: CalibrationOptions) -> Calibration |
 
 def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, float | str]:
     curve, cell = found.curve, flight.cell
-    inside = (curve.indicated_airspeed > cell.low - 0.01) & (curve.indicated_airspeed < cell.high + 0.01)
+    inside = (curve.indicated_airspeed > cell.low - 0.01) & (
+        curve.indicated_airspeed < cell.high + 0.01
+    )
     error = (curve.correction - flight.correction(curve.indicated_airspeed))[inside]
     parts = (found.known_wind.north, found.known_wind.east)
     wind_error = np.array([part.value for part in parts]) - flight.truth.mean_wind
@@ -215,8 +226,12 @@ def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, 
     }
 
 
-def _position_error_held(curve: ErrorCurve, flight: OutsideFlight, inside: Booleans) -> dict[str, float]:
-    """The position error against the truth; nothing where the answer has none, as for an error elsewhere."""
+def _position_error_held(
+    curve: ErrorCurve, flight: OutsideFlight, inside: Booleans
+) -> dict[str, float]:
+    """The position error against the truth; nothing where the answer has none, as for an error
+    elsewhere.
+    """
     if curve.altitude_correction is None or curve.altitude_two_sigma is None:
         return {}
     truth = flight.truth
@@ -236,7 +251,10 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
     block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
     return {
         name: float(np.mean(bound(flight, height, block, accuracy=USUAL_ONE_SIGMA).curve)) / KNOT
-        for name, height in (("oracle_two_sigma_kt", Height.NONE), ("joined_two_sigma_kt", Height.WITH_VELOCITY))
+        for name, height in (
+            ("oracle_two_sigma_kt", Height.NONE),
+            ("joined_two_sigma_kt", Height.WITH_VELOCITY),
+        )
     }
 
 
@@ -246,7 +264,8 @@ def options_text(stated: Mapping[str, str]) -> str:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The rows of a file of the judge, none where there is no file; a row that breaks off is cut from the file.
+    """The rows of a file of the judge, none where there is no file; a row that breaks off is cut
+    from the file.
 
     Raises ValueError for a file with other columns.
     """
@@ -266,14 +285,19 @@ def read_rows(path: Path) -> list[Row]:
 def _row(cells: Mapping[str, str]) -> Row:
     kinds: dict[str, Callable[[str], object]] = {"seed": int}
     texts = {"cell", "options", "maneuver", "outcome", "says"}
-    entries = {name: text if name in texts else kinds.get(name, float)(text) for name, text in cells.items()}
+    entries = {
+        name: text if name in texts else kinds.get(name, float)(text)
+        for name, text in cells.items()
+    }
     return Row(**entries)  # type: ignore[arg-type]
 
 
 def judge_all(
     cells: Sequence[str], seeds: Sequence[int], stated: Mapping[str, str], jobs: int, out: Path
 ) -> list[Row]:
-    """Judge what the file does not hold yet, append row by row, and return all rows that were asked for."""
+    """Judge what the file does not hold yet, append row by row, and return all rows that were asked
+    for.
+    """
     held = {(row.cell, row.seed, row.options): row for row in read_rows(out)}
     asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
     missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]
@@ -286,7 +310,9 @@ def judge_all(
             writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
             file.flush()
             held[row.cell, row.seed, row.options] = row
-            _progress(f"[{count}/{len(missing)}] {row.cell} {row.maneuver} seed {row.seed}: {row.outcome}")
+            _progress(
+                f"[{count}/{len(missing)}] {row.cell} {row.maneuver} seed {row.seed}: {row.outcome}"
+            )
     return [held[key] for key in asked]
 
 
@@ -296,13 +322,17 @@ def _progress(line: str) -> None:
     print(f"\r{line:<60}" if live else line, end="" if live else "\n", file=sys.stderr, flush=True)
 
 
-def _judged(missing: Sequence[tuple[str, int]], stated: Mapping[str, str], jobs: int) -> Iterator[Row]:
+def _judged(
+    missing: Sequence[tuple[str, int]], stated: Mapping[str, str], jobs: int
+) -> Iterator[Row]:
     if jobs == 1:
         for cell, seed in missing:
             yield judge(cell, seed, stated)
         return
     with ProcessPoolExecutor(jobs) as pool:
-        for done in as_completed([pool.submit(judge, cell, seed, stated) for cell, seed in missing]):
+        for done in as_completed(
+            [pool.submit(judge, cell, seed, stated) for cell, seed in missing]
+        ):
             yield done.result()
 
 
@@ -329,9 +359,13 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--flights", type=int, default=60, help="a cell")
     parser.add_argument("--seed", type=int, default=1, help="of the first flight")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--options", default="", help="choices of the calibration, NAME=VALUE with commas")
+    parser.add_argument(
+        "--options", default="", help="choices of the calibration, NAME=VALUE with commas"
+    )
     parser.add_argument("--format", choices=FORMS, default="text", help="of the table")
-    parser.add_argument("--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to"
+    )
     choice = parser.parse_args(words)
     cells = list(CELLS) if choice.cells == "all" else choice.cells.split(",")
     unknown = [cell for cell in cells if cell not in CELLS]

@@ -17,7 +17,9 @@ CORNER = 0.7  # s, over which ramps and turns begin
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of a maneuver; it ends when its seconds are over, its angle is turned and its speed is reached."""
+    """A part of a maneuver; it ends when its seconds are over, its angle is turned and its speed is
+    reached.
+    """
 
     seconds: float
     speed: float  # 0: the lowest of the maneuver, 1: the highest
@@ -85,9 +87,15 @@ class Motion:
 
 
 def fly_maneuver(
-    legs: tuple[Leg, ...], low: float, high: float, true_over_indicated: float, start: float, side: float
+    legs: tuple[Leg, ...],
+    low: float,
+    high: float,
+    true_over_indicated: float,
+    start: float,
+    side: float,
 ) -> Motion:
-    """Fly legs between two indicated airspeeds [m/s], from a heading [rad], turning to one side (1 right, -1 left).
+    """Fly legs between two indicated airspeeds [m/s], from a heading [rad], turning to one side (1
+    right, -1 left).
 
     `true_over_indicated` is the ratio of the airspeeds that fixes the rate of a banked turn.
     """
@@ -99,7 +107,11 @@ def fly_maneuver(
         while rows < leg.seconds * RATE or turned < target_angle or abs(speed - leg.speed) > 1e-9:
             speed += float(np.clip(leg.speed - speed, -ramp, ramp))
             banked = GRAVITY * np.tan(BANK) / ((low + speed * (high - low)) * true_over_indicated)
-            rate = banked if leg.steep else (min(STANDARD_TURN, banked) if turned < target_angle else 0.0)
+            rate = (
+                banked
+                if leg.steep
+                else (min(STANDARD_TURN, banked) if turned < target_angle else 0.0)
+            )
             turned += rate / RATE
             rows += 1
             speeds.append(speed)
@@ -107,15 +119,21 @@ def fly_maneuver(
     smooth = CORNER * RATE
     rate_array = side * gaussian_filter1d(np.array(rates), smooth, mode="nearest")
     speed_array = low + (high - low) * gaussian_filter1d(np.array(speeds), smooth, mode="nearest")
-    heading = start + np.concatenate([[0.0], np.cumsum(0.5 * (rate_array[1:] + rate_array[:-1])) / RATE])
+    heading = start + np.concatenate(
+        [[0.0], np.cumsum(0.5 * (rate_array[1:] + rate_array[:-1])) / RATE]
+    )
     return Motion(np.arange(len(speeds)) / RATE, speed_array, rate_array, heading)
 
 
 def wander(count: int, rms: float, seconds: float, dice: np.random.Generator) -> Array:
     """A smooth random motion of a pilot: Gaussian, with the given rms and time scale."""
     margin = int(5 * seconds * RATE)
-    noise = gaussian_filter1d(dice.standard_normal(count + 2 * margin), seconds * RATE)[margin : margin + count]
-    expected = 1.0 / np.sqrt(2.0 * np.sqrt(np.pi) * seconds * RATE)  # rms of white noise after the filter
+    noise = gaussian_filter1d(dice.standard_normal(count + 2 * margin), seconds * RATE)[
+        margin : margin + count
+    ]
+    expected = 1.0 / np.sqrt(
+        2.0 * np.sqrt(np.pi) * seconds * RATE
+    )  # rms of white noise after the filter
     return np.asarray(rms * noise / expected)
 
 
@@ -143,7 +161,12 @@ def fixes(time: Array, fix_rate: float) -> NDArray[np.int_]:
 
 
 def receive(
-    time: Array, velocity: Array, height: Array, fix_rate: float, late: float, dice: np.random.Generator
+    time: Array,
+    velocity: Array,
+    height: Array,
+    fix_rate: float,
+    late: float,
+    dice: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Velocity (n, 3) and height (n,) as a standalone receiver reports them, held between fixes.
 

@@ -12,7 +12,9 @@ VON_KARMAN = 1.339  # the factor beside the length in the spectra of MIL-F-8785C
 
 
 def ou_gusts(distance: Array, sigma: float, length: float, dice: np.random.Generator) -> Array:
-    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown through the air [m]: (n, 3), exact at each row."""
+    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown through the air [m]: (n, 3), exact at
+    each row.
+    """
     decay = np.exp(-np.diff(distance) / length)
     push = sigma * np.sqrt(1.0 - decay**2)
     noise = dice.standard_normal((len(distance), 3))
@@ -26,7 +28,8 @@ def ou_gusts(distance: Array, sigma: float, length: float, dice: np.random.Gener
 def von_karman_gusts(
     distance: Array, heading: Array, sigma: float, length: float, dice: np.random.Generator
 ) -> Array:
-    """Von Karman gusts [m/s]: (n, 3), by spectral synthesis along the path, turned to north and east.
+    """Von Karman gusts [m/s]: (n, 3), by spectral synthesis along the path, turned to north and
+    east.
 
     The spectra over the spatial frequency Ω [rad/m] are those of MIL-F-8785C: along the path
     (1 + a²)^(-5/6), across it (1 + 8/3 a²)/(1 + a²)^(11/6), with a = 1.339 L Ω.
@@ -81,7 +84,8 @@ def thermals(distance: Array, heading: Array, dice: np.random.Generator) -> Arra
 
 
 def answer(gust: Array, heading: Array, rate: float) -> Array:
-    """The ground velocity [m/s] with which an airplane answers gusts: 20 s along its path, 4 s across; (n, 3).
+    """The ground velocity [m/s] with which an airplane answers gusts: 20 s along its path, 4 s
+    across; (n, 3).
 
     It has no vertical part: the pilot holds the height.
     """
@@ -109,7 +113,9 @@ def still(time: Array, dice: np.random.Generator) -> Array:
 
 
 def mountain_wave(time: Array, dice: np.random.Generator) -> Array:
-    """A standing wave of 1 m/s, crossed in 300 s: horizontal in one direction, and vertical, 90° later."""
+    """A standing wave of 1 m/s, crossed in 300 s: horizontal in one direction, and vertical, 90°
+    later.
+    """
     toward, phase = dice.uniform(0.0, 2.0 * np.pi, 2)
     angle = 2.0 * np.pi * time / 300.0 + phase
     level, up = np.cos(angle), np.sin(angle)
@@ -131,7 +137,8 @@ def steady_change(time: Array, dice: np.random.Generator) -> Array:
 
 
 SHORT = ("step_decrease", "rapid_decel", "circle")
-# Mostly the short ones, as the long ones cost time; an odd number, so that each meets both rates of GPS.
+# Mostly the short ones, as the long ones cost time; an odd number, so that each meets both rates of
+# GPS.
 ALL = (*SHORT, *SHORT, "race_track", *SHORT, *SHORT, *SHORT, "four_leg")
 
 
@@ -167,23 +174,46 @@ CELLS: dict[str, Cell] = {
         BASE,
         replace(_AIR, name="calm", says="no gusts at all", gust_sigma=0.0),
         replace(
-            _AIR, name="jet", says="200-350 kt at 20,000 ft", low=200 * KNOT, high=350 * KNOT, height=20000 * FOOT
+            _AIR,
+            name="jet",
+            says="200-350 kt at 20,000 ft",
+            low=200 * KNOT,
+            high=350 * KNOT,
+            height=20000 * FOOT,
         ),
         replace(_AIR, name="probe_2k", says="temperature 2 K off", probe_offset=2.0),
         replace(_AIR, name="probe_5k", says="temperature 5 K off", probe_offset=5.0),
         replace(_AIR, name="length_100", says="gusts of 100 m", gust_length=100.0),
         replace(_AIR, name="length_2000", says="gusts of 2,000 m", gust_length=2000.0),
-        replace(_AIR, name="von_karman", says="von Karman gusts of 533 m", gusts="von_karman", gust_length=533.0),
+        replace(
+            _AIR,
+            name="von_karman",
+            says="von Karman gusts of 533 m",
+            gusts="von_karman",
+            gust_length=533.0,
+        ),
         replace(_AIR, name="wave", says="mountain wave 1 m/s, 300 s", slow_wind=mountain_wave),
         replace(_AIR, name="front", says="front 3 m/s in 20 s", slow_wind=front),
-        replace(_AIR, name="linear", says="wind changes by 3 m/s in 10 min", slow_wind=steady_change),
+        replace(
+            _AIR, name="linear", says="wind changes by 3 m/s in 10 min", slow_wind=steady_change
+        ),
         replace(_AIR, name="steps", says="airspeed in steps of 1 kt", airspeed_step=KNOT),
         replace(
-            _AIR, name="calm_steps", says="airspeed in steps of 1 kt, calm", airspeed_step=KNOT, gust_sigma=0.0
+            _AIR,
+            name="calm_steps",
+            says="airspeed in steps of 1 kt, calm",
+            airspeed_step=KNOT,
+            gust_sigma=0.0,
         ),
         replace(_AIR, name="two_slope", says="error curve with a kink", two_slopes=True),
         replace(_AIR, name="bursts", says="gusts in bursts x 4", bursts=True),
-        replace(_AIR, name="thermals", says="thermals 2 m/s over gusts 0.3 m/s", thermals=True, gust_sigma=0.3),
+        replace(
+            _AIR,
+            name="thermals",
+            says="thermals 2 m/s over gusts 0.3 m/s",
+            thermals=True,
+            gust_sigma=0.3,
+        ),
         replace(_AIR, name="carried", says="the airplane answers the gusts", carried=True),
         replace(_AIR, name="late", says="GPS 0.5 s late", gps_late=0.5),
         replace(

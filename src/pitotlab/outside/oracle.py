@@ -1,10 +1,12 @@
 """What the information of a log allows: generalized least squares with the covariance known.
 
-Two equations see the curve. The triangle: the airspeed of the indicated pressures is the length of ground velocity
-minus wind. The height: p_i(t) − p(h(t)) is the error of the static source. Every row of both carries noise whose
-size and memory the oracle is given; a calibration that has to find them cannot do better on average.
+Two equations see the curve. The triangle: the airspeed of the indicated pressures is the length of
+ground velocity minus wind. The height: p_i(t) − p(h(t)) is the error of the static source. Every
+row of both carries noise whose size and memory the oracle is given; a calibration that has to find
+them cannot do better on average.
 
-Rows are means over blocks of a second. The matrices are dense, so that no shortcut can hide an error.
+Rows are means over blocks of a second. The matrices are dense, so that no shortcut can hide an
+error.
 """
 
 from dataclasses import dataclass
@@ -51,7 +53,9 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """1σ of the errors that are constant over a log. The oracle knows how large they may be, not what they are."""
+    """1σ of the errors that are constant over a log. The oracle knows how large they may be, not
+    what they are.
+    """
 
     temperature: float = 0.0  # K
     recovery: float = 0.0
@@ -117,7 +121,9 @@ def _three_parameters(flight: OutsideFlight) -> InversePlus:
 def known_covariance(flight: OutsideFlight) -> bool:
     """Whether the noise of the triangle has a covariance that the oracle can write down."""
     cell = flight.cell
-    return not (cell.bursts or cell.thermals or cell.carried or (cell.airspeed_step and not cell.gust_sigma))
+    return not (
+        cell.bursts or cell.thermals or cell.carried or (cell.airspeed_step and not cell.gust_sigma)
+    )
 
 
 def bound(
@@ -129,12 +135,13 @@ def bound(
 ) -> Bound:
     """2σ of the curve and of the wind that a log allows, with or without the second equation.
 
-    The lateness of GPS and the slow wind count as known; constant errors of the sensors are as large as `accuracy`
-    says. Raises ValueError for a cell whose
-    covariance cannot be written down.
+    The lateness of GPS and the slow wind count as known; constant errors of the sensors are as
+    large as `accuracy` says. Raises ValueError for a cell whose covariance cannot be written down.
     """
     if not known_covariance(flight):
-        raise ValueError(f"the noise of the cell {flight.cell.name!r} has no covariance in closed form")
+        raise ValueError(
+            f"the noise of the cell {flight.cell.name!r} has no covariance in closed form"
+        )
     blocks = blocks_of(flight, seconds)
     jacobian, covariance = equations(flight, blocks, height, noise)
     constant = constant_errors(blocks, height, accuracy)
@@ -167,7 +174,8 @@ def _impact(k: Array, reference: float, indicated: Array) -> Array:
 def triangle(blocks: Blocks, theta: Array, inputs: Array) -> Array:
     """Airspeed of the pressures minus length of ground velocity less wind [m/s], a block.
 
-    `inputs` (6, n): indicated impact and static pressure, temperature, ground velocity north, east, down.
+    `inputs` (6, n): indicated impact and static pressure, temperature, ground velocity north, east,
+    down.
     """
     indicated, static, temperature, north, east, down = inputs
     impact = _impact(theta[:3], blocks.error.reference, indicated)
@@ -184,11 +192,14 @@ def source_error(blocks: Blocks, theta: Array) -> Array:
     return np.asarray(impact - blocks.indicated_impact + gradient)
 
 
-def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Noise) -> tuple[Array, Array]:
-    """Jacobian and covariance of all rows: the triangle, then the height, then the height against its velocity.
+def equations(
+    flight: OutsideFlight, blocks: Blocks, height: Height, noise: Noise
+) -> tuple[Array, Array]:
+    """Jacobian and covariance of all rows: the triangle, then the height, then the height against
+    its velocity.
 
-    The unknowns are θ; with the height an offset and a steady drift of the pressure; with the vertical velocity
-    the height at the start.
+    The unknowns are θ; with the height an offset and a steady drift of the pressure; with the
+    vertical velocity the height at the start.
     """
     theta, inputs = _true_inputs(blocks)
     steps = np.array([1e-5, 1e-5, 1e-5, 1e-3, 1e-3])
@@ -203,7 +214,9 @@ def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Nois
     weight = blocks.density * physics.GRAVITY  # Pa/m
     receiver = _receiver_covariance(blocks, noise)
     shared = np.diag(felt[1]) * noise.static**2 / _rows(blocks)
-    height_covariance = np.outer(weight, weight) * receiver + np.eye(n) * noise.static**2 / _rows(blocks)
+    height_covariance = np.outer(weight, weight) * receiver + np.eye(n) * noise.static**2 / _rows(
+        blocks
+    )
     if height is Height.ALONE:
         jacobian = np.block([[slopes, zero, zero], [by_height, one[:, None], drift[:, None]]])
         return jacobian, np.block([[covariance, shared], [shared, height_covariance]])
@@ -218,7 +231,11 @@ def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Nois
         ]
     )
     return jacobian, np.block(
-        [[covariance, shared, nothing], [shared, height_covariance, cross], [nothing, cross.T, against]]
+        [
+            [covariance, shared, nothing],
+            [shared, height_covariance, cross],
+            [nothing, cross.T, against],
+        ]
     )
 
 
@@ -252,7 +269,12 @@ def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array
 
 def _true_inputs(blocks: Blocks) -> tuple[Array, Array]:
     """θ and the inputs of the triangle, (6, n), as they are."""
-    inputs = [blocks.indicated_impact, blocks.indicated_static, blocks.temperature, *blocks.velocity.T]
+    inputs = [
+        blocks.indicated_impact,
+        blocks.indicated_static,
+        blocks.temperature,
+        *blocks.velocity.T,
+    ]
     return np.array([*blocks.error.k, *blocks.wind]), np.stack(inputs)
 
 
@@ -262,7 +284,10 @@ def _felt(blocks: Blocks, theta: Array, inputs: Array) -> Array:
     for place, step in enumerate((0.1, 1.0, 0.01, 1e-3, 1e-3, 1e-3)):
         shift = np.zeros_like(inputs)
         shift[place] = step
-        above, below = triangle(blocks, theta, inputs + shift), triangle(blocks, theta, inputs - shift)
+        above, below = (
+            triangle(blocks, theta, inputs + shift),
+            triangle(blocks, theta, inputs - shift),
+        )
         slopes.append((above - below) / (2.0 * step))
     return np.stack(slopes)
 
@@ -278,7 +303,9 @@ def _fixes(blocks: Blocks) -> float:
 def _triangle_covariance(flight: OutsideFlight, blocks: Blocks, felt: Array, noise: Noise) -> Array:
     """Gusts along the velocity through the air, and the white noise of all inputs."""
     white = (
-        (felt[0] * noise.impact) ** 2 + (felt[1] * noise.static) ** 2 + (felt[2] * noise.temperature) ** 2
+        (felt[0] * noise.impact) ** 2
+        + (felt[1] * noise.static) ** 2
+        + (felt[2] * noise.temperature) ** 2
     ) / _rows(blocks)
     white = white + np.sum(felt[3:] ** 2, axis=0) * noise.velocity**2 / _fixes(blocks)
     cell, directions = flight.cell, felt[3:].T
@@ -286,15 +313,18 @@ def _triangle_covariance(flight: OutsideFlight, blocks: Blocks, felt: Array, noi
     if cell.gusts == "von_karman":  # drawn along the path: always the longitudinal correlation
         correlation = von_karman_correlation(apart, cell.gust_length)
     else:
-        correlation = (directions @ directions.T) * mean_exponential(apart, blocks.distance, cell.gust_length)
+        correlation = (directions @ directions.T) * mean_exponential(
+            apart, blocks.distance, cell.gust_length
+        )
     return cell.gust_sigma**2 * correlation + np.diag(white)
 
 
 def mean_exponential(apart: Array, position: Array, length: float) -> Array:
-    """Correlation of block means of a process with exp(−|Δs|/L): blocks lie at `position`, side by side.
+    """Correlation of block means of a process with exp(−|Δs|/L): blocks lie at `position`, side by
+    side.
 
-    The mean of exp over two blocks of widths aL and bL a distance apart is exp times sinh(a/2)/(a/2) times
-    sinh(b/2)/(b/2); over one block with itself it is 2(a − 1 + exp(−a))/a².
+    The mean of exp over two blocks of widths aL and bL a distance apart is exp times
+    sinh(a/2)/(a/2) times sinh(b/2)/(b/2); over one block with itself it is 2(a − 1 + exp(−a))/a².
     """
     width = np.gradient(position) / length
     half = np.sinh(width / 2.0) / (width / 2.0)
@@ -312,7 +342,9 @@ def _receiver_covariance(blocks: Blocks, noise: Noise) -> Array:
 
 
 def _integrated_velocity_covariance(blocks: Blocks, noise: Noise) -> Array:
-    """Error of the integral of the vertical velocity [m²]: a random walk of white errors, one a fix."""
+    """Error of the integral of the vertical velocity [m²]: a random walk of white errors, one a
+    fix.
+    """
     since = blocks.time - blocks.time[0] + blocks.seconds / 2.0
     walk = np.minimum(since[:, None], since[None, :])
     return np.asarray(noise.velocity**2 / blocks.fix_rate * walk)

@@ -1,4 +1,6 @@
-"""The formulas of the outside generator, from their sources: compressible flow, the standard day, static errors."""
+"""The formulas of the outside generator, from their sources: compressible flow, the standard day,
+static errors.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -77,7 +79,9 @@ def total_temperature(temperature: Array, mach: Array) -> Array:
 def pressure_altitude(pressure: Array) -> Array:
     """Height [m] of a pressure [Pa] in the standard atmosphere."""
     exponent = GAS_CONSTANT * LAPSE / GRAVITY
-    return np.asarray(SEA_LEVEL_TEMPERATURE / LAPSE * (1.0 - (pressure / SEA_LEVEL_PRESSURE) ** exponent))
+    return np.asarray(
+        SEA_LEVEL_TEMPERATURE / LAPSE * (1.0 - (pressure / SEA_LEVEL_PRESSURE) ** exponent)
+    )
 
 
 def central_difference(function: Callable[[Array], Array], at: Array, steps: Array) -> Array:
@@ -131,17 +135,24 @@ def through(airspeeds: Array, shares: Array) -> InversePlus:
 
 
 def draw_inverse_plus(low: float, high: float, dice: np.random.Generator) -> InversePlus:
-    """A light airplane's source between two indicated airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to 2 %."""
+    """A light airplane's source between two indicated airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to
+    2 %.
+    """
     at_low, at_high = dice.uniform(0.025, 0.05), dice.uniform(0.005, 0.02)
     at_middle = at_high + dice.uniform(0.3, 0.5) * (at_low - at_high)
-    return through(np.array([low, (low + high) / 2.0, high]), np.array([at_low, at_middle, at_high]))
+    return through(
+        np.array([low, (low + high) / 2.0, high]), np.array([at_low, at_middle, at_high])
+    )
 
 
 def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSlopes:
     """A source whose error falls to a kink near the middle of the range and is then nearly flat."""
     kink = low + dice.uniform(0.35, 0.65) * (high - low)
     at_low, at_kink = dice.uniform(0.035, 0.05), dice.uniform(0.005, 0.012)
-    return TwoSlopes((low, kink, high), (float(at_low), float(at_kink), float(at_kink + dice.uniform(0.0, 0.006))))
+    return TwoSlopes(
+        (low, kink, high),
+        (float(at_low), float(at_kink), float(at_kink + dice.uniform(0.0, 0.006))),
+    )
 
 
 def impact_from_indicated(error: StaticError, indicated_impact: Array) -> Array:
@@ -150,7 +161,9 @@ def impact_from_indicated(error: StaticError, indicated_impact: Array) -> Array:
 
 
 def indicated_from_impact(error: StaticError, impact: Array) -> Array:
-    """q_ci [Pa] from q_c [Pa], by fixed point: the error changes slowly with speed, so each turn gains a digit."""
+    """q_ci [Pa] from q_c [Pa], by fixed point: the error changes slowly with speed, so each turn
+    gains a digit.
+    """
     indicated = impact * (1.0 - error.share(impact))
     for _ in range(60):
         better = impact * (1.0 - error.share(indicated))

@@ -1,4 +1,6 @@
-"""Measure the CPU time of flights and of whole commands, relative to JSBSim alone and to an older checkout."""
+"""Measure the CPU time of flights and of whole commands, relative to JSBSim alone and to an older
+checkout.
+"""
 
 import os
 import subprocess
@@ -22,12 +24,17 @@ from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
 LEVEL_SPEED = 130.0 * KNOT  # m/s, of the bare loop
-SHIPPED, SHIPPED_SPEED = "c172x", 100.0  # JSBSim's own airplane, and its speed in the bare loop [KCAS]
+SHIPPED, SHIPPED_SPEED = (
+    "c172x",
+    100.0,
+)  # JSBSim's own airplane, and its speed in the bare loop [KCAS]
 
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """A ratio of CPU times measured in pairs: the least time over the least, and the ratios of the pairs."""
+    """A ratio of CPU times measured in pairs: the least time over the least, and the ratios of the
+    pairs.
+    """
 
     least: float
     pairs: tuple[float, ...]
@@ -37,11 +44,13 @@ class Ratio:
         return f"{self.least:6.2f}   pairs {spread}"
 
 
-def overhead_ratio(case: Case | None = None, pairs: int = 9, channels: Collection[str] | None = None) -> Ratio:
+def overhead_ratio(
+    case: Case | None = None, pairs: int = 9, channels: Collection[str] | None = None
+) -> Ratio:
     """Return the CPU time of a flight over that of a bare `run()` loop of as many steps.
 
-    The flight includes the loading, the settling, the card, the channels asked for (by default all) at 100 Hz, and
-    the arrays at the end.
+    The flight includes the loading, the settling, the card, the channels asked for (by default all)
+    at 100 Hz, and the arrays at the end.
     """
     case = case or Case(maneuver="step_decrease")
     flown, bare = [], []
@@ -54,14 +63,18 @@ def overhead_ratio(case: Case | None = None, pairs: int = 9, channels: Collectio
 
 
 def bare_time(case: Case, steps: int) -> float:
-    """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level flight, in its air."""
+    """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level
+    flight, in its air.
+    """
     plant = Plant.load(case.aircraft)
     plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
     return _loop(plant.fdm.run, steps)
 
 
 def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
-    """Return the CPU time of a bare step of our airplane in light air over that of one that JSBSim ships."""
+    """Return the CPU time of a bare step of our airplane in light air over that of one that JSBSim
+    ships.
+    """
     ours, theirs = [], []
     for _ in range(rounds):
         ours.append(bare_time(Case(), steps))
@@ -70,12 +83,20 @@ def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
 
 
 def _shipped_time(steps: int) -> float:
-    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, in the air with its engine running."""
+    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, in the air with its
+    engine running.
+    """
     parts = (library() / ENGINES, library() / SYSTEMS)
     fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
-    for path, value in (("ic/h-sl-ft", 6000.0), ("ic/vc-kts", SHIPPED_SPEED), ("fcs/mixture-cmd-norm", 1.0)):
+    for path, value in (
+        ("ic/h-sl-ft", 6000.0),
+        ("ic/vc-kts", SHIPPED_SPEED),
+        ("fcs/mixture-cmd-norm", 1.0),
+    ):
         fdm[path] = value
-    fdm.set_output_filename(0, devnull)  # its file asks for a log of its own, in the folder where it flies
+    fdm.set_output_filename(
+        0, devnull
+    )  # its file asks for a log of its own, in the folder where it flies
     fdm.disable_output()
     fdm.run_ic()
     fdm["propulsion/set-running"] = -1
@@ -94,10 +115,23 @@ HERE = Path(__file__).resolve().parents[2]  # the folder on Python's path that h
 DEMO = ("campaign", "--maneuver", "step_decrease", "--das", "20/1")
 EVERYTHING = ("campaign", "--maneuver", "all", "--das", "all", "--model", "all")
 PLAN = (
-    *("plan", "--das", "20/1", "--turbulence", "light", "--wind-kt", "15", "--speeds-kt", "100,160"),
+    *(
+        "plan",
+        "--das",
+        "20/1",
+        "--turbulence",
+        "light",
+        "--wind-kt",
+        "15",
+        "--speeds-kt",
+        "100,160",
+    ),
     *("--minutes", "6", "--want-kt", "0.1", "--box-nm", "10"),
 )
-_GAP = 'maneuver = "step_decrease"\n[[effects]]\nname = "induced_drag"\nparameters = { factor = 0.01 }\n'
+_GAP = (
+    'maneuver = "step_decrease"\n[[effects]]\nname = "induced_drag"\nparameters = { factor = '
+    "0.01 }\n"
+)
 STARTS = {
     "import numpy": ("-c", "import numpy"),
     "import pitotbench": ("-c", "import pitotbench"),
@@ -108,11 +142,14 @@ _START = "import sys; from pitotbench.cli import main; sys.exit(main())"  # olde
 _TRIES = 5
 
 
-def cpu_seconds_of_command(arguments: Sequence[str], source: Path = HERE, cache: Path | None = None) -> float:
-    """Return the CPU time [s] of a new Python process with these arguments and of its workers, on one thread.
+def cpu_seconds_of_command(
+    arguments: Sequence[str], source: Path = HERE, cache: Path | None = None
+) -> float:
+    """Return the CPU time [s] of a new Python process with these arguments and of its workers, on
+    one thread.
 
-    `source` is the folder of the package that it imports, `cache` the folder of its cache, if not the usual one.
-    An older checkout is run with its own environment, if it has one in `.venv`.
+    `source` is the folder of the package that it imports, `cache` the folder of its cache, if not
+    the usual one. An older checkout is run with its own environment, if it has one in `.venv`.
     Raises CalledProcessError where the process fails.
     """
     own = source.parent / ".venv" / "bin" / "python"
@@ -133,7 +170,8 @@ def start_lines() -> Iterator[str]:
 
 
 def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
-    """Measure the campaigns of the README in one process each, one also without its report; yield a line for each.
+    """Measure the campaigns of the README in one process each, one also without its report; yield a
+    line for each.
 
     `older` is the folder of the package of an older checkout, flown in turn with this one.
     """
@@ -147,7 +185,11 @@ def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
             command = ("-c", _START, *arguments, "--jobs", "1", "--out")
             now, before = [], []
             for pair in range(pairs):
-                before += [cpu_seconds_of_command((*command, f"{folder}/older{pair}"), older)] if older else []
+                before += (
+                    [cpu_seconds_of_command((*command, f"{folder}/older{pair}"), older)]
+                    if older
+                    else []
+                )
                 now.append(cpu_seconds_of_command((*command, f"{folder}/out{pair}")))
             bare = bare_loops(Path(folder, "out0"))
         measured = f"{min(now):.1f} s / {bare:.2f} s"
@@ -171,7 +213,9 @@ def plan_lines(older: Path | None = None) -> Iterator[str]:
     """Measure the plan of the README; yield a line."""
     with TemporaryDirectory() as folder:
         for name, source in _sources(older):
-            seconds = cpu_seconds_of_command(("-c", _START, *PLAN, "--out", f"{folder}/{name}"), source)
+            seconds = cpu_seconds_of_command(
+                ("-c", _START, *PLAN, "--out", f"{folder}/{name}"), source
+            )
             yield f"{'plan, flags of the README, ' + name:<54} {seconds:6.1f} s"
 
 
@@ -185,10 +229,11 @@ def study_lines(older: Path | None = None) -> Iterator[str]:
 
 
 def reconcile_lines(older: Path | None = None) -> Iterator[str]:
-    """Measure the reconciliation of one log with an empty cache and with a filled one; yield a line for each.
+    """Measure the reconciliation of one log with an empty cache and with a filled one; yield a line
+    for each.
 
-    The log has one wrong number of the model, which is found. The older checkout flies it: older code reads no
-    header of this one.
+    The log has one wrong number of the model, which is found. The older checkout flies it: older
+    code reads no header of this one.
     """
     with TemporaryDirectory() as folder:
         case, log = Path(folder, "case.toml"), str(Path(folder, "log.csv"))

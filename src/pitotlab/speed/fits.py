@@ -1,7 +1,8 @@
 """Time fits of one log beside a plain SciPy fit of the same rows, and beside statsmodels.
 
-The log has 36,000 rows of three outputs; five parameters are unknown (Inverse+ and the wind). SciPy searches the
-minimum. statsmodels is given our linearization at zero, which saves most of its work: it solves a linear problem.
+The log has 36,000 rows of three outputs; five parameters are unknown (Inverse+ and the wind). SciPy
+searches the minimum. statsmodels is given our linearization at zero, which saves most of its work:
+it solves a linear problem.
 """
 
 from argparse import ArgumentParser
@@ -36,10 +37,12 @@ LAGS = 800
 
 @dataclass(frozen=True, slots=True)
 class FitTimes:
-    """CPU times [s], each the least of several: SciPy's fit, ours by method, one residual with its Jacobian.
+    """CPU times [s], each the least of several: SciPy's fit, ours by method, one residual with its
+    Jacobian.
 
-    `covering` asks the heights where the error is. `static` is told that it is at the static source, and fits the
-    altitude equation with the wind triangle. `triangle` uses no heights. `panel` draws one panel of the log's page.
+    `covering` asks the heights where the error is. `static` is told that it is at the static
+    source, and fits the altitude equation with the wind triangle. `triangle` uses no heights.
+    `panel` draws one panel of the log's page.
     """
 
     rows: int
@@ -53,10 +56,11 @@ class FitTimes:
 
 
 def fit_times(log: FlightLog) -> FitTimes:
-    """Time fits of a log with attitude and flow angles: three outputs, five parameters (Inverse+ and wind).
+    """Time fits of a log with attitude and flow angles: three outputs, five parameters (Inverse+
+    and wind).
 
-    The SciPy fit is `least_squares` with the analytic Jacobian and the method `lm`. Its time includes neither a
-    2σ bound nor the reading of the log.
+    The SciPy fit is `least_squares` with the analytic Jacobian and the method `lm`. Its time
+    includes neither a 2σ bound nor the reading of the log.
     """
     obs = observe(log, CalibrationOptions())
     outputs = velocity_outputs_of(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), obs, log)
@@ -94,12 +98,18 @@ def _panel_time(log: FlightLog) -> float:
 
 def statsmodels_times(residual: Array, jacobian: Array) -> Iterator[tuple[str, float]]:
     """Yield name and CPU time [s] of each fit, for a residual (3, n) and its Jacobian (3, n, 5)."""
-    response, regressors = residual.T.ravel(), np.ascontiguousarray(np.moveaxis(jacobian, 0, 1)).reshape(-1, 5)
+    response, regressors = (
+        residual.T.ravel(),
+        np.ascontiguousarray(np.moveaxis(jacobian, 0, 1)).reshape(-1, 5),
+    )
     for order in (1, 12):
         fit = partial(lambda order: GLSAR(response, regressors, rho=order).iterative_fit(4), order)
         yield f"statsmodels GLSAR({order})", least(fit, 3)
     hac = {"cov_type": "HAC", "cov_kwds": {"maxlags": LAGS}}
-    yield f"statsmodels OLS with HAC, {LAGS} lags", least(lambda: OLS(response, regressors).fit(**hac), 1)
+    yield (
+        f"statsmodels OLS with HAC, {LAGS} lags",
+        least(lambda: OLS(response, regressors).fit(**hac), 1),
+    )
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
@@ -115,7 +125,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
             ("ours, covering bound", fit.covering),
             ("ours, vector output error, three outputs", fit.vector),
             ("SciPy least_squares (LM), analytic Jacobian", fit.scipy),
-            ("ours, `--model auto`", least(lambda: calibrate(log, CalibrationOptions(model="auto")), 1)),
+            (
+                "ours, `--model auto`",
+                least(lambda: calibrate(log, CalibrationOptions(model="auto")), 1),
+            ),
         ]
         print("| fit | CPU [s] | over ours |\n|---|---|---|")
         for name, seconds in chain(rows, statsmodels_times(*outputs(np.zeros(5)))):

@@ -1,4 +1,6 @@
-"""Measure how CPU time and memory grow with the samples of a log and with the flights of a campaign."""
+"""Measure how CPU time and memory grow with the samples of a log and with the flights of a
+campaign.
+"""
 
 import sys
 from argparse import ArgumentParser
@@ -35,9 +37,9 @@ _READ_TRIES = 3
 class ReadingTimes:
     """CPU times [s] for one CSV file, each the least of several.
 
-    They are those of one pass of Arrow's reader on one thread, of our reading with all checks, and of the
-    calibration of the log. The process is warm. In a new process Arrow's pass takes about twice as long, because
-    its memory is not allocated yet.
+    They are those of one pass of Arrow's reader on one thread, of our reading with all checks, and
+    of the calibration of the log. The process is warm. In a new process Arrow's pass takes about
+    twice as long, because its memory is not allocated yet.
     """
 
     arrow: float
@@ -55,8 +57,12 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
-    """Return the growth of the cross-check's CPU time a row from `rows` to `times` × `rows` rows: 1 if linear."""
-    at = CalibrationOptions(error_location="static")  # stated, so that the legs and turns alone are timed
+    """Return the growth of the cross-check's CPU time a row from `rows` to `times` × `rows` rows: 1
+    if linear.
+    """
+    at = CalibrationOptions(
+        error_location="static"
+    )  # stated, so that the legs and turns alone are timed
     short, long = (tiled(log, count) for count in (rows, times * rows))
     with one_thread():
         once, more = (least(partial(cross_check, each, at), _READ_TRIES) for each in (short, long))
@@ -79,7 +85,8 @@ def reading_times(log: FlightLog, path: Path) -> ReadingTimes:
 
 SAMPLES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 FLIGHTS = (10, 30, 100, 300, 1000)
-# Not `ru_maxrss`: a new process begins with that of the process which started it, and this one holds long logs.
+# Not `ru_maxrss`: a new process begins with that of the process which started it, and this one
+# holds long logs.
 _PEAK = (
     "import sys, pitotbench as p; log = p.read_log(sys.argv[1]);"
     "len(sys.argv) > 2 and p.calibrate(log);"
@@ -118,27 +125,46 @@ def costs_by_flights(sizes: Sequence[int] = FLIGHTS) -> Iterator[Cost]:
     for size in sizes:
         with TemporaryDirectory() as folder:
             out = str(Path(folder, "out"))
-            seconds = cpu_seconds_of_command(("-m", "pitotbench", *flags, "--seeds", str(size), "--out", out))
+            seconds = cpu_seconds_of_command(
+                ("-m", "pitotbench", *flags, "--seeds", str(size), "--out", out)
+            )
         yield Cost("campaign", size, seconds)
 
 
 def exponent(costs: Sequence[Cost]) -> float:
-    """Return the exponent of the power of the size that the CPU times follow, by least squares of logarithms."""
-    slope, _ = np.polyfit(np.log([cost.size for cost in costs]), np.log([cost.seconds for cost in costs]), 1)
+    """Return the exponent of the power of the size that the CPU times follow, by least squares of
+    logarithms.
+    """
+    slope, _ = np.polyfit(
+        np.log([cost.size for cost in costs]), np.log([cost.seconds for cost in costs]), 1
+    )
     return float(slope)
 
 
 def peak_megabytes(path: Path, *argument: str) -> float:
-    """Return the peak memory [MB] of a new process that reads a log, and with an argument calibrates it."""
-    done = run([sys.executable, "-c", _PEAK, str(path), *argument], check=True, capture_output=True, text=True)
+    """Return the peak memory [MB] of a new process that reads a log, and with an argument
+    calibrates it.
+    """
+    done = run(
+        [sys.executable, "-c", _PEAK, str(path), *argument],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     return float(done.stdout) / 1024.0
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Measure how the cost grows with samples and with flights. Writes speed.csv and speed.png."""
-    parser.add_argument("--samples", type=_sizes, default=SAMPLES, help="rows of the logs, with commas")
-    parser.add_argument("--flights", type=_sizes, default=FLIGHTS, help="flights of the campaigns, with commas")
-    parser.add_argument("--out", type=Path, default=OUT, help="folder to write to (default: %(default)s)")
+    parser.add_argument(
+        "--samples", type=_sizes, default=SAMPLES, help="rows of the logs, with commas"
+    )
+    parser.add_argument(
+        "--flights", type=_sizes, default=FLIGHTS, help="flights of the campaigns, with commas"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=OUT, help="folder to write to (default: %(default)s)"
+    )
     options = parser.parse_args(words)
     from pitotlab.pages import draw_growth  # loads the drawing library
 
@@ -149,7 +175,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     for job in dict.fromkeys(cost.job for cost in costs):
         print(f"{job}: exponent {exponent([cost for cost in costs if cost.job == job]):.2f}")
     options.out.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(map(asdict, costs)).to_csv(options.out / "speed.csv", index=False, lineterminator="\r\n")
+    pd.DataFrame(map(asdict, costs)).to_csv(
+        options.out / "speed.csv", index=False, lineterminator="\r\n"
+    )
     draw_growth(costs, options.out / "speed.png")
 
 

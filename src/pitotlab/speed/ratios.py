@@ -1,7 +1,8 @@
-"""The speed ratios that `make lab-bench` prints: CPU time over the CPU time of the same work without the bench.
+"""The speed ratios that `make lab-bench` prints: CPU time over the CPU time of the same work
+without the bench.
 
-Each time is the least of several tries on one thread. On a shared machine absolute times differ from hour to hour;
-ratios within one run differ less.
+Each time is the least of several tries on one thread. On a shared machine absolute times differ
+from hour to hour; ratios within one run differ less.
 """
 
 from argparse import ArgumentParser
@@ -75,16 +76,20 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Print how fast the bench is: CPU times, and their ratios to what the same work costs without it.
+    """Print how fast the bench is: CPU times, and their ratios to what the same work costs without
+    it.
 
-    CPU seconds of one thread, the least of several tries; reconcile, plan and study run once. `--against` runs
-    campaigns, reconcile, plan and study of an older checkout in turn with this one.
+    CPU seconds of one thread, the least of several tries; reconcile, plan and study run once.
+    `--against` runs campaigns, reconcile, plan and study of an older checkout in turn with this
+    one.
     """
     parts = {"starts": start_lines} | PARTS
     parser.add_argument("--against", type=Path, help="the src folder of an older checkout")
     known = ", ".join((*parts, *COMPARED))
     parser.add_argument(
-        "--only", default=DEFAULT_PARTS, help=f"parts of {known}, with commas (default: %(default)s)"
+        "--only",
+        default=DEFAULT_PARTS,
+        help=f"parts of {known}, with commas (default: %(default)s)",
     )
     options = parser.parse_args(words)
     older = options.against and options.against.resolve()

@@ -1,1 +1,3 @@
-"""The simulator study of Martos, Kiszely and Foster (2011), flown again: every claim, and what it left open."""
+"""The simulator study of Martos, Kiszely and Foster (2011), flown again: every claim, and what it
+left open.
+"""

@@ -28,13 +28,16 @@ EXPLAINED = 5  # one of this many seeds also flies the rare settings and the swe
 def plan_sorties(seeds: int, sweeps: bool = True) -> list[Sortie]:
     """Return the sorties of seeds 1 to `seeds`.
 
-    All seeds fly the sorties of the claims. A fifth of them also fly the experiments that explain and, with
+    All seeds fly the sorties of the claims. A fifth of them also fly the experiments that explain
+    and, with
     `sweeps`, the sweeps.
     """
     flown: list[Sortie] = []
     for seed in range(1, seeds + 1):
         rare = seed <= -(-seeds // EXPLAINED)
-        flown += [_swept(sortie) if rare and sweeps else sortie for sortie in claim_sorties(seed, rare)]
+        flown += [
+            _swept(sortie) if rare and sweeps else sortie for sortie in claim_sorties(seed, rare)
+        ]
         if rare and sweeps:
             flown += [extra for sweep in SWEEPS.values() for extra in sweep.sorties(seed)]
     return sorted(flown, key=lambda sortie: -(MANEUVERS[sortie.case.maneuver].minutes or 0.0))
@@ -51,9 +54,11 @@ def _swept(sortie: Sortie) -> Sortie:
 
 @dataclass(frozen=True, slots=True)
 class StudyRequest:
-    """The request for a study: its seeds (1 to `seeds`, of truth and sensors), its folders, its processes.
+    """The request for a study: its seeds (1 to `seeds`, of truth and sensors), its folders, its
+    processes.
 
-    `sweeps`: answer the open questions of the paper as well. `docs`: a folder for `study.md` and its pictures.
+    `sweeps`: answer the open questions of the paper as well. `docs`: a folder for `study.md` and
+    its pictures.
     `tables`: the folder `out` of an earlier run, whose tables are used instead of new flights.
     """
 
@@ -72,7 +77,9 @@ class StudyRequest:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """The tables, the answers by claim, the pages, the failures in words, and the number of lost flights."""
+    """The tables, the answers by claim, the pages, the failures in words, and the number of lost
+    flights.
+    """
 
     evidence: StudyTables
     findings: dict[str, Finding]
@@ -82,22 +89,31 @@ class StudyResult:
 
 
 def run_study(request: StudyRequest) -> StudyResult:
-    """Fly the study, answer every claim, and write report.html and the tables; with `docs` also write study.md.
+    """Fly the study, answer every claim, and write report.html and the tables; with `docs` also
+    write study.md.
 
-    The same seeds give the same numbers on any number of processes.
-    Raises BadInputError for a request that makes no sense, NoAnswerError where nothing could be flown.
+    The same seeds give the same numbers on any number of processes. Raises BadInputError for a
+    request that makes no sense, NoAnswerError where nothing could be flown.
     """
     if request.tables is not None:
         return _answered(request, _read(request.tables), (), 0)
-    measured = fly_sorties(plan_sorties(request.seeds, request.sweeps), request.jobs, request.scheduler)
+    measured = fly_sorties(
+        plan_sorties(request.seeds, request.sweeps), request.jobs, request.scheduler
+    )
     failures = tuple(text for done in measured for text in done.failures)
     if not any(done.fits for done in measured):
         raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
-    return _answered(request, StudyTables.of(measured), failures, sum(not done.flights for done in measured))
+    return _answered(
+        request, StudyTables.of(measured), failures, sum(not done.flights for done in measured)
+    )
 
 
-def fly_sorties(sorties: Sequence[Sortie], jobs: int | None = None, scheduler: str | None = None) -> list[Measured]:
-    """Return the measurements of each sortie, in order. One that could not be flown has the reason instead."""
+def fly_sorties(
+    sorties: Sequence[Sortie], jobs: int | None = None, scheduler: str | None = None
+) -> list[Measured]:
+    """Return the measurements of each sortie, in order. One that could not be flown has the reason
+    instead.
+    """
     results = run_tasks(measure_sortie, sorties, jobs, scheduler, "flying")
     return [
         lost_sortie(sortie, result.reason) if isinstance(result, Failure) else result
@@ -108,24 +124,34 @@ def fly_sorties(sorties: Sequence[Sortie], jobs: int | None = None, scheduler: s
 def _read(folder: Path) -> StudyTables:
     """Return the tables of an earlier run."""
     try:
-        return StudyTables.of_tables({name: pd.read_parquet(folder / f"{name}.parquet") for name in TABLES})
+        return StudyTables.of_tables(
+            {name: pd.read_parquet(folder / f"{name}.parquet") for name in TABLES}
+        )
     except FileNotFoundError as error:
-        raise BadInputError(f"{error.filename}: not there; --tables takes the --out of an earlier study") from error
+        raise BadInputError(
+            f"{error.filename}: not there; --tables takes the --out of an earlier study"
+        ) from error
 
 
-def _answered(request: StudyRequest, evidence: StudyTables, failures: tuple[str, ...], lost: int) -> StudyResult:
+def _answered(
+    request: StudyRequest, evidence: StudyTables, failures: tuple[str, ...], lost: int
+) -> StudyResult:
     findings = {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
     return StudyResult(evidence, findings, _write(request, evidence, findings), failures, lost)
 
 
-def _write(request: StudyRequest, evidence: StudyTables, findings: dict[str, Finding]) -> tuple[Path, ...]:
+def _write(
+    request: StudyRequest, evidence: StudyTables, findings: dict[str, Finding]
+) -> tuple[Path, ...]:
     from pitotlab.study.page import study_html, write_document  # loads the drawing library
 
     page = study_page_of(evidence, findings)
     try:
         request.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadInputError(f"{request.out}: cannot be made: {error.strerror}; choose another --out") from error
+        raise BadInputError(
+            f"{request.out}: cannot be made: {error.strerror}; choose another --out"
+        ) from error
     report = request.out / "report.html"
     write_text(report, study_html(page))
     for name in TABLES:
@@ -138,18 +164,29 @@ _NAMED = 5  # failures that are printed in full
 
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Fly the paper's simulator study again, answer its claims, and print the verdicts and the paths of the pages.
+    """Fly the paper's simulator study again, answer its claims, and print the verdicts and the
+    paths of the pages.
 
-    Writes report.html and the numbers as Parquet; with --docs also study.md and its pictures. One seed gives a look
-    in a minute; the paper's claims are answered with 30.
+    Writes report.html and the numbers as Parquet; with --docs also study.md and its pictures. One
+    seed gives a look in a minute; the paper's claims are answered with 30.
     """
-    parser.add_argument("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
-    parser.add_argument("--claims-only", action="store_true", help="leave out what the paper left open")
+    parser.add_argument(
+        "--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)"
+    )
+    parser.add_argument(
+        "--claims-only", action="store_true", help="leave out what the paper left open"
+    )
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
-    parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
-    parser.add_argument("--docs", type=Path, help="write study.md and its pictures into this folder")
-    parser.add_argument("--tables", type=Path, help="answer from the tables of an earlier --out; nothing is flown")
+    parser.add_argument(
+        "--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--docs", type=Path, help="write study.md and its pictures into this folder"
+    )
+    parser.add_argument(
+        "--tables", type=Path, help="answer from the tables of an earlier --out; nothing is flown"
+    )
     options = parser.parse_args(words)
     for folder in (options.out, options.docs):
         if folder is not None:

@@ -1,4 +1,6 @@
-"""The content of the study's page: the claims, the rankings, the open questions, and how it was done."""
+"""The content of the study's page: the claims, the rankings, the open questions, and how it was
+done.
+"""
 
 from collections import Counter
 
@@ -28,21 +30,33 @@ def _order(values: dict[str, float]) -> str:
 
 
 def both_rankings(evidence: StudyTables, das: str = "50/50") -> Reply:
-    """Rank the maneuvers by residual, by true error and by covering 2σ in light turbulence, and compare."""
+    """Rank the maneuvers by residual, by true error and by covering 2σ in light turbulence, and
+    compare.
+    """
     error = {m: rms(_column(evidence, "rms_error_kt", m, das)) for m in PAPER_ORDER}
     bound = {m: Spread.of(_column(evidence, "two_sigma_kt", m, das)).mean for m in PAPER_ORDER}
-    residual = {m: Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in PAPER_ORDER}
+    residual = {
+        m: Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in PAPER_ORDER
+    }
     smooth = {m: Spread.of(evidence.residual(m, das=das)).mean for m in PAPER_ORDER}
     tau = rank_agreement(np.array(list(residual.values())), np.array(list(error.values())))
-    cost = ", ".join(f"{NAMES[m]} {error[m] * np.sqrt(_minutes(evidence, m)):.2f}" for m in PAPER_ORDER)
+    cost = ", ".join(
+        f"{NAMES[m]} {error[m] * np.sqrt(_minutes(evidence, m)):.2f}" for m in PAPER_ORDER
+    )
     return Reply(
-        f"By residual in smooth air: {_order(smooth)}. By residual in light turbulence: {_order(residual)}. By "
-        f"true error of the curve: {_order(error)}. By covering 2σ: {_order(bound)}. A small residual is no small "
-        f"error: the orders by residual and by true error agree at Kendall's τ {signed(tau)}. Step Decrease has "
-        f"the smallest published 2σ. Its curve is {error['step_decrease'] / error['four_leg']:.1f} times as wrong "
+        f"By residual in smooth air: {_order(smooth)}. By residual in light turbulence: "
+        f"{_order(residual)}. By "
+        f"true error of the curve: {_order(error)}. By covering 2σ: {_order(bound)}. A small "
+        "residual is no small "
+        f"error: the orders by residual and by true error agree at Kendall's τ {signed(tau)}. Step "
+        "Decrease has "
+        f"the smallest published 2σ. Its curve is {error['step_decrease'] / error['four_leg']:.1f} "
+        "times as wrong "
         "as that of 4-Leg, and it takes "
-        f"{_minutes(evidence, 'step_decrease') / _minutes(evidence, 'four_leg'):.2f} of the time. A longer flight "
-        "has a smaller error, as one over the square root of its time. With that taken out, true error times the "
+        f"{_minutes(evidence, 'step_decrease') / _minutes(evidence, 'four_leg'):.2f} of the time. "
+        "A longer flight "
+        "has a smaller error, as one over the square root of its time. With that taken out, true "
+        "error times the "
         f"square root of the minutes is {cost} kt √min.",
         (_bars(evidence, das), _pairs(evidence, das)),
         (_numbers(evidence, das),),
@@ -55,9 +69,12 @@ def _numbers(evidence: StudyTables, das: str) -> pd.DataFrame:
         return {
             "minutes": f"{_minutes(evidence, m):.1f}",
             "residual 2σ [kt]": Spread.of(evidence.residual(m, setting="light", das=das)).text(2),
-            "true rms error of the curve [kt]": f"{rms(_column(evidence, 'rms_error_kt', m, das)):.3f}",
+            "true rms error of the curve "
+            "[kt]": f"{rms(_column(evidence, 'rms_error_kt', m, das)):.3f}",
             "paper's method, true rms error [kt]": f"{published:.3f}",
-            "covering 2σ of the curve [kt]": Spread.of(_column(evidence, "two_sigma_kt", m, das)).text(3),
+            "covering 2σ of the curve [kt]": Spread.of(
+                _column(evidence, "two_sigma_kt", m, das)
+            ).text(3),
             "curve inside the 2σ [%]": f"{100.0 * Spread.of(_column(evidence, 'coverage', m, das)).mean:.0f}",
         }
 
@@ -75,7 +92,8 @@ def _bars(evidence: StudyTables, das: str) -> Chart:
         ("rms_error_kt", "true rms error of the curve"),
     ]
     return maneuver_bars(
-        "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.",
+        "rankings", "What is published, and what is "
+                    "known", f"Light turbulence, {das} Hz, Inverse+.",
         "2σ or rms [kt]", kinds,
         lambda m, column: _column(evidence, column, m, das),
     )  # fmt: skip
@@ -88,12 +106,17 @@ def _pairs(evidence: StudyTables, das: str) -> Chart:
         x = evidence.residual(m, setting="light", das=das)
         y = _column(evidence, "rms_error_kt", m, das)
         series.append(LineSeries(NAMES[m], x.tolist(), y.reindex(x.index).tolist(), style="marks"))
-    return Lines("A small residual is not a small error", "One mark a flight.", "2σ of the residual [kt]",
+    return Lines("A small residual is not a small "
+                 "error", "One mark a flight.", "2σ of the residual [kt]",
                  "true rms error of the curve [kt]", series, "residual-against-error")  # fmt: skip
 
 
 _ERRORS = ("wind_north_error_kt", "tilt_kt")
-_LABELS = ("correlation [-]", "wind along the track, rms error [kt]", "slope of the curve, rms error [kt]")
+_LABELS = (
+    "correlation [-]",
+    "wind along the track, rms error [kt]",
+    "slope of the curve, rms error [kt]",
+)
 
 
 def _confounded(evidence: StudyTables, maneuver: str, das: str) -> tuple[str, str, str]:
@@ -109,7 +132,9 @@ def _cloud(evidence: StudyTables, maneuver: str, das: str) -> LineSeries:
 
 
 def confounding(evidence: StudyTables, das: str = "50/50") -> Reply:
-    """Explain how an error of the wind along the track is compensated by an error of the curve's slope."""
+    """Explain how an error of the wind along the track is compensated by an error of the curve's
+    slope.
+    """
     found = {m: _confounded(evidence, m, das) for m in _SHOWN}
     series = [_cloud(evidence, m, das) for m in _SHOWN]
     rows = [{"maneuver": NAMES[m], **dict(zip(_LABELS, found[m], strict=True))} for m in _SHOWN]
@@ -117,15 +142,22 @@ def confounding(evidence: StudyTables, das: str = "50/50") -> Reply:
     axes = "error of the wind along the track [kt]", "error, slow minus fast half [kt]"
     step, leg, both = found["step_decrease"], found["four_leg"], found[BOTH_WAYS]
     residual = [
-        Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in ("step_decrease", BOTH_WAYS)
+        Spread.of(evidence.residual(m, setting="light", das=das)).mean
+        for m in ("step_decrease", BOTH_WAYS)
     ]
     return Reply(
-        "Step Decrease flies 160 to 130 kt toward north and 130 to 100 kt toward south. One knot more wind gives "
-        "the same data as a curve one knot lower above 130 kt and one knot higher below. Only the turn tells them "
-        f"apart. Over seeds the errors of its wind and of its slope are {step[1]} and {step[2]} kt rms "
-        f"(correlation {step[0]}). Those of 4-Leg are {leg[1]} and {leg[2]} kt ({leg[0]}). The experiment flies "
-        f"the same power steps with every speed on both headings. The errors are then {both[1]} and {both[2]} kt. "
-        f"The residual is {residual[1]:.2f} kt instead of {residual[0]:.2f} kt, and so does not show the "
+        "Step Decrease flies 160 to 130 kt toward north and 130 to 100 kt toward south. One knot "
+        "more wind gives "
+        "the same data as a curve one knot lower above 130 kt and one knot higher below. Only the "
+        "turn tells them "
+        f"apart. Over seeds the errors of its wind and of its slope are {step[1]} and {step[2]} kt "
+        "rms "
+        f"(correlation {step[0]}). Those of 4-Leg are {leg[1]} and {leg[2]} kt ({leg[0]}). The "
+        "experiment flies "
+        f"the same power steps with every speed on both headings. The errors are then {both[1]} "
+        f"and {both[2]} kt. "
+        f"The residual is {residual[1]:.2f} kt instead of {residual[0]:.2f} kt, and so does not "
+        "show the "
         "difference.",
         (Lines(title, note, *axes, series, "confounding"),),
         (pd.DataFrame(rows),),
@@ -141,19 +173,25 @@ def study_page_of(evidence: StudyTables, findings: dict[str, Finding]) -> StudyP
     seeds, rankings = evidence.seeds, both_rankings(evidence)
     said = Counter(finding.verdict for finding in findings.values())
     short = (
-        f"Of {len(findings)} claims: {', '.join(f'{count} {verdict}' for verdict, count in said.items())}. The "
+        f"Of {len(findings)} claims: "
+        f"{', '.join(f'{count} {verdict}' for verdict, count in said.items())}. The "
         "2σ of the claims is the paper's, of the residual in KCAS; it is no bound on the curve."
     )
     return StudyPage(
         title=TITLE,
         subtitle=f"{_seeds(len(seeds))} (development seeds), {len(evidence.flights):,} simulated "
-        f"flights, {len(evidence.fits):,} calibrations; numbers are means ± standard deviations over seeds.",
+        f"flights, {len(evidence.fits):,} calibrations; numbers are means ± standard deviations "
+        "over seeds.",
         short=(short, rankings.words),
         claims=[_claim(number, finding, evidence) for number, finding in findings.items()],
         summary=_summary(findings),
         truth=[
             _reply("both rankings", "Both rankings", rankings),
-            _reply("confounding", "Why Step Decrease knows less than its residual says", confounding(evidence)),
+            _reply(
+                "confounding",
+                "Why Step Decrease knows less than its residual says",
+                confounding(evidence),
+            ),
             *parts(),
         ],
         questions=_questions(evidence),
@@ -164,7 +202,8 @@ def study_page_of(evidence: StudyTables, findings: dict[str, Finding]) -> StudyP
 def _summary(findings: dict[str, Finding]) -> pd.DataFrame:
     return pd.DataFrame(
         [
-            {"claim": number, "the paper": f"{CLAIMS[number].words} ({CLAIMS[number].where})", "ours": finding.ours,
+            {"claim": number, "the paper": f"{CLAIMS[number].words} "
+                                           f"({CLAIMS[number].where})", "ours": finding.ours,
              "verdict": finding.verdict}
             for number, finding in findings.items()
         ]
@@ -194,7 +233,9 @@ def _patterns(evidence: StudyTables) -> tuple[Chart, ...]:
             LineSeries("on condition", on.east_nm.tolist(), on.north_nm.tolist()),
         )
         title = f"Fig 3: {NAMES[str(maneuver)]}"
-        charts.append(Lines(title, "", "east [nmi]", "north [nmi]", series, f"fig3-{maneuver}", equal=True))
+        charts.append(
+            Lines(title, "", "east [nmi]", "north [nmi]", series, f"fig3-{maneuver}", equal=True)
+        )
     return tuple(charts)
 
 
@@ -207,7 +248,9 @@ def _questions(evidence: StudyTables) -> list[Part]:
     flown = set(evidence.flights["variant"])
     if not any(sortie.variant in flown for sweep in SWEEPS.values() for sortie in sweep.sorties(1)):
         return []
-    return [_reply(n, f"{n.capitalize()}: {s.question}", s.answer(evidence)) for n, s in SWEEPS.items()]
+    return [
+        _reply(n, f"{n.capitalize()}: {s.question}", s.answer(evidence)) for n, s in SWEEPS.items()
+    ]
 
 
 def _seeds(count: int) -> str:
@@ -216,17 +259,27 @@ def _seeds(count: int) -> str:
 
 def _method(evidence: StudyTables) -> tuple[str, ...]:
     seeds = len(evidence.seeds)
-    explained = len(evidence.flights.loc[evidence.flights["setting"] == _EXPLAINING, "seed"].unique())
+    explained = len(
+        evidence.flights.loc[evidence.flights["setting"] == _EXPLAINING, "seed"].unique()
+    )
     return (
-        "Every flight is simulated: a stand-in for the Navajo on JSBSim, flown by a model of a pilot through the "
-        "card of the maneuver, in 15 kt of wind from 300°, at 6,000 ft. The pressure error is Inverse+; white "
-        "noise ten times the instrument's specification is added to the impact pressure, as in the paper, and to "
-        "the other sensors their own. The fit of the claims is the paper's: output error, white residuals, "
-        "velocity held between fixes. The covering 2σ is the bench's own bound. Both fits take the paper's case, "
-        "stated in full: error in the impact pressure, no altitude equation, no constant errors of the sensors "
+        "Every flight is simulated: a stand-in for the Navajo on JSBSim, flown by a model of a "
+        "pilot through the "
+        "card of the maneuver, in 15 kt of wind from 300°, at 6,000 ft. The pressure error is "
+        "Inverse+; white "
+        "noise ten times the instrument's specification is added to the impact pressure, as in the "
+        "paper, and to "
+        "the other sensors their own. The fit of the claims is the paper's: output error, white "
+        "residuals, "
+        "velocity held between fixes. The covering 2σ is the bench's own bound. Both fits take the "
+        "paper's case, "
+        "stated in full: error in the impact pressure, no altitude equation, no constant errors of "
+        "the sensors "
         "(`--accuracy none`), constant wind, and clocks that agree.",
-        f"{_seeds(seeds)} for the claims; {_seeds(explained).lower()} also for the experiments that explain and "
-        "the sweeps. Changes of wind, vertical speed, sideslip and sampling are applied to the same flights "
+        f"{_seeds(seeds)} for the claims; {_seeds(explained).lower()} also for the experiments "
+        "that explain and "
+        "the sweeps. Changes of wind, vertical speed, sideslip and sampling are applied to the "
+        "same flights "
         "before sensing, so that only what is asked about differs.",
         f"{made_with()}. `python -m pitotlab study --seeds {seeds}` repeats it.",
     )

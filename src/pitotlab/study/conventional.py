@@ -1,7 +1,9 @@
-"""The methods against which the source measures itself: tower fly-by, pacer and trailing cone, as sensors.
+"""The methods against which the source measures itself: tower fly-by, pacer and trailing cone, as
+sensors.
 
-Each gives points of the pressure error. Their errors are of two kinds: a point's own, and those that all points
-of a flight share, which no number of passes makes smaller. The sizes are ours, written beside each method.
+Each gives points of the pressure error. Their errors are of two kinds: a point's own, and those
+that all points of a flight share, which no number of passes makes smaller. The sizes are ours,
+written beside each method.
 """
 
 from dataclasses import dataclass
@@ -19,9 +21,18 @@ from pitotbench.units import KNOT, Array
 from pitotlab.study.looks import TURNING
 
 AIRSPEEDS = np.arange(100.0, 161.0, 2.0) * KNOT  # indicated, at which curves are scored
-HEIGHT, BLOCK_CHECK = 1.0, 5.0  # 1σ: m of a fly-by's height; Pa between tower and airplane, compared when parked
-PACER, READING = 0.25 * KNOT, 0.5 * KNOT  # 1σ of the pacer's own calibration, and of a reading in formation
-CONE, TUBE_ZERO = 0.002, 3.0  # 1σ of the cone's own error [of q_c], and of the zero of its transducer [Pa]
+HEIGHT, BLOCK_CHECK = (
+    1.0,
+    5.0,
+)  # 1σ: m of a fly-by's height; Pa between tower and airplane, compared when parked
+PACER, READING = (
+    0.25 * KNOT,
+    0.5 * KNOT,
+)  # 1σ of the pacer's own calibration, and of a reading in formation
+CONE, TUBE_ZERO = (
+    0.002,
+    3.0,
+)  # 1σ of the cone's own error [of q_c], and of the zero of its transducer [Pa]
 LAG = 1.0  # s, of the pressure in the cone's tube
 BLOCK = 5.0  # s over which the cone's samples are averaged
 _READ = 2.0  # s over which a gauge is read as the airplane passes the tower
@@ -33,7 +44,8 @@ Rows = NDArray[np.intp]
 class Points:
     """Points of a pressure error: indicated impact pressure and Δp, (n,) [Pa].
 
-    `own` is 1σ of a point's own error [Pa], (n,), or None where the scatter of the points tells it. A row of
+    `own` is 1σ of a point's own error [Pa], (n,), or None where the scatter of the points tells it.
+    A row of
     `shared`, (k, n), is 1σ at each point of one error that all points have together [Pa].
     """
 
@@ -44,7 +56,9 @@ class Points:
 
 
 def fit_points(points: Points, model: str = "inverse+") -> tuple[Array, Array]:
-    """Return the airspeed correction and its 2σ [m/s] at `AIRSPEEDS`, by generalized least squares of Δp/q_c."""
+    """Return the airspeed correction and its 2σ [m/s] at `AIRSPEEDS`, by generalized least squares
+    of Δp/q_c.
+    """
     true_impact = points.impact_pressure + points.pressure_error
     reference = PressureErrorSpec().reference_pressure
     terms = MODELS[model]
@@ -75,7 +89,9 @@ def against_truth(answer: tuple[Array, Array], truth: PressureErrorSpec) -> Comp
 def _legs(flight: Flight, log: FlightLog) -> list[Rows]:
     """Return the rows of the log on each straight leg."""
     segment = flight.segment[np.searchsorted(flight["time"], log.time - 1e-6)]
-    return [np.flatnonzero(segment == name) for name in dict.fromkeys(segment) if name.startswith("leg")]
+    return [
+        np.flatnonzero(segment == name) for name in dict.fromkeys(segment) if name.startswith("leg")
+    ]
 
 
 def _true(flight: Flight, log: FlightLog, channel: str) -> Array:
@@ -87,7 +103,9 @@ def _points(indicated: list[float], error: list[float], own: list[float], shared
 
 
 def tower(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point a pass: static pressure in flight against the tower's, reduced to the height of the pass."""
+    """Return a point a pass: static pressure in flight against the tower's, reduced to the height
+    of the pass.
+    """
     static, impact, error = _true(flight, log, "static_pressure"), [], []
     own: list[float] = []
     check = BLOCK_CHECK * rng.standard_normal()
@@ -95,21 +113,37 @@ def tower(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
         middle = log.time[rows].mean()
         near = rows[np.abs(log.time[rows] - middle) <= 0.5 * _READ]
         temperature = float(_true(flight, log, "air_temperature")[near].mean())
-        own.append(HEIGHT * air.GRAVITY * float(static[near].mean()) / (air.GAS_CONSTANT * temperature))
+        own.append(
+            HEIGHT * air.GRAVITY * float(static[near].mean()) / (air.GAS_CONSTANT * temperature)
+        )
         impact.append(float(log.impact_pressure[near].mean()))
-        error.append(float((log.static_pressure - static)[near].mean() + own[-1] * rng.standard_normal() + check))
+        error.append(
+            float(
+                (log.static_pressure - static)[near].mean()
+                + own[-1] * rng.standard_normal()
+                + check
+            )
+        )
     return _points(impact, error, own, np.full(len(own), BLOCK_CHECK))
 
 
 def pacer(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point a leg: the airspeed of a calibrated airplane in formation against the airplane's own."""
+    """Return a point a leg: the airspeed of a calibrated airplane in formation against the
+    airplane's own.
+    """
     true = _true(flight, log, "total_pressure") - _true(flight, log, "static_pressure")
     own: list[float] = []
     shared, impact, error = [], [], []
     calibration = PACER * rng.standard_normal()
     for rows in _legs(flight, log):
-        known = air.calibrated_airspeed(true[rows]).mean() + calibration + READING * rng.standard_normal()
-        indicated = float(air.impact_pressure(air.calibrated_airspeed(log.impact_pressure[rows]).mean()))
+        known = (
+            air.calibrated_airspeed(true[rows]).mean()
+            + calibration
+            + READING * rng.standard_normal()
+        )
+        indicated = float(
+            air.impact_pressure(air.calibrated_airspeed(log.impact_pressure[rows]).mean())
+        )
         paced = float(air.impact_pressure(known))
         slope = float(air.calibrated_airspeed_slope(paced))
         impact.append(indicated)
@@ -120,13 +154,17 @@ def pacer(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
 
 
 def cone(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point each `BLOCK` of straight flight: the airplane's static pressure against the cone's.
+    """Return a point each `BLOCK` of straight flight: the airplane's static pressure against the
+    cone's.
 
-    The cone has an error in proportion to the impact pressure, its tube a lag and its transducer a zero.
+    The cone has an error in proportion to the impact pressure, its tube a lag and its transducer a
+    zero.
     """
     static = _true(flight, log, "static_pressure")
     impact = _true(flight, log, "total_pressure") - static
-    behind = np.interp(log.time - LAG, log.time, static)  # a pure delay: to first order the lag of a tube
+    behind = np.interp(
+        log.time - LAG, log.time, static
+    )  # a pure delay: to first order the lag of a tube
     seen = behind + CONE * rng.standard_normal() * impact + TUBE_ZERO * rng.standard_normal()
     straight = np.abs(_true(flight, log, "roll")) < TURNING
     block = np.floor(log.time / BLOCK).astype(int)

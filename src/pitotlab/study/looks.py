@@ -1,4 +1,6 @@
-"""The settings in which the study flies, its looks at a flight, and the changes of a log that a look asks for."""
+"""The settings in which the study flies, its looks at a flight, and the changes of a log that a
+look asks for.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -33,13 +35,17 @@ NAMES = {
 PAPER_ORDER = tuple(NAMES)[:5]  # smallest 2σ first (Martos et al. 2011, III.E)
 
 
-def named(row: Callable[[str], dict[str, object]], maneuvers: Sequence[str] = PAPER_ORDER) -> pd.DataFrame:
+def named(
+    row: Callable[[str], dict[str, object]], maneuvers: Sequence[str] = PAPER_ORDER
+) -> pd.DataFrame:
     """Return a table with one line for each maneuver, by its name."""
     return pd.DataFrame([{"maneuver": NAMES[m], **row(m)} for m in NAMES if m in maneuvers])
 
 
 MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT
-SIDESLIP_ERROR = 0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe next to the fuselage
+SIDESLIP_ERROR = (
+    0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe next to the fuselage
+)
 TURNING = 10.0 * DEGREE  # of bank: above it the airplane turns
 Change = Callable[[Flight, float], Flight]
 
@@ -56,7 +62,9 @@ def _with_wind(flight: Flight, speed: Array, direction: float) -> Flight:
     """Return the flight with more wind toward a direction [rad], of a speed [m/s] at each sample."""
     north, east = speed * np.cos(direction), speed * np.sin(direction)
     return _with(
-        flight, velocity_north=flight["velocity_north"] + north, velocity_east=flight["velocity_east"] + east
+        flight,
+        velocity_north=flight["velocity_north"] + north,
+        velocity_east=flight["velocity_east"] + east,
     )
 
 
@@ -78,7 +86,9 @@ def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
 
 
 def vertical_speed(flight: Flight, times: float) -> Flight:
-    """Return the flight at the same airspeed with the vertical speed multiplied and less ground speed."""
+    """Return the flight at the same airspeed with the vertical speed multiplied and less ground
+    speed.
+    """
     wind = bench.wind_toward(flight.case.wind)
     north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
     down = flight["velocity_down"]
@@ -93,25 +103,32 @@ def vertical_speed(flight: Flight, times: float) -> Flight:
 
 
 def steady_sideslip(flight: Flight, degrees: float) -> Flight:
-    """Return the flight with a constant sideslip; the probe loses `SIDESLIP_ERROR` of q_c a degree squared."""
+    """Return the flight with a constant sideslip; the probe loses `SIDESLIP_ERROR` of q_c a degree
+    squared.
+    """
     return _slipping(flight, np.full(len(flight), degrees))
 
 
 def sideslip_in_turns(flight: Flight, degrees: float) -> Flight:
-    """Return the flight with sideslip in turns only, as without rudder: where the bank is above ten degrees."""
+    """Return the flight with sideslip in turns only, as without rudder: where the bank is above ten
+    degrees.
+    """
     return _slipping(flight, np.where(np.abs(flight["roll"]) > TURNING, degrees, 0.0))
 
 
 def _slipping(flight: Flight, degrees: Array) -> Flight:
     impact = flight["total_pressure"] - flight["static_pressure"]
-    return _with(flight, total_pressure=flight["total_pressure"] - SIDESLIP_ERROR * degrees**2 * impact)
+    return _with(
+        flight, total_pressure=flight["total_pressure"] - SIDESLIP_ERROR * degrees**2 * impact
+    )
 
 
 def twice_the_rate(flight: Flight, level: float) -> Flight:
-    """Return the flight with one more sample between every two, for systems faster than the simulator.
+    """Return the flight with one more sample between every two, for systems faster than the
+    simulator.
 
-    The frequencies of the air data are far below the simulator's Nyquist frequency of 50 Hz, so linear
-    interpolation is accurate enough.
+    The frequencies of the air data are far below the simulator's Nyquist frequency of 50 Hz, so
+    linear interpolation is accurate enough.
     """
     time = flight["time"]
     near = np.setdiff1d(np.arange(len(time) - 1), gaps(time) - 1)  # rows without a gap after them
@@ -152,16 +169,21 @@ CHANGES: Catalog[Change] = Catalog(
         "error size": error_size,
         "constant truth": _truth(PressureErrorSpec(model="bias", parameters=(-0.02,))),
         "linear truth": _truth(PressureErrorSpec(model="linear", parameters=(0.03, -0.025))),
-        "quadratic truth": _truth(PressureErrorSpec(model="quadratic", parameters=(0.08, -0.09, 0.02))),
+        "quadratic truth": _truth(
+            PressureErrorSpec(model="quadratic", parameters=(0.08, -0.09, 0.02))
+        ),
         "knee truth": _truth(
-            PressureErrorSpec(model="table", airspeed=_KNEE, values=(0.01, 0.01, -0.01, -0.02, -0.02))
+            PressureErrorSpec(
+                model="table", airspeed=_KNEE, values=(0.01, 0.01, -0.01, -0.02, -0.02)
+            )
         ),
     },
 )
 
 
-# The paper's case is stated in full, so that no default of the calibrator changes it. The error is in the impact
-# pressure alone (so no altitude equation), no sensor has a constant error, the wind is constant, the clocks agree.
+# The paper's case is stated in full, so that no default of the calibrator changes it. The error is
+# in the impact pressure alone (so no altitude equation), no sensor has a constant error, the wind
+# is constant, the clocks agree.
 COVERING = CalibrationOptions(
     model="inverse+", method="covering", error_location="impact", wind="constant", latency="given",
     accuracies=Accuracies(),
@@ -175,10 +197,11 @@ _SIMULATED = 100.0  # Hz
 class Look:
     """A data system, the options of the fit, and a change of the flight before it is sensed.
 
-    `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of the impact
-    pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to the log of any system.
-    `alone` leaves the noise of the impact pressure alone, as in the paper: every other sensor is exact. `form` is
-    `scalar` (one output, airspeed) or `vector` (the components of ground velocity, by the paper's method).
+    `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of
+    the impact pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to
+    the log of any system. `alone` leaves the noise of the impact pressure alone, as in the paper:
+    every other sensor is exact. `form` is `scalar` (one output, airspeed) or `vector` (the
+    components of ground velocity, by the paper's method).
     """
 
     das: str = "50/50"
@@ -194,11 +217,14 @@ class Look:
     @property
     def sensing(self) -> tuple[object, ...]:
         """The fields that determine the log. Looks with the same fields share one log."""
-        return tuple(getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form"))
+        return tuple(
+            getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form")
+        )
 
 
 def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
-    """Return the flight with the change of a look, and its log. Twice the simulator's rate is allowed.
+    """Return the flight with the change of a look, and its log. Twice the simulator's rate is
+    allowed.
 
     Raises BadInputError for impossible rates, UnknownNameError for an unknown change.
     """
@@ -211,7 +237,9 @@ def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
         impact_pressure_noise=look.noise * system.impact_pressure_noise,
         velocity_noise=look.gps_noise * system.velocity_noise,
     )
-    return changed, record(changed, noisy, flight.case.sensor_seed, True if look.given_down else None)
+    return changed, record(
+        changed, noisy, flight.case.sensor_seed, True if look.given_down else None
+    )
 
 
 def _exact(system: DataSystem) -> DataSystem:
@@ -222,7 +250,9 @@ def _exact(system: DataSystem) -> DataSystem:
 
 
 def _system(das: str) -> DataSystem:
-    """Return a data system for rates up to 200 Hz, with the noise of the same kind of system at 100 Hz."""
+    """Return a data system for rates up to 200 Hz, with the noise of the same kind of system at 100
+    Hz.
+    """
     air, gps = (float(part) for part in das.split("/"))
     if air <= _SIMULATED:
         return data_system(das)
@@ -242,7 +272,9 @@ ERROR_SHAPES = ("linear truth", "quadratic truth", "knee truth")
 
 @dataclass(frozen=True, slots=True)
 class StudySetting:
-    """The air and the pilot. `rare` settings only explain a result and are flown for a fifth of the seeds."""
+    """The air and the pilot. `rare` settings only explain a result and are flown for a fifth of the
+    seeds.
+    """
 
     turbulence: str
     pilot: str
@@ -253,8 +285,9 @@ class StudySetting:
     wind: float | None = None  # kt, the wind of the case unless given
 
 
-# The airplane differed from the simulator (Martos et al. 2011, II.B, III.A): it had a pod under the belly, and its
-# turns needed more power. The sizes are the typical ones of the effects table. An effect not in it is omitted.
+# The airplane differed from the simulator (Martos et al. 2011, II.B, III.A): it had a pod under the
+# belly, and its turns needed more power. The sizes are the typical ones of the effects table. An
+# effect not in it is omitted.
 _AIRPLANE = (
     EffectSpec("belly_pod", {"drag_area_m2": 0.1}),
     EffectSpec("turn_drag", {"coefficient_at_30deg": 0.005}),
@@ -265,15 +298,19 @@ AIRPLANE_FLOWN = ("step_decrease", "race_track", "four_leg", "rapid_decel")
 SETTINGS: Catalog[StudySetting] = Catalog(
     "setting",
     {
-        "smooth": StudySetting("none", "good", "smooth air, constant wind, a good pilot: as the paper's simulator"),
+        "smooth": StudySetting("none", "good", "smooth air, constant wind, a good pilot: as the "
+                                               "paper's simulator"),
         "light": StudySetting("light", "good", "light turbulence, a good pilot"),
-        "autopilot": StudySetting("none", "none", "smooth air, no wind, the autopilot alone", rare=True, wind=0.0),
+        "autopilot": StudySetting("none", "none", "smooth air, no wind, the autopilot "
+                                                  "alone", rare=True, wind=0.0),
         "busy": StudySetting("none", "busy", "smooth air, a busy pilot", rare=True),
         "airplane": StudySetting(
-            "light", "good", "light turbulence, a good pilot, the airplane's effects", True, AIRPLANE_EFFECTS,
+            "light", "good", "light turbulence, a good pilot, the airplane's "
+                             "effects", True, AIRPLANE_EFFECTS,
             AIRPLANE_FLOWN,
         ),
-        "moderate": StudySetting("moderate", "good", "moderate turbulence, a good pilot", rare=True),
+        "moderate": StudySetting("moderate", "good", "moderate turbulence, a good "
+                                                     "pilot", rare=True),
     },
 )  # fmt: skip
 
@@ -313,14 +350,21 @@ VARIANTS = (
 )
 
 
-FLOWN_BY_PITCH = ("smooth", "light", "autopilot", "busy")  # Circle at fixed power; the last two are rare
+FLOWN_BY_PITCH = (
+    "smooth",
+    "light",
+    "autopilot",
+    "busy",
+)  # Circle at fixed power; the last two are rare
 
 
 def main_looks() -> tuple[Look, ...]:
     """Return the looks of every claim: data systems, models, V_down, turns, and the covering bound."""
     looks = []
     for das in SYSTEMS:
-        looks += [Look(das, replace(one, on_condition=on)) for one in EITHER_WAY for on in (False, True)]
+        looks += [
+            Look(das, replace(one, on_condition=on)) for one in EITHER_WAY for on in (False, True)
+        ]
         looks += [Look(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
         looks += [Look(das, COVERING)]
     looks += [Look("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
@@ -328,7 +372,8 @@ def main_looks() -> tuple[Look, ...]:
 
 
 def pooled_looks() -> tuple[Look, ...]:
-    """Return the fits of ground velocity as two and as three outputs, with noise on the impact pressure alone.
+    """Return the fits of ground velocity as two and as three outputs, with noise on the impact
+    pressure alone.
 
     All data at each data system, and on-condition data at 50/50 Hz.
     """
@@ -347,21 +392,35 @@ def other_errors() -> tuple[Look, ...]:
 def explaining_looks() -> tuple[Look, ...]:
     """Return the looks that explain C2, C5, C7 and C8.
 
-    They have less noise, steeper paths with and without V_down, ground velocity as outputs, and other errors.
+    They have less noise, steeper paths with and without V_down, ground velocity as outputs, and
+    other errors.
     """
     quiet = [Look(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
     steep = [Look("50/50", one, "vertical speed", times) for times in STEEPER for one in EITHER_WAY]
     slow = [Look("20/1", one, "vertical speed", STEEP, given_down=True) for one in EITHER_WAY]
     vector = [Look("50/50", one, form="vector") for one in EITHER_WAY]
-    return (*quiet, *steep, *slow, *vector, *quiet_looks(), *pooled_looks(), *other_errors(), STRAIGHT)
+    return (
+        *quiet,
+        *steep,
+        *slow,
+        *vector,
+        *quiet_looks(),
+        *pooled_looks(),
+        *other_errors(),
+        STRAIGHT,
+    )
 
 
-STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  # like the airplane's data
+STRAIGHT = Look(
+    "20/1", replace(PAPER, model="quadratic", on_condition=True)
+)  # like the airplane's data
 
 
 def quiet_looks() -> tuple[Look, ...]:
     """Return the looks with and without V_down, with the specified noise of pressure and velocity."""
-    return tuple(Look("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY)
+    return tuple(
+        Look("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY
+    )
 
 
 def rare_looks() -> tuple[Look, ...]:
@@ -371,9 +430,15 @@ def rare_looks() -> tuple[Look, ...]:
 
 
 def airplane_looks() -> tuple[Look, ...]:
-    """Return looks with the airplane's data system and model, with and without turns, by both methods."""
+    """Return looks with the airplane's data system and model, with and without turns, by both
+    methods.
+    """
     options = [replace(method, model="quadratic") for method in (PAPER, COVERING)]
-    return tuple(Look("20/1", replace(one, on_condition=straight)) for one in options for straight in (True, False))
+    return tuple(
+        Look("20/1", replace(one, on_condition=straight))
+        for one in options
+        for straight in (True, False)
+    )
 
 
 def _looks(name: str, rare: bool) -> tuple[Look, ...]:
@@ -392,13 +457,17 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
             continue
         for maneuver in setting.flown:
             track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
-            yield Sortie(name, case_of(name, maneuver, seed), _looks(name, rare), track=track, curves=curves)
+            yield Sortie(
+                name, case_of(name, maneuver, seed), _looks(name, rare), track=track, curves=curves
+            )
     plain = (*(Look(das) for das in SYSTEMS), Look("50/50", COVERING))
     if rare:
         models = tuple(Look("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
         for name in ("smooth", "light"):
             yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*models, Look("50/50", COVERING)))
     for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
-        yield Sortie(name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER)
+        yield Sortie(
+            name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER
+        )
     for variant, maneuver, card in VARIANTS:
         yield Sortie("smooth", case_of("smooth", maneuver, seed, card=card), plain, variant)

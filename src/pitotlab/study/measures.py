@@ -1,4 +1,6 @@
-"""What is measured on a sortie: every look at its flight, its data points, and the pilot's workload."""
+"""What is measured on a sortie: every look at its flight, its data points, and the pilot's
+workload.
+"""
 
 from dataclasses import dataclass
 
@@ -18,7 +20,11 @@ from pitotlab.experiment import Row
 from pitotlab.study.looks import TURNING, Look, Sortie, sense_look
 from pitotlab.study.velocity_fit import fit_velocity
 
-TRAVEL = {"elevator": 40.0 * DEGREE, "aileron": 40.0 * DEGREE, "throttle_left": 1.0}  # from stop to stop
+TRAVEL = {
+    "elevator": 40.0 * DEGREE,
+    "aileron": 40.0 * DEGREE,
+    "throttle_left": 1.0,
+}  # from stop to stop
 FELT = 0.02  # of the travel, some millimeters of a yoke: a smaller change is no hand movement (our estimate)
 LOOK_RATE = 10.0  # Hz, ten times the rate of hand movements
 _WINDOW = 1.0  # s
@@ -28,8 +34,8 @@ _WINDOW = 1.0  # s
 class Workload:
     """The workload of one flight.
 
-    It is the number of reversals a minute of each control, the share of seconds in which a control moved, and the
-    share of the time to be flown on condition that was out of tolerance.
+    It is the number of reversals a minute of each control, the share of seconds in which a control
+    moved, and the share of the time to be flown on condition that was out of tolerance.
     """
 
     reversals: dict[str, float]
@@ -38,7 +44,9 @@ class Workload:
 
 
 def workload(flight: Flight) -> Workload:
-    """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and tolerances."""
+    """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and
+    tolerances.
+    """
     step = max(1, round(len(flight) / flight.duration / LOOK_RATE))
     controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
     minutes = flight.duration / 60.0
@@ -98,13 +106,18 @@ def look_row(look: Look) -> Row:
 
 
 def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
-    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers.
+    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are
+    no numbers.
 
     Of a fit of several outputs only their residuals are measured: it gives no calibration.
     """
     try:
         if look.form == "vector":
-            return {**look_row(look), "failed": "", **_outputs(fit_velocity(log, look.options))}, None
+            return {
+                **look_row(look),
+                "failed": "",
+                **_outputs(fit_velocity(log, look.options)),
+            }, None
         result = bench.calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
         return {**look_row(look), "failed": str(error)}, None
@@ -125,7 +138,8 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
 
 
 def _outputs(fitted: OutputErrorFit) -> Row:
-    """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of true airspeed].
+    """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of
+    true airspeed].
 
     Pooled is the root of the mean square over the outputs: an output without residual lowers it.
     """
@@ -135,8 +149,8 @@ def _outputs(fitted: OutputErrorFit) -> Row:
 
 
 def _error_parts(result: Calibration, flight: Flight) -> Row:
-    """Return the mean error of the curve, that of its lower half minus that of its upper half, and the error of the
-    wind, all in kt."""
+    """Return the mean error of the curve, that of its lower half minus that of its upper half, and
+    the error of the wind, all in kt."""
     error = compare_curve(result.curve, flight.case.pressure_error).error
     slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
     tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
@@ -150,7 +164,9 @@ def _error_parts(result: Calibration, flight: Flight) -> Row:
 
 
 def _criteria(result: Calibration) -> Row:
-    """Return Schwarz's criterion (1978) from all residuals as if white, and from means over blocks of `BLOCK`."""
+    """Return Schwarz's criterion (1978) from all residuals as if white, and from means over blocks
+    of `BLOCK`.
+    """
     count = len(result.parameters) + 2
     time, airspeed = result.residuals.time, result.residuals.airspeed
     block = np.floor((time - time[0]) / BLOCK).astype(np.intp)
@@ -192,7 +208,9 @@ def density_rows(flight: Flight) -> list[Row]:
     counts, _ = np.histogram(flight["calibrated_airspeed"] / KNOT, DENSITY_EDGES)
     seconds = counts * flight.duration / len(flight)
     middle = 0.5 * (DENSITY_EDGES[1:] + DENSITY_EDGES[:-1])
-    return [{"airspeed_kt": float(v), "seconds": float(s)} for v, s in zip(middle, seconds, strict=True)]
+    return [
+        {"airspeed_kt": float(v), "seconds": float(s)} for v, s in zip(middle, seconds, strict=True)
+    ]
 
 
 _PUBLISHED = bench.CalibrationOptions(error_location="impact")
@@ -200,7 +218,9 @@ _DATA_POINTS = 600  # of a picture
 
 
 def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
-    """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the truth."""
+    """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the
+    truth.
+    """
     curve = result.curve
     truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
     columns = zip(curve.indicated_airspeed, curve.correction, curve.two_sigma, truth, strict=True)
@@ -222,14 +242,18 @@ def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
 def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
     """Return some samples of a log as the published figures show them.
 
-    Each is the calibrated airspeed [kt] by the GPS velocity as logged and the wind of the result, minus the
-    indicated airspeed [kt]. Raises BadInputError for a log without temperature.
+    Each is the calibrated airspeed [kt] by the GPS velocity as logged and the wind of the result,
+    minus the indicated airspeed [kt]. Raises BadInputError for a log without temperature.
     """
     used = np.flatnonzero(result.residuals.used)
     few = log.select(used[:: max(1, len(used) // _DATA_POINTS)])
     wind = result.known_wind
     north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
-    down = few.velocity_down if few.velocity_down is not None and look.options.use_down else np.zeros(len(few))
+    down = (
+        few.velocity_down
+        if few.velocity_down is not None and look.options.use_down
+        else np.zeros(len(few))
+    )
     mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)
     if few.total_temperature is None:
         raise BadInputError("the data of a picture need the temperature")
@@ -251,7 +275,9 @@ def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
 
 
 def fixed_speed_rows(log: FlightLog) -> list[Row]:
-    """Return the four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated airspeeds [kt]."""
+    """Return the four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated
+    airspeeds [kt].
+    """
     return [
         {
             "kind": "fixed speed",
@@ -299,14 +325,18 @@ def measure_sortie(sortie: Sortie) -> Measured:
         density=tuple(key | row for row in density_rows(flight)) if case.truth_seed == 1 else (),
         tracks=tuple(key | row for row in _track(flight)) if sortie.track else (),
         curves=tuple(key | row for row in curves),
-        failures=tuple(f"{' '.join(map(str, key.values()))}: {row['failed']}" for row in fits if row["failed"]),
+        failures=tuple(
+            f"{' '.join(map(str, key.values()))}: {row['failed']}" for row in fits if row["failed"]
+        ),
     )
 
 
 def lost_sortie(sortie: Sortie, reason: str) -> Measured:
     """Return the record of a sortie that gave no numbers, with the reason."""
     case = sortie.case
-    return Measured(failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {reason}",))
+    return Measured(
+        failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {reason}",)
+    )
 
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
@@ -331,7 +361,10 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
 def _track(flight: Flight) -> list[Row]:
     step = max(1, len(flight) // _TRACK_POINTS)
     rows = np.arange(0, len(flight), step)
-    east, north = flight["position_east"][rows] / NAUTICAL_MILE, flight["position_north"][rows] / NAUTICAL_MILE
+    east, north = (
+        flight["position_east"][rows] / NAUTICAL_MILE,
+        flight["position_north"][rows] / NAUTICAL_MILE,
+    )
     on = flight.on_condition[rows]
     return [
         {"east_nm": float(e), "north_nm": float(n), "on_condition": bool(o)}

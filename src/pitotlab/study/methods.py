@@ -1,4 +1,6 @@
-"""Measure the Circle's banks, the time for set-up, the conventional methods, and two systems in one flight."""
+"""Measure the Circle's banks, the time for set-up, the conventional methods, and two systems in one
+flight.
+"""
 
 from argparse import ArgumentParser
 from collections.abc import Sequence
@@ -26,7 +28,15 @@ from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.simulation.properties import HORSEPOWER
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import Row, made_with
-from pitotlab.study.conventional import AIRSPEEDS, BLOCK, against_truth, cone, fit_points, pacer, tower
+from pitotlab.study.conventional import (
+    AIRSPEEDS,
+    BLOCK,
+    against_truth,
+    cone,
+    fit_points,
+    pacer,
+    tower,
+)
 from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, case_of
 from pitotlab.study.measures import TRAVEL, workload
 from pitotlab.study.parts import Part
@@ -56,7 +66,14 @@ LOOKS = {
 STATIC = PressureErrorSpec(location="static")
 # The second system has a smaller error of another slope, as a mast beside the fuselage may have.
 SECOND = PressureErrorSpec(parameters=(0.010, -0.008, 0.004), location="static")
-_CHANNELS = (*CALIBRATION_CHANNELS, *TRAVEL, "calibrated_airspeed", "roll", "power_left", "power_right")
+_CHANNELS = (
+    *CALIBRATION_CHANNELS,
+    *TRAVEL,
+    "calibrated_airspeed",
+    "roll",
+    "power_left",
+    "power_right",
+)
 OLDER = {
     "tower fly-by": "Tower fly-by",
     "pacer": "Pacer",
@@ -88,7 +105,9 @@ def measure_seed(seed: int) -> Tables:
     low = replace(case_of("light", "race_track", seed, card={"dwell_s": 20.0}), altitude=FLY_BY)
     fly_by = bench.fly(replace(low, pressure_error=STATIC), channels=_CHANNELS)
     flown = (fly_by, flights["race_track"], flights["race_track"], flights["step_decrease"])
-    for number, (method, read, flight) in enumerate(zip(OLDER, (tower, pacer, cone, cone), flown, strict=True)):
+    for number, (method, read, flight) in enumerate(
+        zip(OLDER, (tower, pacer, cone, cone), flown, strict=True)
+    ):
         rng = np.random.default_rng([seed, number, 34])
         answer = fit_points(read(flight, bench.sense(flight, SYSTEM), rng))
         row = {"method": method, "minutes": _minutes(flight)}
@@ -97,7 +116,8 @@ def measure_seed(seed: int) -> Tables:
 
 
 def with_constant_errors(log: FlightLog, rng: np.random.Generator) -> FlightLog:
-    """Return a log whose temperature, static pressure and GPS velocity are off, by draws from the usual accuracies.
+    """Return a log whose temperature, static pressure and GPS velocity are off, by draws from the
+    usual accuracies.
 
     The same draws meet every maneuver of a seed: they are of the airplane.
     """
@@ -133,7 +153,9 @@ def _scored(look: str, found: Comparison) -> Row:
 def _powers(flight: Flight, kind: str) -> Array:
     """Return the mean power [hp] at each airspeed, fastest first, in the segments of a kind."""
     power = (flight["power_left"] + flight["power_right"]) / HORSEPOWER
-    parts = {name: name.split()[1] for name in dict.fromkeys(flight.segment) if name.startswith(kind)}
+    parts = {
+        name: name.split()[1] for name in dict.fromkeys(flight.segment) if name.startswith(kind)
+    }
     return np.array(
         [
             power[np.isin(flight.segment, [n for n, s in parts.items() if s == speed])].mean()
@@ -163,14 +185,18 @@ def _bank_row(seed: int, bank: float, level: Array) -> Row:
 
 
 def two_systems(flight: Flight) -> Row:
-    """Calibrate two air-data systems of one flight alone and together; return errors and bounds as columns.
+    """Calibrate two air-data systems of one flight alone and together; return errors and bounds as
+    columns.
 
-    Gusts and the GPS are common to both systems, so that two fits do not have independent errors. The mean of the
-    two systems meets the wind once. Their difference needs neither wind nor GPS: it is fitted from means over
-    blocks. Its error is independent of the mean's where the two systems are equally noisy.
+    Gusts and the GPS are common to both systems, so that two fits do not have independent errors.
+    The mean of the two systems meets the wind once. Their difference needs neither wind nor GPS: it
+    is fitted from means over blocks. Its error is independent of the mean's where the two systems
+    are equally noisy.
     """
     case = flight.case
-    other = replace(flight, case=replace(case, pressure_error=SECOND, sensor_seed=case.sensor_seed + 1000))
+    other = replace(
+        flight, case=replace(case, pressure_error=SECOND, sensor_seed=case.sensor_seed + 1000)
+    )
     one, two = bench.sense(flight, SYSTEM), bench.sense(other, SYSTEM)
     two = replace(one, impact_pressure=two.impact_pressure, static_pressure=two.static_pressure)
     alone = [bench.calibrate(log, SPEED) for log in (one, two)]
@@ -189,7 +215,9 @@ def two_systems(flight: Flight) -> Row:
         mean, bound = _at(middle, at)
         both = (mean + between, np.hypot(bound, 0.5 * its_two_sigma))
         row |= _scored(f"{name}_both", against_truth(both, truth))
-    winds = np.array([[one.north.value, one.east.value] for one in (result.known_wind for result in alone)])
+    winds = np.array(
+        [[one.north.value, one.east.value] for one in (result.known_wind for result in alone)]
+    )
     row["wind_gap_kt"] = float(np.linalg.norm(winds[1] - winds[0])) / KNOT
     slower, faster = AIRSPEEDS - 0.5 * difference, AIRSPEEDS + 0.5 * difference
     true = true_correction(STATIC, slower) - true_correction(SECOND, faster)
@@ -205,7 +233,8 @@ def _at(result: Calibration, airspeeds: Array) -> tuple[Array, Array]:
 
 
 def system_difference(one: FlightLog, two: FlightLog) -> tuple[Array, Array]:
-    """Return the airspeed of `two` minus that of `one`, and its 2σ [m/s], where their mean is `AIRSPEEDS`.
+    """Return the airspeed of `two` minus that of `one`, and its 2σ [m/s], where their mean is
+    `AIRSPEEDS`.
 
     It is the correction of `one` minus that of `two`. It comes from the two impact pressures alone.
     """
@@ -220,7 +249,10 @@ def system_difference(one: FlightLog, two: FlightLog) -> tuple[Array, Array]:
     found = np.linalg.lstsq(rows, share * weight, rcond=None)[0]
     left = (share - basis @ found) * weight
     covariance = np.linalg.inv(rows.T @ rows) * (left @ left) / (len(left) - len(found))
-    at, pressure = terms.basis(air.impact_pressure(AIRSPEEDS) / reference), air.impact_pressure(AIRSPEEDS)
+    at, pressure = (
+        terms.basis(air.impact_pressure(AIRSPEEDS) / reference),
+        air.impact_pressure(AIRSPEEDS),
+    )
     slope = pressure * air.calibrated_airspeed_slope(pressure)
     return slope * (at @ found), 2.0 * slope * np.sqrt(np.einsum("ij,jk,ik->i", at, covariance, at))
 
@@ -228,11 +260,15 @@ def system_difference(one: FlightLog, two: FlightLog) -> tuple[Array, Array]:
 def fly_methods(seeds: int, jobs: int | None = None) -> dict[str, pd.DataFrame]:
     """Return the rows of seeds 1 to `seeds` by table."""
     done = require_all(run_tasks(measure_seed, range(1, seeds + 1), jobs, label="seeds"))
-    return {name: pd.DataFrame([row for tables in done for row in tables[name]]) for name in done[0]}
+    return {
+        name: pd.DataFrame([row for tables in done for row in tables[name]]) for name in done[0]
+    }
 
 
 def summarize(rows: pd.DataFrame, key: str, provenance: str) -> pd.DataFrame:
-    """Return a row a cell: means over seeds, standard deviations beside them, and rms of the true errors."""
+    """Return a row a cell: means over seeds, standard deviations beside them, and rms of the true
+    errors.
+    """
     cells = []
     for name, group in rows.groupby(key, sort=False):
         cell: Row = {key: name, "seeds": group["seed"].nunique()}
@@ -251,15 +287,23 @@ KEYS = {"banks": "bank_deg", "methods": "method", "systems": "maneuver"}
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly the Circle's banks, the maneuvers and older methods with set-up, and two systems at once; print tables.
+    """Fly the Circle's banks, the maneuvers and older methods with set-up, and two systems at once;
+    print tables.
 
-    Ten seeds take about eight minutes of processor time. The tables and pictures are those of the documentation.
+    Ten seeds take about eight minutes of processor time. The tables and pictures are those of the
+    documentation.
     """
     parser.add_argument("--seeds", type=int, default=10, help="seeds 1 to N (default: %(default)s)")
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the tables (default: %(default)s)")
-    parser.add_argument("--again", action="store_true", help="fly nothing; print the tables that are there")
-    parser.add_argument("--pictures", type=Path, help="write the pictures of the page into this folder")
+    parser.add_argument(
+        "--out", type=Path, default=RESULTS, help="folder of the tables (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--again", action="store_true", help="fly nothing; print the tables that are there"
+    )
+    parser.add_argument(
+        "--pictures", type=Path, help="write the pictures of the page into this folder"
+    )
     options = parser.parse_args(words)
     if not options.again:
         options.out.mkdir(parents=True, exist_ok=True)
@@ -275,7 +319,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 
 def in_the_air(methods: pd.DataFrame) -> "pd.Series[float]":
-    """Return the minutes of each method with the set-up between its airspeeds: two minutes, three times."""
+    """Return the minutes of each method with the set-up between its airspeeds: two minutes, three
+    times.
+    """
     held = methods["method"].isin([*HELD, *OLDER]) & (methods["method"] != "cone, slowing")
     return methods["minutes"] + SET_UP * RUNS_BETWEEN * held
 
@@ -287,7 +333,9 @@ def read_tables(folder: Path = RESULTS) -> dict[str, pd.DataFrame]:
 
     def both(table: pd.DataFrame, column: str, digits: int) -> "pd.Series[str]":
         pairs = zip(table[column], table[f"{column}_sd"], strict=True)
-        return pd.Series([Spread(m, s, 0).text(digits) if np.isfinite(m) else "–" for m, s in pairs])
+        return pd.Series(
+            [Spread(m, s, 0).text(digits) if np.isfinite(m) else "–" for m, s in pairs]
+        )
 
     def error(table: pd.DataFrame, column: str, digits: int = 2) -> "pd.Series[str]":
         return table[column].map(lambda v: f"{v:.{digits}f}" if np.isfinite(v) else "–")
@@ -358,14 +406,18 @@ MEASURES = {
 
 
 def orders(methods: pd.DataFrame) -> list[str]:
-    """Return the order of the five maneuvers by each measure, with its Kendall's τ against the published order."""
+    """Return the order of the five maneuvers by each measure, with its Kendall's τ against the
+    published order.
+    """
     table = methods.assign(air=in_the_air(methods)).set_index("method").loc[list(PAPER_ORDER)]
     lines = []
     for label, column in MEASURES.items():
         order = " < ".join(NAMES[str(m)] for m in table[column].sort_values().index)
         tau = rank_agreement(table[column].to_numpy(), np.arange(float(len(table))))
         lines.append(
-            f"{label}: {order} (τ with the paper's order {tau:+.1f})".replace("-0", "−0").replace("-1", "−1")
+            f"{label}: {order} (τ with the paper's order {tau:+.1f})".replace("-0", "−0").replace(
+                "-1", "−1"
+            )
         )
     return lines
 
@@ -373,16 +425,23 @@ def orders(methods: pd.DataFrame) -> list[str]:
 def parts() -> list[Part]:
     """Return the committed tables as parts of the study's page."""
     shown, made = read_tables(), pd.read_csv(RESULTS / "methods.csv")
-    when = f"Seeds 1 to {made['seeds'].max()}; {made['made'].iloc[0]}; python -m pitotlab study methods repeats it."
+    when = (
+        f"Seeds 1 to {made['seeds'].max()}; {made['made'].iloc[0]}; python -m pitotlab study "
+        "methods repeats it."
+    )
     telling = {
         "banks": (
             "The Circle's bank",
             "A steeper bank shortens the circle, and the bound widens with the time that is lost.",
         ),
-        "methods": ("Set-up time and the conventional methods", " ".join(f"{line}." for line in orders(made))),
+        "methods": (
+            "Set-up time and the conventional methods",
+            " ".join(f"{line}." for line in orders(made)),
+        ),
         "systems": (
             "Two air-data systems in one flight",
-            "Gusts and the wind are common to both systems, so that a second one hardly narrows the bound of the "
+            "Gusts and the wind are common to both systems, so that a second one hardly narrows "
+            "the bound of the "
             "first. The difference of the two is known far better than either.",
         ),
     }
@@ -399,7 +458,9 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
     names = pd.Series({**NAMES, **OLDER})
     five, older = table.loc[list(PAPER_ORDER)], table.loc[list(OLDER)]
     with canvas(1, 1, 6.4, 3.9) as (figure, (axes,)):
-        x, y, spread = (five[c] for c in ("smooth_residual_kt", "speed_error_kt", "smooth_residual_kt_sd"))
+        x, y, spread = (
+            five[c] for c in ("smooth_residual_kt", "speed_error_kt", "smooth_residual_kt_sd")
+        )
         axes.errorbar(x, y, xerr=spread, fmt="o", color=BLUE, ms=7)
         _label(axes, x, y, names)
         axes.set(
@@ -413,7 +474,13 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
     with canvas(1, 1, 7.4, 4.4) as (figure, (axes,)):
         speed, height = "usual_speed_bound_kt", "usual_height_bound_kt"
         axes.plot(five["air"], five[speed], "o", color=BLUE, label="GPS velocity")
-        axes.plot(five["air"], five[height], "o", color=SKY, label="GPS velocity and height (static error)")
+        axes.plot(
+            five["air"],
+            five[height],
+            "o",
+            color=SKY,
+            label="GPS velocity and height (static error)",
+        )
         axes.plot(older["air"], older[speed], "s", color=ORANGE, label="conventional methods")
         _label(axes, table["air"], table[speed], names)
         axes.set(
@@ -427,8 +494,12 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
         figure.savefig(folder / "bound-and-minutes.png", dpi=110, metadata={"Software": None})
 
 
-def _label(axes: "Axes", x: "pd.Series[float]", y: "pd.Series[float]", names: "pd.Series[str]") -> None:
-    """Name the dots: above them to the right, below one with another close on its right, and below a long name."""
+def _label(
+    axes: "Axes", x: "pd.Series[float]", y: "pd.Series[float]", names: "pd.Series[str]"
+) -> None:
+    """Name the dots: above them to the right, below one with another close on its right, and below
+    a long name.
+    """
     wide, high = float(np.ptp(x)), float(np.ptp(y))
     for name in x.index:
         right = (x - x[name]).between(0.0, 0.1 * wide) & ((y - y[name]).abs() < 0.1 * high)

@@ -14,7 +14,21 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from pitotbench.logbook.columns import write_text
 from pitotbench.show.columns import frame_rows, html_table
 from pitotbench.show.markup import environment
-from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, WIDE, Panel, stacked, svg
+from pitotbench.show.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    PURPLE,
+    RED,
+    SKY,
+    WIDE,
+    Panel,
+    stacked,
+    svg,
+)
 from pitotbench.units import Array
 from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Numbers, Part, StudyPage
 from pitotlab.tables import frame_columns, markdown_table
@@ -37,7 +51,11 @@ def save(chart: Chart, path: Path) -> None:
     """The chart as a PNG file."""
     with stacked(_draws(chart), _size(chart), _LEGEND) as figure:
         figure.savefig(
-            path, dpi=_DPI, bbox_inches="tight", metadata={"Software": None}, pil_kwargs={"optimize": True}
+            path,
+            dpi=_DPI,
+            bbox_inches="tight",
+            metadata={"Software": None},
+            pil_kwargs={"optimize": True},
         )
 
 
@@ -70,14 +88,21 @@ def draw_bars(axes: Axes, chart: Bars) -> None:
 def draw_dots(axes: Axes, chart: Bars) -> None:
     """Groups of dots on an axis cut to the data; a whisker is ± one standard deviation over seeds."""
     width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
-    for number, (series, color, mark) in enumerate(zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False)):
+    for number, (series, color, mark) in enumerate(
+        zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False)
+    ):
         at = place + (number + 0.5) * width - 0.5 * _BARS
         heights = np.asarray(series.heights, dtype=np.float64)
         spreads = np.nan_to_num(np.asarray(series.spreads, dtype=np.float64))
         if chart.top is not None:
             for x, y in zip(at[heights > chart.top], heights[heights > chart.top], strict=True):
                 axes.annotate(
-                    f"{y:.2f} ↑", (x, 1.0), xycoords=("data", "axes fraction"), ha="center", color=color, size=8
+                    f"{y:.2f} ↑",
+                    (x, 1.0),
+                    xycoords=("data", "axes fraction"),
+                    ha="center",
+                    color=color,
+                    size=8,
                 )
         axes.errorbar(
             at, heights, yerr=spreads, fmt=mark, ms=5.0, color=color, label=series.label, capsize=2.0,
@@ -133,7 +158,14 @@ def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
         axes.fill_between(x, y - spread, y + spread, color=color, alpha=0.2, lw=0)
         axes.plot(x, y, color=color, label=series.label)
     else:
-        axes.plot(x, y, color=color, marker=mark if len(x) <= _MOST_MARKED else None, ms=3.5, label=series.label)
+        axes.plot(
+            x,
+            y,
+            color=color,
+            marker=mark if len(x) <= _MOST_MARKED else None,
+            ms=3.5,
+            label=series.label,
+        )
         _whiskers(axes, x, series.y, series.spreads, ecolor=color, elinewidth=0.8)
 
 
@@ -195,5 +227,7 @@ def _part(part: Part, pictures: Path) -> list[str]:
     for chart in part.charts:
         name = f"{chart.name}.png"
         save(chart, pictures / name)
-        blocks.append(f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*")
+        blocks.append(
+            f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*"
+        )
     return blocks + [_markdown(table) for table in part.tables]

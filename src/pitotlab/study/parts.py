@@ -11,7 +11,9 @@ Numbers = Sequence[float]
 
 @dataclass(frozen=True, slots=True)
 class BarSeries:
-    """One bar a group, of one kind: heights and their standard deviations over seeds (NaN where unknown)."""
+    """One bar a group, of one kind: heights and their standard deviations over seeds (NaN where
+    unknown).
+    """
 
     label: str
     heights: Numbers
@@ -37,7 +39,9 @@ class Bars:
 
 @dataclass(frozen=True, slots=True)
 class LineSeries:
-    """Points of one label: a line, marks, dots, a dashed line, or a band of ± the spreads around a line."""
+    """Points of one label: a line, marks, dots, a dashed line, or a band of ± the spreads around a
+    line.
+    """
 
     label: str
     x: Numbers
@@ -48,7 +52,9 @@ class LineSeries:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines over a common axis; `below` is drawn under them over the same axis, in the same picture."""
+    """Lines over a common axis; `below` is drawn under them over the same axis, in the same
+    picture.
+    """
 
     title: str
     note: str

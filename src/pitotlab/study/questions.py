@@ -1,4 +1,6 @@
-"""A claim of the paper with its finding, an open question with its reply, and the statistics that several share."""
+"""A claim of the paper with its finding, an open question with its reply, and the statistics that
+several share.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -18,7 +20,9 @@ Verdict = Literal["reproduced", "in part", "not reproduced"]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The answer to a claim: verdict, number with its spread over seeds, experiment, reason, pictures, tables."""
+    """The answer to a claim: verdict, number with its spread over seeds, experiment, reason,
+    pictures, tables.
+    """
 
     verdict: Verdict
     ours: str
@@ -30,7 +34,9 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` is the rule for the verdict."""
+    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` is the rule for the
+    verdict.
+    """
 
     number: str
     words: str
@@ -57,7 +63,9 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A question: `looks(maneuver)` are its looks at flights in light turbulence, `sorties(seed)` more flights."""
+    """A question: `looks(maneuver)` are its looks at flights in light turbulence, `sorties(seed)`
+    more flights.
+    """
 
     name: str
     question: str
@@ -70,22 +78,26 @@ _DRAWS, _SEED = 20_000, 83
 
 
 def by_chance(ratings: Array, above: float) -> float:
-    """Return the share [%] of all orders of a measure whose Kendall's τ with the ratings is above a limit."""
+    """Return the share [%] of all orders of a measure whose Kendall's τ with the ratings is above a
+    limit.
+    """
     orders = list(permutations(range(len(ratings))))
     agreements = [rank_agreement(np.array(order, dtype=np.float64), ratings) for order in orders]
     return 100.0 * float(np.mean(np.array(agreements) > above))
 
 
 def best_agreement(ratings: Array) -> float:
-    """Return the largest τ that a measure without ties can have with the ratings; ties count as neither."""
+    """Return the largest τ that a measure without ties can have with the ratings; ties count as
+    neither.
+    """
     return rank_agreement(np.asarray(ratings) + 1e-3 * np.arange(len(ratings)), ratings)
 
 
 def power(ratings: Array, above: float, scatter: float) -> float:
     """Return how often [%] τ is above a limit where the measure is the workload itself.
 
-    The ratings are the workload with a normal error of standard deviation `scatter` [ratings]: the opinion of one
-    pilot on one day.
+    The ratings are the workload with a normal error of standard deviation `scatter` [ratings]: the
+    opinion of one pilot on one day.
     """
     values = np.asarray(ratings, dtype=np.float64)
     drawn = values + scatter * np.random.default_rng(_SEED).standard_normal((_DRAWS, len(values)))
@@ -94,7 +106,9 @@ def power(ratings: Array, above: float, scatter: float) -> float:
     return 100.0 * float(np.mean(np.mean(signs, axis=1) > above))
 
 
-LIMIT = 100.0 * (1.0 - (2.0 / 3.0) ** 0.5)  # %: fall of a pooled 2σ where a third output has no residual
+LIMIT = 100.0 * (
+    1.0 - (2.0 / 3.0) ** 0.5
+)  # %: fall of a pooled 2σ where a third output has no residual
 TwoSigma = Callable[..., pd.Series]  # evidence, maneuver, settings → by seed
 
 
@@ -106,7 +120,8 @@ def airspeed_two_sigma(evidence: StudyTables, maneuver: str, **how: object) -> p
 def pooled_two_sigma(
     evidence: StudyTables, maneuver: str, column: str = "pooled_two_sigma_kt", **how: object
 ) -> pd.Series:
-    """Return 2σ pooled over the outputs [kt of true airspeed] by seed, noise on the impact pressure alone.
+    """Return 2σ pooled over the outputs [kt of true airspeed] by seed, noise on the impact pressure
+    alone.
 
     `column` names another number of the same fits. With `alone=False` every sensor has its noise.
     """

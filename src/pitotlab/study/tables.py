@@ -15,9 +15,11 @@ from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
 
 
 def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
-    """Return 2σ [kt] of white noise of the impact pressure at calibrated airspeeds [kt], each flown for a time [s].
+    """Return 2σ [kt] of white noise of the impact pressure at calibrated airspeeds [kt], each flown
+    for a time [s].
 
-    It is the noise of the default data system [Pa] times the slope of airspeed over impact pressure.
+    It is the noise of the default data system [Pa] times the slope of airspeed over impact
+    pressure.
     """
     impact = air.impact_pressure(airspeed_kt * KNOT)
     slope = air.calibrated_airspeed_slope(impact)
@@ -25,7 +27,8 @@ def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
     return 2.0 * float(np.sqrt(variance)) / KNOT
 
 
-# The fit that a claim gets by default: the paper's method on all data of a standard card in smooth air.
+# The fit that a claim gets by default: the paper's method on all data of a standard card in smooth
+# air.
 DEFAULT_FIT: Mapping[str, object] = {
     "setting": "smooth",
     "variant": "standard",
@@ -48,7 +51,9 @@ TABLES = ("fits", "flights", "density", "tracks", "curves")
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """A number over seeds: its mean, its standard deviation (NaN for one seed), and the number of seeds."""
+    """A number over seeds: its mean, its standard deviation (NaN for one seed), and the number of
+    seeds.
+    """
 
     mean: float
     deviation: float
@@ -74,7 +79,9 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class StudyTables:
-    """Tables of fits, flights, airspeed bins, and points of tracks and curves; column names end in units."""
+    """Tables of fits, flights, airspeed bins, and points of tracks and curves; column names end in
+    units.
+    """
 
     fits: pd.DataFrame
     flights: pd.DataFrame
@@ -87,15 +94,20 @@ class StudyTables:
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "StudyTables":
         """Return the tables of all measurements."""
-        return cls.of_tables({n: pd.DataFrame([r for m in measured for r in getattr(m, n)]) for n in TABLES})
+        return cls.of_tables(
+            {n: pd.DataFrame([r for m in measured for r in getattr(m, n)]) for n in TABLES}
+        )
 
     @classmethod
     def of_tables(cls, tables: Mapping[str, pd.DataFrame]) -> "StudyTables":
         """Return the record of tables given by name (`TABLES`)."""
         fits = tables["fits"]
-        # Grouped once: fits are looked up thousands of times, and to filter each time takes longer than the fits.
+        # Grouped once: fits are looked up thousands of times, and to filter each time takes longer
+        # than the fits.
         groups = fits.groupby(["maneuver", *DEFAULT_FIT], sort=False)
-        return cls(**tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups})
+        return cls(
+            **tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups}
+        )
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -103,13 +115,16 @@ class StudyTables:
         return tuple(sorted(int(seed) for seed in self.flights["seed"].unique()))
 
     def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
-        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `DEFAULT_FIT`.
+        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ
+        from `DEFAULT_FIT`.
 
         Raises KeyError for a setting that is not in `DEFAULT_FIT`.
         """
         unknown = set(how) - set(DEFAULT_FIT)
         if unknown:
-            raise KeyError(f"fits are chosen by {', '.join(DEFAULT_FIT)}; not by {', '.join(sorted(unknown))}")
+            raise KeyError(
+                f"fits are chosen by {', '.join(DEFAULT_FIT)}; not by {', '.join(sorted(unknown))}"
+            )
         found = self.by_look.get((maneuver, *{**DEFAULT_FIT, **how}.values()))
         return pd.Series(dtype=float) if found is None else found[column].astype(float)
 
@@ -117,10 +132,14 @@ class StudyTables:
         """Return 2σ of the residual [kt] by seed."""
         return self.fit("residual_two_sigma_kt", maneuver, **how)
 
-    def flight(self, column: str, maneuver: str, setting: str = "smooth", variant: str = "standard") -> pd.Series:
+    def flight(
+        self, column: str, maneuver: str, setting: str = "smooth", variant: str = "standard"
+    ) -> pd.Series:
         """Return a column of the flights of a maneuver by seed."""
         table = self.flights
-        chosen = table[(table.maneuver == maneuver) & (table.setting == setting) & (table.variant == variant)]
+        chosen = table[
+            (table.maneuver == maneuver) & (table.setting == setting) & (table.variant == variant)
+        ]
         return chosen.set_index("seed")[column].astype(float).sort_index()
 
 
@@ -130,7 +149,9 @@ def signed(value: float, digits: int = 1) -> str:
 
 
 def ratio(one: pd.Series, other: pd.Series) -> Spread:
-    """Return one over the other, seed by seed. Both are from the same flight, so common errors cancel."""
+    """Return one over the other, seed by seed. Both are from the same flight, so common errors
+    cancel.
+    """
     both = pd.concat([one, other], axis=1, keys=["one", "other"]).dropna()
     return Spread.of((both["one"] / both["other"]).to_numpy())
 
@@ -142,7 +163,9 @@ def percent_above(one: pd.Series, other: pd.Series) -> Spread:
 
 
 def rank_agreement(one: Array, other: Array) -> float:
-    """Return Kendall's τ (1938) of two orders: 1 for the same, −1 for the reverse. A tie counts as neither."""
+    """Return Kendall's τ (1938) of two orders: 1 for the same, −1 for the reverse. A tie counts as
+    neither.
+    """
     first, second = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     upper = np.triu_indices(len(first), 1)
     signs = np.sign(np.subtract.outer(first, first)) * np.sign(np.subtract.outer(second, second))
@@ -170,11 +193,14 @@ def maneuver_bars(
     dots: bool = False,
     top: float | None = None,
 ) -> Bars:
-    """Return a chart with a group of bars, or of dots, for each maneuver and one for each kind (key, label).
+    """Return a chart with a group of bars, or of dots, for each maneuver and one for each kind
+    (key, label).
 
     `number(maneuver, key)` gives the values by seed. `top` is where the axis of dots is cut.
     """
-    series = [bar_series(label, [number(maneuver, key) for maneuver in maneuvers]) for key, label in kinds]
+    series = [
+        bar_series(label, [number(maneuver, key) for maneuver in maneuvers]) for key, label in kinds
+    ]
     note = f"{note} {CUT}" if dots else note
     return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots, top)
 

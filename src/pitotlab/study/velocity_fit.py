@@ -1,4 +1,6 @@
-"""The paper's fit of several outputs: ground velocity, predicted from airspeed, attitude, flow angles and wind."""
+"""The paper's fit of several outputs: ground velocity, predicted from airspeed, attitude, flow
+angles and wind.
+"""
 
 import numpy as np
 
@@ -17,9 +19,11 @@ from pitotbench.units import Array
 
 
 def fit_velocity(log: FlightLog, options: CalibrationOptions) -> OutputErrorFit:
-    """Fit ground velocity north, east and, with `use_down`, down [m/s]. The error is in the impact pressure alone.
+    """Fit ground velocity north, east and, with `use_down`, down [m/s]. The error is in the impact
+    pressure alone.
 
-    Raises BadInputError where the log has no attitude or no flow angles, NoAnswerError as `fit_output_error` does.
+    Raises BadInputError where the log has no attitude or no flow angles, NoAnswerError as
+    `fit_output_error` does.
     """
     with one_thread():
         obs = observe(log, options)
@@ -36,13 +40,16 @@ def _air_direction(log: FlightLog) -> Array:
     if log.roll is None or log.pitch is None or log.heading is None:
         raise BadInputError("ground velocity is predicted from the attitude, which the log lacks")
     if log.angle_of_attack is None or log.sideslip is None:
-        raise BadInputError("ground velocity is predicted from the flow angles, which the log lacks")
+        raise BadInputError(
+            "ground velocity is predicted from the flow angles, which the log lacks"
+        )
     flow = flow_direction(log.angle_of_attack, log.sideslip)
     return body_to_earth(flow, log.roll, log.pitch, log.heading)
 
 
 def velocity_outputs_of(model: PredictionModel, obs: Observations, log: FlightLog) -> Outputs:
-    """Return the function of θ that gives the residual of ground velocity, (2 or 3, n) [m/s], and the Jacobian.
+    """Return the function of θ that gives the residual of ground velocity, (2 or 3, n) [m/s], and
+    the Jacobian.
 
     Raises BadInputError where the log has no attitude or no flow angles.
     """

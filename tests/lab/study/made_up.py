@@ -19,12 +19,19 @@ def evidence(
     residual: Residual, minutes: dict[str, float] = MINUTES, seeds: int = 2, sweeps: bool = True
 ) -> StudyTables:
     """The tables of a study in which every residual 2σ is what a function says."""
-    return StudyTables.of([_measured(sortie, residual, minutes) for sortie in plan_sorties(seeds, sweeps)])
+    return StudyTables.of(
+        [_measured(sortie, residual, minutes) for sortie in plan_sorties(seeds, sweeps)]
+    )
 
 
 def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> Measured:
     case = sortie.case
-    key = {"setting": sortie.setting, "variant": sortie.variant, "maneuver": case.maneuver, "seed": case.truth_seed}
+    key = {
+        "setting": sortie.setting,
+        "variant": sortie.variant,
+        "maneuver": case.maneuver,
+        "seed": case.truth_seed,
+    }
     time = minutes[case.maneuver]
     rng = np.random.default_rng(case.truth_seed)
     flight = {
@@ -41,7 +48,10 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
     curves = []
     if sortie.curves:
         for method, straight in (("paper", True), ("covering", False)):
-            curves += [_point(method, speed, 0.5) | {"on_condition": straight} for speed in (100.0, 130.0, 160.0)]
+            curves += [
+                _point(method, speed, 0.5) | {"on_condition": straight}
+                for speed in (100.0, 130.0, 160.0)
+            ]
         curves += [_point("data", speed, 0.4) | {"on_condition": True} for speed in (100.0, 160.0)]
         curves += [_point("fixed speed", 120.0, 0.6)]
     density = [{"airspeed_kt": float(v), "seconds": 10.0} for v in DENSITY_EDGES[:-1] + 1.25]
@@ -55,7 +65,9 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
     )
 
 
-def _fit(look: Look, residual: float, minutes: float, rng: np.random.Generator) -> dict[str, object]:
+def _fit(
+    look: Look, residual: float, minutes: float, rng: np.random.Generator
+) -> dict[str, object]:
     numbers = {
         "samples": 3000.0 * minutes,
         "residual_two_sigma_kt": residual,

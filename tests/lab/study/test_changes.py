@@ -86,4 +86,7 @@ def test_velocity_down_is_recorded_where_asked_for(flight):
     _, usual = sense_look(flight, Look("20/1"))
     _, given = sense_look(flight, Look("20/1", given_down=True))
     assert usual.velocity_down is None
-    assert np.std(given.velocity_down - np.interp(given.time, flight["time"], flight["velocity_down"])) < 2.0
+    assert (
+        np.std(given.velocity_down - np.interp(given.time, flight["time"], flight["velocity_down"]))
+        < 2.0
+    )

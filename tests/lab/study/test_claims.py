@@ -74,7 +74,9 @@ def test_an_answer_has_a_number_and_a_reason(number, published):
 
 def test_airplane_order_decides(published, contradicted):
     assert CLAIMS["C12"].answer(published).verdict == "reproduced"
-    assert CLAIMS["C12"].answer(contradicted).verdict == "in part"  # the fixed-speed point still agrees
+    assert (
+        CLAIMS["C12"].answer(contradicted).verdict == "in part"
+    )  # the fixed-speed point still agrees
 
 
 def test_ratings_are_never_ours(published):
@@ -85,7 +87,10 @@ def test_ratings_are_never_ours(published):
 
 def test_chance_counts_every_choice():
     rng = np.random.default_rng(5)
-    flights = {name: rng.integers(0, 6, size).astype(float) for name, size in (("a", 4), ("b", 3), ("c", 5))}
+    flights = {
+        name: rng.integers(0, 6, size).astype(float)
+        for name, size in (("a", 4), ("b", 3), ("c", 5))
+    }
     choices = list(itertools.product(*flights.values()))
     rising = sum(a < b < c for a, b, c in choices)
     assert by_chance(flights, ("a", "b", "c")) == pytest.approx(100.0 * rising / len(choices))
@@ -98,7 +103,9 @@ def _how_steep(sortie, look):
 
 
 def test_what_v_down_would_take_is_measured_not_said():
-    """C7's reason names a fall that the flights with a steeper path have, and that those as flown have not."""
+    """C7's reason names a fall that the flights with a steeper path have, and that those as flown
+    have not.
+    """
     finding = CLAIMS["C7"].answer(_small(_how_steep))
     assert finding.verdict == "not reproduced"
     assert "needs 4.0 times that" in finding.why
@@ -111,12 +118,16 @@ def _small(residual):
 
 
 def _pooled_only(sortie, look):
-    """The fall of a mean over three outputs of which one has no residual; the airspeed's 2σ does not fall."""
+    """The fall of a mean over three outputs of which one has no residual; the airspeed's 2σ does
+    not fall.
+    """
     return (2.0 / 3.0) ** 0.5 if look.alone and look.options.use_down else 1.0
 
 
 def test_a_pooled_fall_alike_for_all_reproduces_in_part():
-    """The 2σ falls with V_down when pooled, but not most for 4-Leg; without the outputs' fits nothing falls."""
+    """The 2σ falls with V_down when pooled, but not most for 4-Leg; without the outputs' fits
+    nothing falls.
+    """
     pooled, none = _small(_pooled_only), _small(lambda sortie, look: 1.0)
     for number in ("C7", "C8"):
         assert "18.4" in CLAIMS[number].answer(pooled).ours
@@ -124,7 +135,9 @@ def test_a_pooled_fall_alike_for_all_reproduces_in_part():
     assert CLAIMS["C7"].answer(none).verdict == "not reproduced"
 
     def turning(sortie, look):
-        return _pooled_only(sortie, look) * (1.1 if look.options.on_condition and not look.alone else 1.0)
+        return _pooled_only(sortie, look) * (
+            1.1 if look.options.on_condition and not look.alone else 1.0
+        )
 
     assert CLAIMS["C8"].answer(_small(turning)).verdict == "in part"  # by the pooled 2σ alone
 
@@ -139,7 +152,11 @@ def test_an_error_chosen_for_a_claim_does_not_count():
     assert CLAIMS["C5"].answer(_small(chosen)).verdict == "not reproduced"
 
     def larger(sortie, look):
-        return (1.0 + look.level if look.change == "error size" else 2.0) if look.options.model == "bias" else 1.0
+        return (
+            (1.0 + look.level if look.change == "error size" else 2.0)
+            if look.options.model == "bias"
+            else 1.0
+        )
 
     finding = CLAIMS["C5"].answer(_small(larger))
     assert finding.verdict == "in part"
@@ -147,10 +164,14 @@ def test_an_error_chosen_for_a_claim_does_not_count():
 
 
 def test_the_wind_that_hides_the_slope_is_an_experiment():
-    """Bias on Step Decrease looks as good as the others until every speed is flown on both headings."""
+    """Bias on Step Decrease looks as good as the others until every speed is flown on both
+    headings.
+    """
 
     def hidden(sortie, look):
-        return 2.0 if look.options.model == "bias" and sortie.case.maneuver != "step_decrease" else 1.0
+        return (
+            2.0 if look.options.model == "bias" and sortie.case.maneuver != "step_decrease" else 1.0
+        )
 
     finding = CLAIMS["C5"].answer(_small(hidden))
     assert "default error, 1.00." in finding.why
@@ -158,7 +179,9 @@ def test_the_wind_that_hides_the_slope_is_an_experiment():
 
 
 def test_chance_and_power_of_a_rank_test():
-    """Of 120 orders of five, 12 have at most one wrong pair out of eight; ratings without scatter always pass."""
+    """Of 120 orders of five, 12 have at most one wrong pair out of eight; ratings without scatter
+    always pass.
+    """
     ratings = np.array([3.0, 4.0, 2.0, 2.0, 3.0])
     assert by_luck(ratings, 0.5) == pytest.approx(100.0 * 12 / 120)
     assert best_agreement(ratings) == pytest.approx(0.8)
@@ -170,10 +193,14 @@ def test_chance_and_power_of_a_rank_test():
 
 
 def test_an_order_within_its_own_spread_is_no_order():
-    """Means that rise, by less than twice what chance makes of them, do not reproduce a published order."""
+    """Means that rise, by less than twice what chance makes of them, do not reproduce a published
+    order.
+    """
 
     def barely(sortie, look):
-        rank = ["step_decrease", "race_track", "four_leg", "rapid_decel"].index(sortie.case.maneuver)
+        rank = ["step_decrease", "race_track", "four_leg", "rapid_decel"].index(
+            sortie.case.maneuver
+        )
         return 1.0 + 0.001 * rank + 0.1 * (sortie.case.truth_seed % 2)
 
     def anywhere(sortie, look):

@@ -1,4 +1,6 @@
-"""Real flights: what is kept of them, workload, the fixed-speed points; and the plan that asks for them."""
+"""Real flights: what is kept of them, workload, the fixed-speed points; and the plan that asks for
+them.
+"""
 
 from dataclasses import replace
 
@@ -45,11 +47,15 @@ def test_a_sortie_gives_what_the_bench_gives():
     expected = bench.calibrate(log, PAPER).residual_two_sigma / KNOT
     assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)
     assert len(measured.tracks) > 100
-    assert sum(row["seconds"] for row in measured.density) == pytest.approx(60.0 * measured.flights[0]["minutes"])
+    assert sum(row["seconds"] for row in measured.density) == pytest.approx(
+        60.0 * measured.flights[0]["minutes"]
+    )
 
 
 def test_the_papers_case_takes_no_default_of_the_calibrator(light_flights):
-    """The log has a height, and by default the calibrator weighs the locations by it; the looks do not."""
+    """The log has a height, and by default the calibrator weighs the locations by it; the looks do
+    not.
+    """
     flight = light_flights["rapid_decel"]
     log = bench.sense(flight, "50/50")
     assert bench.calibrate(log).diagnostics.static_probability is not None
@@ -63,19 +69,25 @@ def test_the_papers_case_takes_no_default_of_the_calibrator(light_flights):
 def test_the_fit_of_ground_velocity_recovers_the_truth_in_calm_air():
     log = trajectories.fly(trajectories.step_decrease(10), 10, 10, trajectories.CALM)
     found = fit_velocity(log, PAPER)
-    np.testing.assert_allclose(found.theta, [*trajectories.TRUTH.parameters, *trajectories.WIND], atol=1e-6)
+    np.testing.assert_allclose(
+        found.theta, [*trajectories.TRUTH.parameters, *trajectories.WIND], atol=1e-6
+    )
     with pytest.raises(BadInputError, match="attitude"):
         fit_velocity(replace(log, roll=None), PAPER)
 
 
 def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
-    """With noise on the impact pressure alone the fall is 1 − √(2/3); with noise on every sensor there is none."""
+    """With noise on the impact pressure alone the fall is 1 − √(2/3); with noise on every sensor
+    there is none.
+    """
     flight = smooth_flights["rapid_decel"]
     fall = {}
     for alone in (True, False):
         pooled = []
         for down in (True, False):
-            look = Look(options=replace(PAPER, use_down=down), given_down=alone, alone=alone, form="vector")
+            look = Look(
+                options=replace(PAPER, use_down=down), given_down=alone, alone=alone, form="vector"
+            )
             row, _ = fit(*sense_look(flight, look), look)
             pooled.append(row["pooled_two_sigma_kt"])
         fall[alone] = 1.0 - pooled[0] / pooled[1]
@@ -84,12 +96,16 @@ def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
 
 
 def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
-    """The mean of the points minus the truth is the wind's error, and their scatter is the published residual."""
+    """The mean of the points minus the truth is the wind's error, and their scatter is the
+    published residual.
+    """
     flight, look = smooth_flights["race_track"], Look("20/1", replace(PAPER, on_condition=True))
     _, log = sense_look(flight, look)
     result = bench.calibrate(log, look.options)
     rows = measures.data_rows(log, look, result)
-    speed, gained = (np.array([row[name] for row in rows]) for name in ("airspeed_kt", "correction_kt"))
+    speed, gained = (
+        np.array([row[name] for row in rows]) for name in ("airspeed_kt", "correction_kt")
+    )
     curve = result.curve
     off = gained - np.interp(speed, curve.indicated_airspeed / KNOT, curve.correction / KNOT)
     assert 2.0 * np.std(off) == pytest.approx(result.residual_two_sigma / KNOT, rel=0.15)

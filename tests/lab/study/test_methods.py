@@ -39,7 +39,10 @@ def test_the_bound_covers_drawn_errors():
     rng, clean = np.random.default_rng(1), _points(2, own=12.0, shared=8.0)
     inside = []
     for _ in range(400):
-        drawn = clean.own * rng.standard_normal(len(clean.own)) + clean.shared[0] * rng.standard_normal()
+        drawn = (
+            clean.own * rng.standard_normal(len(clean.own))
+            + clean.shared[0] * rng.standard_normal()
+        )
         points = replace(clean, pressure_error=clean.pressure_error + drawn)
         inside.append(against_truth(fit_points(points), STATIC).inside)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
@@ -103,7 +106,9 @@ def test_the_committed_tables_are_whole():
     seeds = {int(count) for table in (banks, flown, systems) for count in table["seeds"]}
     assert len(seeds) == 1  # all of one run
     assert min(seeds) > 1
-    assert (systems["difference_bound_kt"] < 0.2 * systems["a_alone_bound_kt"]).all()  # gusts are common to both
+    assert (
+        systems["difference_bound_kt"] < 0.2 * systems["a_alone_bound_kt"]
+    ).all()  # gusts are common to both
     assert all(len(part.tables) == 1 and part.lines for part in methods.parts())
 
 
@@ -112,11 +117,16 @@ def test_tables_and_pictures_are_written_again_without_flights(tmp_path, capsys)
 
     assert main(["study", "methods", "--again", "--pictures", str(tmp_path)]) == 0
     assert "covering 2σ" in capsys.readouterr().out
-    assert {path.name for path in tmp_path.iterdir()} == {"residual-and-truth.png", "bound-and-minutes.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "residual-and-truth.png",
+        "bound-and-minutes.png",
+    }
 
 
 def test_summaries_leave_out_what_a_method_does_not_have():
-    rows = pd.DataFrame({"seed": [1, 2], "method": "pacer", "x_error_kt": [3.0, -4.0], "y_kt": [1.0, np.nan]})
+    rows = pd.DataFrame(
+        {"seed": [1, 2], "method": "pacer", "x_error_kt": [3.0, -4.0], "y_kt": [1.0, np.nan]}
+    )
     (cell,) = methods.summarize(rows, "method", "now").to_dict("records")
     assert cell["x_error_kt"] == pytest.approx(np.sqrt(12.5))
     assert cell["y_kt"] == 1.0

@@ -1,4 +1,6 @@
-"""The page and the document: whole, self-contained, every number from the evidence, every picture there."""
+"""The page and the document: whole, self-contained, every number from the evidence, every picture
+there.
+"""
 
 import re
 
@@ -22,7 +24,9 @@ def _varied(sortie, look):
 @pytest.fixture(scope="module")
 def page():
     evidence = made_up.evidence(_varied, seeds=2)
-    return study_page_of(evidence, {number: claim.answer(evidence) for number, claim in CLAIMS.items()})
+    return study_page_of(
+        evidence, {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
+    )
 
 
 def test_the_page_is_whole_and_self_contained(page):
@@ -37,7 +41,10 @@ def test_the_page_is_whole_and_self_contained(page):
 
 def test_every_picture_has_units_on_its_axes(page):
     charts = [
-        chart for parts in (page.claims, page.truth, page.questions) for part in parts for chart in part.charts
+        chart
+        for parts in (page.claims, page.truth, page.questions)
+        for part in parts
+        for chart in part.charts
     ]
     assert all("[" in chart.ylabel for chart in charts)
     assert all("[" in chart.xlabel for chart in charts if hasattr(chart, "xlabel"))
@@ -73,13 +80,17 @@ def test_numbers_are_told_again_without_flying(tmp_path, capsys):
     for name in TABLES:
         getattr(evidence, name).to_parquet(tmp_path / f"{name}.parquet", index=False)
     again = run_study(StudyRequest(out=tmp_path / "again", tables=tmp_path))
-    assert {n: f.ours for n, f in again.findings.items()} == {n: c.answer(evidence).ours for n, c in CLAIMS.items()}
+    assert {n: f.ours for n, f in again.findings.items()} == {
+        n: c.answer(evidence).ours for n, c in CLAIMS.items()
+    }
     assert main(["study", "--tables", str(tmp_path / "nothing"), "--out", str(tmp_path / "x")]) == 2
     assert "--tables takes" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("out", ["taken", "taken/below", "/proc/out"])
-def test_a_folder_that_cannot_be_made_is_refused_before_the_work(out, tmp_path, monkeypatch, capsys):
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
+    out, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("mine")
     assert main(["study", "--out", out]) == 2
@@ -88,11 +99,15 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(out, tmp_path, 
 
 
 def test_the_claims_alone_are_answered_without_the_sweeps(tmp_path):
-    """Every claim answers from fewer flights with the same words; nothing of what was not flown is shown."""
+    """Every claim answers from fewer flights with the same words; nothing of what was not flown is
+    shown.
+    """
     whole, alone = (made_up.evidence(_varied, seeds=2, sweeps=sweeps) for sweeps in (True, False))
     assert len(alone.flights) < len(whole.flights)
     findings = {number: claim.answer(alone) for number, claim in CLAIMS.items()}
-    assert {n: f.ours for n, f in findings.items()} == {n: c.answer(whole).ours for n, c in CLAIMS.items()}
+    assert {n: f.ours for n, f in findings.items()} == {
+        n: c.answer(whole).ours for n, c in CLAIMS.items()
+    }
     page = study_page_of(alone, findings)
     assert page.questions == []
     assert "Open questions" not in study_html(page)

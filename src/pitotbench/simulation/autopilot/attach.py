@@ -1,4 +1,6 @@
-"""Make an aircraft flyable by the bench: take its files in, explore it, shape its loops, write its autopilot."""
+"""Make an aircraft flyable by the bench: take its files in, explore it, shape its loops, write its
+autopilot.
+"""
 
 import os
 import re
@@ -14,7 +16,14 @@ from tempfile import TemporaryDirectory, mkdtemp
 
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
-from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, has_autopilot, library, parse_xml, write_record
+from pitotbench.simulation.aircraft import (
+    ENGINES,
+    SYSTEMS,
+    has_autopilot,
+    library,
+    parse_xml,
+    write_record,
+)
 from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, explore
 from pitotbench.simulation.autopilot.loops import (
     engine_time,
@@ -28,10 +37,10 @@ from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
-# Copy an aircraft that others wrote into a folder of its own. Its files are input that is not trusted.
-# Only XML is taken, and only the files that the aircraft names: parsed, checked and written anew. A file name is
-# looked up in the aircraft's folder and among JSBSim's parts and cannot lead elsewhere. Elements that write files
-# or open network connections are left out.
+# Copy an aircraft that others wrote into a folder of its own. Its files are input that is not
+# trusted. Only XML is taken, and only the files that the aircraft names: parsed, checked and
+# written anew. A file name is looked up in the aircraft's folder and among JSBSim's parts and
+# cannot lead elsewhere. Elements that write files or open network connections are left out.
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
 MOST_FILES = 100
@@ -47,29 +56,40 @@ PARTS = {
     "flight_control": (".", SYSTEMS),
 }
 WHOLE = (
-    *("metrics", "mass_balance", "ground_reactions", "propulsion", "aerodynamics", "external_reactions"),
+    *(
+        "metrics",
+        "mass_balance",
+        "ground_reactions",
+        "propulsion",
+        "aerodynamics",
+        "external_reactions",
+    ),
     *("buoyant_forces", "fileheader"),
 )
 
 
 def take_in(file: Path, folder: Path) -> Path:
-    """Copy the aircraft of a JSBSim file, with all parts that it names, into a new folder; return the new file.
+    """Copy the aircraft of a JSBSim file, with all parts that it names, into a new folder; return
+    the new file.
 
-    Raises BadInputError for a file that is no JSBSim aircraft, is too large, declares entities, or names a part
-    outside its own folder and JSBSim's library.
+    Raises BadInputError for a file that is no JSBSim aircraft, is too large, declares entities, or
+    names a part outside its own folder and JSBSim's library.
     """
     if file.is_dir():
         same = file / f"{file.resolve().name}.xml"
         files = [same] if same.is_file() else sorted(file.glob("*.xml"))
         if len(files) != 1:
             raise BadInputError(
-                f"{file}: {len(files)} XML files and none named {same.name}: name the file of the aircraft"
+                f"{file}: {len(files)} XML files and none named {same.name}: name the file of the "
+                "aircraft"
             )
         file = files[0]
     taking = _Taking(file.resolve().parent)
     root = taking.read(file.resolve())
     if root.tag != "fdm_config":
-        raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{_short(root.tag)}>")
+        raise BadInputError(
+            f"{file.name}: not an aircraft of JSBSim: its root is <{_short(root.tag)}>"
+        )
     for part in (folder / "Engines", folder / "Systems"):
         part.mkdir(parents=True)
     for element in [e for e in root if e.tag in CLOSED]:
@@ -81,7 +101,9 @@ def take_in(file: Path, folder: Path) -> Path:
 
 
 def aircraft_name(path: Path) -> str:
-    """Return the name of the aircraft at a path: that of the file, with all signs but letters and digits as `_`."""
+    """Return the name of the aircraft at a path: that of the file, with all signs but letters and
+    digits as `_`.
+    """
     name = re.sub(r"[^A-Za-z0-9-]+", "_", path.stem if path.suffix == ".xml" else path.name)
     return name.strip("_")[:60] or "aircraft"
 
@@ -146,7 +168,8 @@ class _Taking:
         name = name.strip()
         if not NAME.fullmatch(name) or ".." in name:
             raise BadInputError(
-                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no path"
+                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no "
+                "path"
             )
         name = name if name.endswith(".xml") else f"{name}.xml"
         for place in places:
@@ -154,7 +177,9 @@ class _Taking:
             # A link must not lead out of the folder.
             if file.is_file() and file.is_relative_to(place.resolve()):
                 return file
-        raise BadInputError(f"the aircraft names {name}, which is neither in its folder nor among JSBSim's parts")
+        raise BadInputError(
+            f"the aircraft names {name}, which is neither in its folder nor among JSBSim's parts"
+        )
 
 
 class _Builder(ET.TreeBuilder):
@@ -167,7 +192,9 @@ class _Builder(ET.TreeBuilder):
         self._depth = 0
 
     def doctype(self, *_: object) -> None:
-        """Refuse a document type: it may declare entities, which read other files or grow without limit."""
+        """Refuse a document type: it may declare entities, which read other files or grow without
+        limit.
+        """
         if not self._trusted:  # JSBSim's own parts declare some
             raise BadInputError(f"{self._name}: a DOCTYPE is not allowed; delete it")
 
@@ -192,7 +219,8 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-# Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot. Done once.
+# Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot.
+# Done once.
 
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
 MOST_KEPT = 50  # attached aircraft in the cache
@@ -207,10 +235,12 @@ ENGINE_KINDS = {
 
 
 def attach(source: Path) -> Path:
-    """Return the folder of an aircraft with the bench's autopilot; `source` is a JSBSim file or its folder.
+    """Return the folder of an aircraft with the bench's autopilot; `source` is a JSBSim file or its
+    folder.
 
-    It is made the first time, which takes seconds, and kept in the cache under a digest of all files.
-    Raises BadInputError for files that are not taken, SimulationError for an aircraft that cannot be flown.
+    It is made the first time, which takes seconds, and kept in the cache under a digest of all
+    files. Raises BadInputError for files that are not taken, SimulationError for an aircraft that
+    cannot be flown.
     """
     if not source.exists():
         raise BadInputError(f"{source}: no such aircraft file or folder")
@@ -250,20 +280,27 @@ def make_flyable(folder: Path) -> Attached:
     try:
         aircraft = HeldAircraft(folder.name, folder, ALTITUDE, kind)
     except jsbsim.BaseError as error:  # such as a property that only another program defines
-        raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
+        raise SimulationError(
+            f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}"
+        ) from error
     envelope = explore(aircraft)
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
     models = [linearize(aircraft, point) for point in envelope.points]
     try:
         gains = shape(folder.name, models, lag)
     except SimulationError:
-        # Near the stall the slopes of some models have kinks: then cards begin at the next point, or above.
+        # Near the stall the slopes of some models have kinks: then cards begin at the next point,
+        # or above.
         envelope, models = replace(envelope, points=envelope.points[1:]), models[1:]
         gains = shape(folder.name, models, lag)
-    still = [name for name, path in SURFACES.items() if not aircraft.moves(name, f"fcs/{path}-pos-rad")]
+    still = [
+        name for name, path in SURFACES.items() if not aircraft.moves(name, f"fcs/{path}-pos-rad")
+    ]
     missing = tuple(c.name for c in CHANNELS if c.name in still or not aircraft.serves(c.path))
     texts = "".join(f.read_text(encoding="utf-8") for f in sorted(folder.rglob("*.xml")))
-    write_autopilot(folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft)
+    write_autopilot(
+        folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft
+    )
     write_levers(tree.getroot(), aircraft.engines, texts)
     open_all_tanks(tree.getroot())
     tree.write(file, encoding="utf-8", xml_declaration=True)
@@ -305,7 +342,8 @@ def engines_of(folder: Path, root: ET.Element) -> Engines:
     if not kinds:
         what = ", ".join(sorted(tag for tag in tags if tag.endswith("engine"))) or "none"
         raise BadInputError(
-            f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, electric, jet); "
+            f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, "
+            "electric, jet); "
             f"it has {what}"
         )
     return Engines(" and ".join(sorted(kinds)), idle)
@@ -318,15 +356,22 @@ def _digest(folder: Path) -> str:
         *sorted(here.glob("*.*")),
         *(here.parent / name for name in ("aircraft.py", "plant.py", "properties.py")),
     ]
-    digest = sha256(repr([f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]).encode())
-    for root, files in ((here.parent, code), (folder, sorted(f for f in folder.rglob("*") if f.is_file()))):
+    digest = sha256(
+        repr([f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]).encode()
+    )
+    for root, files in (
+        (here.parent, code),
+        (folder, sorted(f for f in folder.rglob("*") if f.is_file())),
+    ):
         for file in files:
             digest.update(repr((file.relative_to(root).as_posix(), file.read_bytes())).encode())
     return digest.hexdigest()[:16]
 
 
 def _keep(made: Path, place: Path) -> Path:
-    """Move a finished aircraft to its place in the cache, completely or not at all; return where it is."""
+    """Move a finished aircraft to its place in the cache, completely or not at all; return where it
+    is.
+    """
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=place.parent, prefix=".") as scratch:
@@ -343,6 +388,8 @@ def _keep(made: Path, place: Path) -> Path:
 
 def _prune(shelf: Path) -> None:
     """Remove all but the aircraft used last."""
-    kept = sorted((p for p in shelf.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime, reverse=True)
+    kept = sorted(
+        (p for p in shelf.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime, reverse=True
+    )
     for old in kept[MOST_KEPT:]:
         shutil.rmtree(old, ignore_errors=True)

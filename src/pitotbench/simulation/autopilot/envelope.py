@@ -13,9 +13,10 @@ from pitotbench.simulation.plant import INTEGRATORS, LATITUDE, RUNNING, Simulati
 from pitotbench.simulation.properties import parse_catalog
 from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY, Array
 
-# Hold a JSBSim aircraft still in a flight state, with its engines running, and read its accelerations there.
-# JSBSim's own trim fails for piston aircraft in the air. With the integrators switched off the state stays where
-# it was put, while engines, propellers and flight control system run on until they are steady.
+# Hold a JSBSim aircraft still in a flight state, with its engines running, and read its
+# accelerations there. JSBSim's own trim fails for piston aircraft in the air. With the integrators
+# switched off the state stays where it was put, while engines, propellers and flight control system
+# run on until they are steady.
 
 RATE = 100.0  # Hz
 SLOP = 0.3  # of a control's travel, from which its position is approached
@@ -23,7 +24,10 @@ CONTROL_STEPS = 15  # after which the flight control system follows a new comman
 START_SPEED = 60.0 * KNOT  # true, at which engines are started
 STARTER_TIME = 12.0  # s
 IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
-STEADY, SPOOL_LIMIT = 0.002, 25.0  # share of the thrust a look of 0.5 s; s until an engine is steady
+STEADY, SPOOL_LIMIT = (
+    0.002,
+    25.0,
+)  # share of the thrust a look of 0.5 s; s until an engine is steady
 CONTROLS = ("elevator", "aileron", "rudder")
 OWN_LEVER = "ap/throttle-command-norm"  # of the bench's own aircraft
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
@@ -66,13 +70,17 @@ class Accelerations:
         return self.u * cos(alpha) + self.w * sin(alpha)
 
     def normal(self, alpha: float) -> float:
-        """Return the rate of the velocity across the path in the plane of symmetry [m/s²], down positive."""
+        """Return the rate of the velocity across the path in the plane of symmetry [m/s²], down
+        positive.
+        """
         return self.w * cos(alpha) - self.u * sin(alpha)
 
 
 @dataclass(frozen=True, slots=True)
 class Engines:
-    """What an aircraft's files say of its engines: their kinds; the idle speed [rpm] of pistons, 0 without one."""
+    """What an aircraft's files say of its engines: their kinds; the idle speed [rpm] of pistons, 0
+    without one.
+    """
 
     kind: str
     idle_speed: float = 0.0
@@ -117,7 +125,9 @@ class HeldAircraft:
             self._fdm[path] = value
 
     def climb_to(self, altitude: float, speed: float) -> None:
-        """Hold the aircraft at another height [m] and a true airspeed [m/s], with its engines running."""
+        """Hold the aircraft at another height [m] and a true airspeed [m/s], with its engines
+        running.
+        """
         if not self._turn():
             self.start_engines()  # at the height before, where they have started once
         self._altitude = altitude
@@ -168,7 +178,9 @@ class HeldAircraft:
         self._write_each("fcs/mixture-cmd-norm", 1.0 if self.rich else BEST_POWER * ratio)
 
     def _turn(self) -> bool:
-        """Return whether all engines run. JSBSim never says so of an electric motor, which needs no start."""
+        """Return whether all engines run. JSBSim never says so of an electric motor, which needs no
+        start.
+        """
         return ELECTRIC in self._kind.kind or all(map(self.read, self._running))
 
     def run(self, steps: float) -> None:
@@ -184,7 +196,9 @@ class HeldAircraft:
         for _ in range(round(SPOOL_LIMIT / 0.5)):
             self.run(0.5 * RATE)
             thrust = self.thrust()
-            if abs(thrust - before) < STEADY * max(abs(thrust), 0.02 * self.read("inertia/weight-lbs")):
+            if abs(thrust - before) < STEADY * max(
+                abs(thrust), 0.02 * self.read("inertia/weight-lbs")
+            ):
                 break
             before = thrust
         return self.thrust()
@@ -195,9 +209,11 @@ class HeldAircraft:
         self.write(OWN_LEVER, max(lever, self.idle))
 
     def find_idle(self, speeds: Iterable[float]) -> None:
-        """Raise `idle` until a piston engine turns at its stated idle speed at all airspeeds [m/s, true].
+        """Raise `idle` until a piston engine turns at its stated idle speed at all airspeeds [m/s,
+        true].
 
-        In the air a fixed-pitch propeller can drag an engine at closed throttle so far below it that it stops.
+        In the air a fixed-pitch propeller can drag an engine at closed throttle so far below it
+        that it stops.
         """
         for speed in speeds if self._kind.idle_speed else ():
             self.place(State(speed))
@@ -248,7 +264,9 @@ class HeldAircraft:
 
     def _run_ic(self) -> None:
         if not self._fdm.run_ic():
-            raise SimulationError(f"{self.name}: JSBSim refuses the initial conditions.{self._transcript.said()}")
+            raise SimulationError(
+                f"{self.name}: JSBSim refuses the initial conditions.{self._transcript.said()}"
+            )
 
     def accelerations(self, state: State) -> Accelerations:
         """Return the accelerations in a state, after its controls have taken their positions.
@@ -256,7 +274,10 @@ class HeldAircraft:
         Raises SimulationError where they are not numbers.
         """
         self.place(state)
-        for before in (SLOP, 0.0):  # some actuators have slop: every position is reached from the same side
+        for before in (
+            SLOP,
+            0.0,
+        ):  # some actuators have slop: every position is reached from the same side
             self._move(state, before)
             self.run(CONTROL_STEPS)
         path = "accelerations/{}dot-{}"
@@ -265,7 +286,9 @@ class HeldAircraft:
             *(self.read(path.format(axis, "rad_sec2")) for axis in "pqr"),
         )
         if not all(isfinite(getattr(found, axis)) for axis in "uvwpqr"):
-            raise SimulationError(f"{self.name}: its accelerations are not numbers at {state.speed / KNOT:.0f} kt")
+            raise SimulationError(
+                f"{self.name}: its accelerations are not numbers at {state.speed / KNOT:.0f} kt"
+            )
         return found
 
     def _move(self, state: State, before: float = 0.0) -> None:
@@ -286,7 +309,9 @@ class HeldAircraft:
         return abs(seen[1] - seen[0]) > 1e-4
 
     def calibrated(self, speed: float) -> float:
-        """Return the calibrated airspeed [m/s] of a true airspeed [m/s] at the height of this aircraft."""
+        """Return the calibrated airspeed [m/s] of a true airspeed [m/s] at the height of this
+        aircraft.
+        """
         self.place(State(speed))
         self.run(1)
         return self.read("velocities/vc-kts") * KNOT
@@ -296,9 +321,9 @@ class HeldAircraft:
         return self.read("velocities/mach")
 
 
-# All of it is flown in held flight (`held.py`): nothing is typed in. The stall speed is the lowest at which the
-# lift with trimmed elevator, engines idle, carries the weight. The maximum level speed is the highest at which
-# full power is at least the drag.
+# All of it is flown in held flight (`held.py`): nothing is typed in. The stall speed is the lowest
+# at which the lift with trimmed elevator, engines idle, carries the weight. The maximum level speed
+# is the highest at which full power is at least the drag.
 
 SLOWEST, FASTEST = 8.0 * KNOT, 500.0 * KNOT  # true; where a stall speed is looked for
 HIGHEST_MACH = 0.7  # above it the drag rise begins, and position errors are another matter
@@ -314,8 +339,9 @@ SLOWEST_TRIM, START, IDLE_UP_TO = 1.12, 1.5, 2.0  # times the stall speed
 class Trim:
     """Level flight at one speed [m/s true; calibrated]: angle of attack [rad], elevator [-1 to 1].
 
-    `levers` and `gains` are throttle positions and the rate of the calibrated airspeed [m/s²] that each gives in
-    level flight; `lever` is the position at which it is zero. `drag` is the drag over mass there [m/s²].
+    `levers` and `gains` are throttle positions and the rate of the calibrated airspeed [m/s²] that
+    each gives in level flight; `lever` is the position at which it is zero. `drag` is the drag over
+    mass there [m/s²].
     """
 
     speed: float
@@ -330,7 +356,8 @@ class Trim:
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """The speeds of an aircraft at one height [m/s calibrated], and its trim points from slow to fast.
+    """The speeds of an aircraft at one height [m/s calibrated], and its trim points from slow to
+    fast.
 
     `limited` says that the fastest speed is a Mach number of 0.7, not the maximum level speed.
     """
@@ -342,11 +369,15 @@ class Envelope:
 
 
 def explore(aircraft: HeldAircraft) -> Envelope:
-    """Return the envelope of an aircraft. Raises SimulationError where it does not fly level at any speed."""
+    """Return the envelope of an aircraft. Raises SimulationError where it does not fly level at any
+    speed.
+    """
     aircraft.set_lever(0.0)
     low, stall = SLOWEST, FASTEST
     if _carries(aircraft, low) or not _carries(aircraft, stall):
-        raise SimulationError(f"{aircraft.name}: no stall speed between 8 and 500 kt: is it a fixed-wing aircraft?")
+        raise SimulationError(
+            f"{aircraft.name}: no stall speed between 8 and 500 kt: is it a fixed-wing aircraft?"
+        )
     while stall / low > 1.01:
         middle = (low * stall) ** 0.5
         low, stall = (low, middle) if _carries(aircraft, middle) else (middle, stall)
@@ -357,7 +388,8 @@ def explore(aircraft: HeldAircraft) -> Envelope:
     fastest, limited = _fastest(aircraft, stall)
     if fastest < 1.35 * stall:
         raise SimulationError(
-            f"{aircraft.name}: level flight reaches from {stall / KNOT:.0f} to {fastest / KNOT:.0f} kt (true): "
+            f"{aircraft.name}: level flight reaches from {stall / KNOT:.0f} to "
+            f"{fastest / KNOT:.0f} kt (true): "
             "too little for a calibration"
         )
     speeds = np.geomspace(SLOWEST_TRIM * stall, fastest, SPEEDS)
@@ -380,12 +412,17 @@ def trim(aircraft: HeldAircraft, speed: float) -> Trim:
         drag = aircraft.thrust() / aircraft.read("inertia/weight-lbs") * STANDARD_GRAVITY - gain
         rows.append((float(lever), gain, state.alpha, state.elevator, drag))
     levers, gains, alphas, elevators, drags = np.array(rows).T
-    # Where more throttle gives less thrust, as some engines near idle, the higher position serves no purpose.
+    # Where more throttle gives less thrust, as some engines near idle, the higher position serves
+    # no purpose.
     rising = np.maximum.accumulate(gains)
     if rising[-1] - rising[0] < LEAST_THROTTLE:
-        raise SimulationError(f"{aircraft.name}: the throttle does nothing: its systems move it themselves")
+        raise SimulationError(
+            f"{aircraft.name}: the throttle does nothing: its systems move it themselves"
+        )
     if rising[-1] < -0.05 * abs(rising[0]) or rising[0] > 0.0:
-        raise SimulationError(f"{aircraft.name}: no throttle holds {speed / KNOT:.0f} kt (true) in level flight")
+        raise SimulationError(
+            f"{aircraft.name}: no throttle holds {speed / KNOT:.0f} kt (true) in level flight"
+        )
     lever = float(np.interp(0.0, *strict(rising, levers)))
     return Trim(
         speed,
@@ -400,7 +437,9 @@ def trim(aircraft: HeldAircraft, speed: float) -> Trim:
 
 
 def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
-    """Return gains (k,) that rise everywhere, with their levers (k,): the highest of each run of equal gains."""
+    """Return gains (k,) that rise everywhere, with their levers (k,): the highest of each run of
+    equal gains.
+    """
     keep = np.append(np.diff(gains) > 1e-6, True)
     return gains[keep], levers[keep]
 
@@ -408,7 +447,8 @@ def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
 def balance(aircraft: HeldAircraft, state: State) -> tuple[State, float]:
     """Return the state with lift and pitching moment balanced, and the rate of its airspeed [m/s²].
 
-    Newton's method in angle of attack and elevator; the lever stays. Raises SimulationError where it fails.
+    Newton's method in angle of attack and elevator; the lever stays. Raises SimulationError where
+    it fails.
     """
     now = _residual(aircraft, state)
     for _ in range(15):
@@ -431,18 +471,25 @@ def balance(aircraft: HeldAircraft, state: State) -> tuple[State, float]:
 
 
 def _newton(aircraft: HeldAircraft, state: State, now: Array) -> Array:
-    """Return the change of angle of attack [rad] and elevator that balances a state, by the slopes there."""
+    """Return the change of angle of attack [rad] and elevator that balances a state, by the slopes
+    there.
+    """
     steps = (0.3 * DEGREE, 0.02)
     changed = (
         replace(state, alpha=state.alpha + steps[0]),
         replace(state, elevator=state.elevator + steps[1]),
     )
     slopes = np.stack(
-        [(_residual(aircraft, each)[:2] - now[:2]) / step for each, step in zip(changed, steps, strict=True)],
+        [
+            (_residual(aircraft, each)[:2] - now[:2]) / step
+            for each, step in zip(changed, steps, strict=True)
+        ],
         axis=1,
     )
     if abs(np.linalg.det(slopes)) < 1e-9:
-        raise SimulationError(f"{aircraft.name}: the elevator does nothing at {state.speed / KNOT:.0f} kt (true)")
+        raise SimulationError(
+            f"{aircraft.name}: the elevator does nothing at {state.speed / KNOT:.0f} kt (true)"
+        )
     change = -np.linalg.solve(slopes, now[:2])
     return np.clip(change, (-3.0 * DEGREE, -0.3), (3.0 * DEGREE, 0.3))
 
@@ -453,7 +500,9 @@ def _residual(aircraft: HeldAircraft, state: State) -> Array:
 
 
 def _carries(aircraft: HeldAircraft, speed: float) -> bool:
-    """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the elevator holds."""
+    """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the
+    elevator holds.
+    """
     for alpha in ALPHAS.tolist():
         elevator = held_by(aircraft, speed, alpha)
         if elevator is None:
@@ -464,15 +513,22 @@ def _carries(aircraft: HeldAircraft, speed: float) -> bool:
 
 
 def held_by(aircraft: HeldAircraft, speed: float, alpha: float) -> float | None:
-    """Return the elevator at which the pitching moment is zero; None where its travel does not suffice."""
-    low, high = (aircraft.accelerations(State(speed, alpha, elevator=e)).q for e in (-MOST_ELEVATOR, MOST_ELEVATOR))
+    """Return the elevator at which the pitching moment is zero; None where its travel does not
+    suffice.
+    """
+    low, high = (
+        aircraft.accelerations(State(speed, alpha, elevator=e)).q
+        for e in (-MOST_ELEVATOR, MOST_ELEVATOR)
+    )
     if low * high > 0.0:
         return None
     return MOST_ELEVATOR * (low + high) / (low - high) if low != high else None
 
 
 def _fastest(aircraft: HeldAircraft, stall: float) -> tuple[float, bool]:
-    """Return the highest true airspeed [m/s] of level flight at full power, and whether Mach 0.7 came first."""
+    """Return the highest true airspeed [m/s] of level flight at full power, and whether Mach 0.7
+    came first.
+    """
     speed, step = 1.2 * stall, 1.1
     state, best = State(speed, alpha=6.0 * DEGREE), 0.0
     while step > 1.005:

@@ -1,4 +1,6 @@
-"""Shape the loops of the autopilot on linear models of an aircraft, check their steps, and write them as a file."""
+"""Shape the loops of the autopilot on linear models of an aircraft, check their steps, and write
+them as a file.
+"""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
@@ -15,7 +17,8 @@ from pitotbench.simulation.autopilot.envelope import Envelope, HeldAircraft, Sta
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY, Array
 
-# Linearize an aircraft about a trim point by finite differences of its accelerations in held flight.
+# Linearize an aircraft about a trim point by finite differences of its accelerations in held
+# flight.
 
 # Half widths of the central differences.
 DIFFERENCES = {
@@ -36,9 +39,10 @@ ENGINE_STEP = 0.1  # of the lever
 class Linear:
     """The linear models of an aircraft at a trim point.
 
-    `pitch` is (2, 3): the rates of angle of attack [rad/s] and of pitch rate [rad/s²] by angle of attack, pitch
-    rate and elevator. `lateral` is (3, 5): those of sideslip, roll rate and yaw rate by sideslip, roll rate, yaw
-    rate, aileron and rudder. `gravity` [1/s] is the rate of sideslip a radian of bank. Controls go from -1 to 1.
+    `pitch` is (2, 3): the rates of angle of attack [rad/s] and of pitch rate [rad/s²] by angle of
+    attack, pitch rate and elevator. `lateral` is (3, 5): those of sideslip, roll rate and yaw rate
+    by sideslip, roll rate, yaw rate, aileron and rudder. `gravity` [1/s] is the rate of sideslip a
+    radian of bank. Controls go from -1 to 1.
     """
 
     trim: Trim
@@ -48,7 +52,9 @@ class Linear:
 
 
 def linearize(aircraft: HeldAircraft, trim: Trim) -> Linear:
-    """Return the linear models at a trim point. The flight control system of the aircraft is part of them."""
+    """Return the linear models at a trim point. The flight control system of the aircraft is part
+    of them.
+    """
     base = State(trim.speed, trim.alpha, elevator=trim.elevator)
     aircraft.place(base)
     aircraft.set_lever(trim.lever)
@@ -58,7 +64,15 @@ def linearize(aircraft: HeldAircraft, trim: Trim) -> Linear:
         for sign in (1.0, -1.0):
             state = replace(base, **{name: getattr(base, name) + sign * DIFFERENCES[name]})
             found = aircraft.accelerations(state)
-            sides.append((found.normal(state.alpha) / trim.speed, found.q, found.v / trim.speed, found.p, found.r))
+            sides.append(
+                (
+                    found.normal(state.alpha) / trim.speed,
+                    found.q,
+                    found.v / trim.speed,
+                    found.p,
+                    found.r,
+                )
+            )
         slopes: Array = (np.array(sides[0]) - np.array(sides[1])) / (2.0 * DIFFERENCES[name])
         return slopes
 
@@ -83,12 +97,13 @@ def engine_time(aircraft: HeldAircraft, trim: Trim) -> float:
     return LARGEST_TIME
 
 
-# Shape the loops of the autopilot on the linear models of an aircraft, and check them by their step responses.
-# Inner loops come first: pitch rate (proportional and integral, elevator), bank (aileron), yaw damper (rudder).
-# Each asks for an angular acceleration, which the control effectiveness at the present airspeed turns into a
-# control position. The outer loops (altitude, heading, airspeed) are kinematic and the same for all airplanes,
-# and are slowed down where the inner ones cannot follow. (Stevens, Lewis and Johnson, Aircraft Control and
-# Simulation, 2016, ch. 4.)
+# Shape the loops of the autopilot on the linear models of an aircraft, and check them by their step
+# responses. Inner loops come first: pitch rate (proportional and integral, elevator), bank
+# (aileron), yaw damper (rudder). Each asks for an angular acceleration, which the control
+# effectiveness at the present airspeed turns into a control position. The outer loops (altitude,
+# heading, airspeed) are kinematic and the same for all airplanes, and are slowed down where the
+# inner ones cannot follow. (Stevens, Lewis and Johnson, Aircraft Control and Simulation, 2016, ch.
+# 4.)
 
 ACTUATOR = 0.08  # s: lag of actuator, control system and sampling that every loop must bear
 PITCH_RATES, PITCH_INTEGRALS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0), (0.5, 1.0, 2.0, 4.0)  # 1/s
@@ -98,14 +113,20 @@ LEAST_DAMPING = 0.35  # of any oscillation in a closed loop
 FASTEST_BANK, LEAST_ROLL_DAMPING = 1.3, 3.0  # 1/s
 YAW_DAMPING, MOST_YAW_GAIN = 0.6, 4.0  # of the Dutch roll; 1/s
 CLIMB_GAIN, ALTITUDE_GAIN = 0.7, 0.2  # 1/s
-SPEED_GAIN, SPEED_PHASE, SPEED_LAGS = 0.14, 0.4, 1.7  # 1/s; rad and s of lag at the gain: airspeed filter and hand
+SPEED_GAIN, SPEED_PHASE, SPEED_LAGS = (
+    0.14,
+    0.4,
+    1.7,
+)  # 1/s; rad and s of lag at the gain: airspeed filter and hand
 LEAST_EFFECT = 0.02  # rad/s² for full travel: below it a control does nothing
 SLOWER = 0.8
 
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """The gains of an aircraft: one value a trim point for inner loops, one for all speeds for outer ones."""
+    """The gains of an aircraft: one value a trim point for inner loops, one for all speeds for
+    outer ones.
+    """
 
     pitch_rate: Array  # 1/s
     pitch_integral: Array  # 1/s
@@ -118,13 +139,16 @@ class Gains:
 
 
 def shape(name: str, models: Sequence[Linear], engine_time: float) -> Gains:
-    """Return the gains for the linear models of an aircraft, from slow to fast, and its engine's lag [s].
+    """Return the gains for the linear models of an aircraft, from slow to fast, and its engine's
+    lag [s].
 
     Raises SimulationError, which names the loop and the speed, where a loop cannot be made stable.
     """
     pitch = np.array([_pitch(name, model) for model in models])
     lateral = np.array([_lateral(name, model) for model in models])
-    scale = min(_altitude_scale(name, model, *gains) for model, gains in zip(models, pitch, strict=True))
+    scale = min(
+        _altitude_scale(name, model, *gains) for model, gains in zip(models, pitch, strict=True)
+    )
     return Gains(
         pitch_rate=pitch[:, 0],
         pitch_integral=pitch[:, 1],
@@ -138,7 +162,9 @@ def shape(name: str, models: Sequence[Linear], engine_time: float) -> Gains:
 
 
 def pitch_loop(model: Linear, gain: float, integral: float) -> tuple[Array, Array]:
-    """Return the closed pitch-rate loop: its matrix over (alpha, q, elevator, integral), and its input column."""
+    """Return the closed pitch-rate loop: its matrix over (alpha, q, elevator, integral), and its
+    input column.
+    """
     effect = model.pitch[1, 2]
     a = np.zeros((4, 4))
     a[:2, :2], a[:2, 2] = model.pitch[:, :2], model.pitch[:, 2]
@@ -149,7 +175,9 @@ def pitch_loop(model: Linear, gain: float, integral: float) -> tuple[Array, Arra
 
 
 def pull(model: Linear) -> float:
-    """Return the pitching acceleration [1/s] of the elevator that a unit of steady pitch rate needs."""
+    """Return the pitching acceleration [1/s] of the elevator that a unit of steady pitch rate
+    needs.
+    """
     (lift, _, _), (stiffness, rate, _) = model.pitch
     return max(0.0, float(stiffness / lift - rate)) if lift < 0.0 else 0.0
 
@@ -188,7 +216,9 @@ def step_response(a: Array, column: Array, output: int, time: Array) -> Array:
 
 
 def damping(a: Array) -> float:
-    """Return the least damping ratio of the poles above 0.05 rad/s; -1 where a pole grows faster than that."""
+    """Return the least damping ratio of the poles above 0.05 rad/s; -1 where a pole grows faster
+    than that.
+    """
     poles = np.linalg.eigvals(a)
     if poles.real.max() > 0.05:  # a slow spiral is held by the outer loops
         return -1.0
@@ -208,8 +238,11 @@ def _pitch(name: str, model: Linear) -> tuple[float, float]:
         if gain > MOST_ELEVATOR_GAIN * abs(model.pitch[1, 2]) or damping(a) < LEAST_DAMPING:
             continue
         response = step_response(a, column, 1, _TIME)
-        # The attitude lost [rad] to a disturbance counts as well: an airplane out of trim drifts off its height.
-        upset = step_response(a, np.array([0.0, DISTURBANCE * model.pitch[1, 2], 0.0, 0.0]), 3, _TIME)
+        # The attitude lost [rad] to a disturbance counts as well: an airplane out of trim drifts
+        # off its height.
+        upset = step_response(
+            a, np.array([0.0, DISTURBANCE * model.pitch[1, 2], 0.0, 0.0]), 3, _TIME
+        )
         cost = float(np.abs(1.0 - response).mean() + max(0.0, response.max() - 1.15))
         cost += UPSET_WEIGHT * float(np.abs(upset).mean())
         if cost < best:
@@ -225,7 +258,9 @@ def _lateral(name: str, model: Linear) -> tuple[float, float, float]:
     side, roll_damping, yaw_damping = (abs(model.lateral[i, i]) for i in range(3))
     roll = max(0.2 * roll_damping, LEAST_ROLL_DAMPING - roll_damping)
     stiffness = max(model.lateral[2, 0], 0.0)
-    yaw = float(np.clip(2.0 * YAW_DAMPING * stiffness**0.5 - yaw_damping - side, 0.3, MOST_YAW_GAIN))
+    yaw = float(
+        np.clip(2.0 * YAW_DAMPING * stiffness**0.5 - yaw_damping - side, 0.3, MOST_YAW_GAIN)
+    )
     bank = FASTEST_BANK
     while bank > 0.2:
         for damper in (yaw, 0.5 * yaw, 0.0):
@@ -237,7 +272,9 @@ def _lateral(name: str, model: Linear) -> tuple[float, float, float]:
 
 
 def _altitude_scale(name: str, model: Linear, gain: float, integral: float) -> float:
-    """Return the factor on the climb and altitude gains with which the altitude loop is well damped."""
+    """Return the factor on the climb and altitude gains with which the altitude loop is well
+    damped.
+    """
     inner, column = pitch_loop(model, gain, integral)
     speed, scale = model.trim.speed, 1.0
     while scale > 0.1:
@@ -265,7 +302,9 @@ BAND = 0.1  # of the step, within which a response has settled
 
 @dataclass(frozen=True, slots=True)
 class StepCommand:
-    """A step of a quantity: the target to set, its mode, the change [SI], its unit, how long to look [s]."""
+    """A step of a quantity: the target to set, its mode, the change [SI], its unit, how long to
+    look [s].
+    """
 
     quantity: str
     target: str
@@ -279,7 +318,15 @@ class StepCommand:
 STEPS = (
     StepCommand("roll", "bank_target", ("lateral_mode", 2.0), 20.0 * DEGREE, "°", DEGREE, 15.0),
     StepCommand("altitude", "altitude_target", ("pitch_mode", 1.0), 100.0 * FOOT, "ft", FOOT, 60.0),
-    StepCommand("calibrated_airspeed", "airspeed_target", ("throttle_mode", 1.0), 5.0 * KNOT, "kt", KNOT, 60.0),
+    StepCommand(
+        "calibrated_airspeed",
+        "airspeed_target",
+        ("throttle_mode", 1.0),
+        5.0 * KNOT,
+        "kt",
+        KNOT,
+        60.0,
+    ),
 )
 
 
@@ -349,13 +396,18 @@ def write_autopilot(
     text = TEMPLATE.read_text(encoding="utf-8")
     for key, value in entries.items():
         text = text.replace("{{" + key + "}}", f"{value:.6g}")
-    tables = "\n".join(_table(name, speeds, values) for name, values in _model(envelope, models, gains).items())
-    text = text.replace("{{tables}}", tables).replace("{{levers}}", _levers(envelope, accelerations))
+    tables = "\n".join(
+        _table(name, speeds, values) for name, values in _model(envelope, models, gains).items()
+    )
+    text = text.replace("{{tables}}", tables).replace(
+        "{{levers}}", _levers(envelope, accelerations)
+    )
     file.write_text(text.replace("{{engines}}", _throttles(aircraft)), "utf-8")
 
 
 def write_levers(root: ET.Element, engines: int, taken: str) -> None:
-    """Add to an aircraft a system that sets mixture and propeller levers, which the bench does not move.
+    """Add to an aircraft a system that sets mixture and propeller levers, which the bench does not
+    move.
 
     `taken` is the text of all files of the aircraft: a lever that they move is left to them.
     """
@@ -366,20 +418,30 @@ def write_levers(root: ET.Element, engines: int, taken: str) -> None:
         "<product> <value> 0.85 </value> <quotient> <property> atmosphere/P-psf </property>"
         " <value> 2116.2 </value> </quotient> </product>"
     )
-    for lever, value in (("mixture", ratio), ("advance", "<sum> <value> 1 </value> <value> 0 </value> </sum>")):
-        if any(f"fcs/{lever}-{kind}-norm" in _outputs(taken) for kind in ("cmd", "pos")) and lever == "mixture":
+    for lever, value in (
+        ("mixture", ratio),
+        ("advance", "<sum> <value> 1 </value> <value> 0 </value> </sum>"),
+    ):
+        if (
+            any(f"fcs/{lever}-{kind}-norm" in _outputs(taken) for kind in ("cmd", "pos"))
+            and lever == "mixture"
+        ):
             continue
         component = ET.SubElement(channel, "fcs_function", name=f"ap/{lever}-lever-norm")
         ET.SubElement(component, "function").append(ET.fromstring(value))
         for i in range(engines):
             ET.SubElement(component, "output").text = f"fcs/{lever}-cmd-norm[{i}]"
-    place = max((i for i, e in enumerate(root) if e.tag in ("system", "propulsion")), default=-1) + 1
+    place = (
+        max((i for i, e in enumerate(root) if e.tag in ("system", "propulsion")), default=-1) + 1
+    )
     root.insert(place, system)
     root.insert(place + 1, ET.Element("system", file="attached-autopilot"))
 
 
 def open_all_tanks(root: ET.Element) -> None:
-    """Let the engines of an aircraft draw from tanks that no engine names, as a pilot selects them in flight."""
+    """Let the engines of an aircraft draw from tanks that no engine names, as a pilot selects them
+    in flight.
+    """
     engines = list(root.iter("engine"))
     named = {(feed.text or "").strip() for engine in engines for feed in engine.findall("feed")}
     for number, tank in enumerate(root.iter("tank")):
@@ -430,7 +492,8 @@ def _model(envelope: Envelope, models: Sequence[Linear], gains: Gains) -> Mappin
 def _induced(envelope: Envelope) -> Array:
     """Return the deceleration [m/s²] by the induced drag of level flight at each trim point.
 
-    Drag over mass is fitted as a V² + b/V² to the thrust of level flight; only b, the induced part, is used.
+    Drag over mass is fitted as a V² + b/V² to the thrust of level flight; only b, the induced part,
+    is used.
     """
     speed = np.array([point.speed for point in envelope.points])
     drag = np.array([point.drag for point in envelope.points])
@@ -467,7 +530,8 @@ def _engine(number: int, engines: int, idle: float) -> str:
     side = "left" if 2 * number < engines else "right"
     return (
         f'    <fcs_function name="ap/throttle-{number}-norm">\n'
-        f"      <function> <sum> <property> ap/lever-norm </property> <property> ap/throttle-bias-{side}-norm "
+        "      <function> <sum> <property> ap/lever-norm </property> <property> "
+        f"ap/throttle-bias-{side}-norm "
         "</property> </sum> </function>\n"
         f"      <clipto> <min> {idle:g} </min> <max> 1 </max> </clipto>\n"
         f"      <output> fcs/throttle-cmd-norm[{number}] </output>\n"

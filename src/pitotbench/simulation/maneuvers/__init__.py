@@ -20,9 +20,9 @@ from pitotbench.simulation.pilot import Cockpit, Ticks
 class Maneuver:
     """A maneuver: its card and the function that flies it.
 
-    `fly(cockpit, card)` yields once a tick. `minutes` is the time in the paper's simulator (Martos et al. 2011,
-    Table 2), None for a maneuver that is not the paper's. `kind` begins the label of its on-condition segments,
-    for example `leg`.
+    `fly(cockpit, card)` yields once a tick. `minutes` is the time in the paper's simulator (Martos
+    et al. 2011, Table 2), None for a maneuver that is not the paper's. `kind` begins the label of
+    its on-condition segments, for example `leg`.
     """
 
     name: str
@@ -34,14 +34,32 @@ class Maneuver:
 
 _TABLE = (
     Maneuver("four_leg", straight_legs.FourLegCard(), straight_legs.fly_four_leg, 21.0, "leg"),
-    Maneuver("race_track", straight_legs.RaceTrackCard(), straight_legs.fly_race_track, 15.0, "leg"),
-    Maneuver("step_decrease", decelerations.StepDecreaseCard(), decelerations.fly_step_decrease, 6.0, "step"),
-    Maneuver("rapid_decel", decelerations.RapidDecelCard(), decelerations.fly_rapid_decel, 5.0, "decel"),
+    Maneuver(
+        "race_track", straight_legs.RaceTrackCard(), straight_legs.fly_race_track, 15.0, "leg"
+    ),
+    Maneuver(
+        "step_decrease",
+        decelerations.StepDecreaseCard(),
+        decelerations.fly_step_decrease,
+        6.0,
+        "step",
+    ),
+    Maneuver(
+        "rapid_decel", decelerations.RapidDecelCard(), decelerations.fly_rapid_decel, 5.0, "decel"
+    ),
     Maneuver("circle", turns.CircleCard(), turns.fly_circle, 6.0, "circle"),
-    Maneuver("step_both_ways", decelerations.StepBothWaysCard(), decelerations.fly_step_both_ways, None, "step"),
+    Maneuver(
+        "step_both_ways",
+        decelerations.StepBothWaysCard(),
+        decelerations.fly_step_both_ways,
+        None,
+        "step",
+    ),
     Maneuver("decel_circle", turns.DecelCircleCard(), turns.fly_decel_circle, None, "circle"),
     Maneuver("figure_eight", turns.FigureEightCard(), turns.fly_figure_eight, None, "circle"),
-    Maneuver("cloverleaf", straight_legs.CloverleafCard(), straight_legs.fly_cloverleaf, None, "leg"),
+    Maneuver(
+        "cloverleaf", straight_legs.CloverleafCard(), straight_legs.fly_cloverleaf, None, "leg"
+    ),
     Maneuver("diagnostic", diagnostic.DiagnosticCard(), diagnostic.fly_diagnostic, None, "leg"),
 )
 
@@ -53,13 +71,16 @@ GROUPS: dict[str, tuple[str, ...]] = {"all": PAPER_MANEUVERS, "every": tuple(MAN
 
 
 def maneuvers_named(text: str) -> tuple[str, ...]:
-    """Return the names in a list with commas, each once. `all` stands for the paper's five, `every` for all.
+    """Return the names in a list with commas, each once. `all` stands for the paper's five, `every`
+    for all.
 
     Raises UnknownNameError for a name that is not in the table, BadInputError for an empty list.
     """
     chosen = [part.strip() for part in text.split(",") if part.strip()]
     if not chosen:
-        raise BadInputError("no maneuver is named: give one, several with commas, all (the paper's five) or every")
+        raise BadInputError(
+            "no maneuver is named: give one, several with commas, all (the paper's five) or every"
+        )
     names = [name for part in chosen for name in GROUPS.get(part, (part,))]
     for name in names:
         _ = MANEUVERS[name]  # raises for an unknown name

@@ -1,7 +1,8 @@
 """Decelerations on one heading and its reciprocal: by power steps, or with power idle.
 
 Step Decrease: slow down by small power reductions on one heading, then on the reciprocal.
-Step Decrease both ways: all speeds by small power reductions on one heading, then all on the reciprocal.
+Step Decrease both ways: all speeds by small power reductions on one heading, then all on the
+reciprocal.
 Rapid Deceleration: power to idle and slow down, then the same on the reciprocal heading.
 """
 
@@ -27,12 +28,12 @@ JUDGED = ("heading", "altitude")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepDecreaseCard(Card):
-    """Martos et al. (2011), III.A: from 160 KCAS less one inch of manifold pressure every 5 to 10 s until
-    130 KCAS; a turn to the reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed tolerance; 5 to 6
-    minutes (Table 2: 6).
+    """Martos et al. (2011), III.A: from 160 KCAS less one inch of manifold pressure every 5 to 10 s
+    until 130 KCAS; a turn to the reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed
+    tolerance; 5 to 6 minutes (Table 2: 6).
 
-    Ours: `dwell` at the first speed of each heading before the power is reduced; `speeds` are those at which each
-    deceleration starts and ends.
+    Ours: `dwell` at the first speed of each heading before the power is reduced; `speeds` are those
+    at which each deceleration starts and ends.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
@@ -44,7 +45,9 @@ class StepDecreaseCard(Card):
 
 
 def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
-    """Fly the card: set up unrecorded; then, for each pair of speeds, leg, power steps, turn, settle."""
+    """Fly the card: set up unrecorded; then, for each pair of speeds, leg, power steps, turn,
+    settle.
+    """
     heading = card.heading
     yield from set_up(cockpit, card.speeds[0], heading)
     for index, floor in enumerate(card.speeds[1:]):
@@ -59,11 +62,13 @@ def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepBothWaysCard(Card):
-    """Step Decrease of Martos et al. (2011), III.A, with every speed on both headings, so that the wind along the
-    track and the curve are two unknowns, not one. ±2°, ±50 ft, no airspeed tolerance.
+    """Step Decrease of Martos et al. (2011), III.A, with every speed on both headings, so that the
+    wind along the track and the curve are two unknowns, not one. ±2°, ±50 ft, no airspeed
+    tolerance.
 
-    Ours: all but the steps. From the first speed to the last on one heading, a turn to the reciprocal at the last
-    speed, acceleration, and the same again. Larger steps keep the time at that of the paper's maneuver.
+    Ours: all but the steps. From the first speed to the last on one heading, a turn to the
+    reciprocal at the last speed, acceleration, and the same again. Larger steps keep the time at
+    that of the paper's maneuver.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt", decreasing=True)
@@ -76,7 +81,9 @@ class StepBothWaysCard(Card):
 
 
 def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
-    """Fly the card: set up unrecorded; then leg and power steps, with turn, acceleration and settling between."""
+    """Fly the card: set up unrecorded; then leg and power steps, with turn, acceleration and
+    settling between.
+    """
 
     def step_by_step(_: int) -> Ticks:
         yield from step_down(cockpit, card.step, card.step_time, card.speeds[-1], *JUDGED)
@@ -86,11 +93,11 @@ def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RapidDecelCard(Card):
-    """Martos et al. (2011), III.A: at 160 KCAS power to idle, slow to 100 KCAS; a turn to the reciprocal; the
-    same again. ±2°, ±50 ft, no airspeed tolerance; under 5 minutes (Table 2: 5).
+    """Martos et al. (2011), III.A: at 160 KCAS power to idle, slow to 100 KCAS; a turn to the
+    reciprocal; the same again. ±2°, ±50 ft, no airspeed tolerance; under 5 minutes (Table 2: 5).
 
-    Ours: `dwell` at the first speed before the power is reduced. The turn is flown at the last speed; the aircraft
-    then accelerates on the new heading, settles and repeats.
+    Ours: `dwell` at the first speed before the power is reduced. The turn is flown at the last
+    speed; the aircraft then accelerates on the new heading, settles and repeats.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt", decreasing=True)
@@ -101,7 +108,9 @@ class RapidDecelCard(Card):
 
 
 def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
-    """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and settling between."""
+    """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and
+    settling between.
+    """
 
     def with_power_idle(run: int) -> Ticks:
         cockpit.set_throttle(0.0)

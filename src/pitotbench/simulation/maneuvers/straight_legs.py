@@ -1,8 +1,8 @@
 """Straight legs on several headings, with turns between them.
 
-4-Leg: at each speed four straight legs 90° apart, each a few seconds on condition.
-Race Track: at each speed two long legs on reciprocal headings.
-Cloverleaf: at each speed three short legs 120° apart that cross over one place, joined by steep turns.
+4-Leg: at each speed four straight legs 90° apart, each a few seconds on condition. Race Track: at
+each speed two long legs on reciprocal headings. Cloverleaf: at each speed three short legs 120°
+apart that cross over one place, joined by steep turns.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,12 @@ from pitotbench.units import KNOT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FourLegCard(Card):
-    """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, straight legs 90° apart, 5 to 10 s on condition
-    a leg, ±1 KCAS, ±2°, ±50 ft, a circuit in 5 to 7 minutes (Table 2: 21 minutes in all).
+    """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, straight legs 90° apart, 5 to 10 s
+    on condition a leg, ±1 KCAS, ±2°, ±50 ft, a circuit in 5 to 7 minutes (Table 2: 21 minutes in
+    all).
 
-    Ours: standard-rate turns, the last of which closes the circuit; `settle` after each turn; `dwell` on condition.
+    Ours: standard-rate turns, the last of which closes the circuit; `settle` after each turn;
+    `dwell` on condition.
     """
 
     headings: tuple[float, ...] = quantity((0.0, 90.0, 180.0, 270.0), "deg")
@@ -30,7 +32,9 @@ def fly_four_leg(cockpit: Cockpit, card: FourLegCard) -> Ticks:
     """Fly the card. At each speed: set up unrecorded, then leg, turn and settle on each heading."""
     for speed in card.speeds:
         yield from set_up(cockpit, speed, card.headings[0])
-        for here, following in zip(card.headings, (*card.headings[1:], card.headings[0]), strict=True):
+        for here, following in zip(
+            card.headings, (*card.headings[1:], card.headings[0]), strict=True
+        ):
             cockpit.targets.heading = here
             yield from leg(cockpit, card.dwell)
             yield from turn(cockpit, following)
@@ -39,10 +43,12 @@ def fly_four_leg(cockpit: Cockpit, card: FourLegCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RaceTrackCard(Card):
-    """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, 60 s on condition on each of two reciprocal
-    headings, ±1 KCAS, ±2°, ±50 ft, a circuit in 3 to 4 minutes (Table 2: 15 minutes in all).
+    """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, 60 s on condition on each of two
+    reciprocal headings, ±1 KCAS, ±2°, ±50 ft, a circuit in 3 to 4 minutes (Table 2: 15 minutes in
+    all).
 
-    Ours: the second turn closes the circuit and counts in its time; `settle` follows the first turn.
+    Ours: the second turn closes the circuit and counts in its time; `settle` follows the first
+    turn.
     """
 
     heading: float = quantity(0.0, "deg")
@@ -64,12 +70,12 @@ def fly_race_track(cockpit: Cockpit, card: RaceTrackCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CloverleafCard(Card):
-    """Ours: the cloverleaf that flight-test handbooks fly at one speed, with legs on three headings that cross
-    over one place, each followed by a turn of 240° to the right; then the same at a lower speed. ±2 KCAS, ±5°
-    and ±50 ft on the legs.
+    """Ours: the cloverleaf that flight-test handbooks fly at one speed, with legs on three headings
+    that cross over one place, each followed by a turn of 240° to the right; then the same at a
+    lower speed. ±2 KCAS, ±5° and ±50 ft on the legs.
 
-    The legs calibrate the airplane with wings level, as it is normally flown. The turns are data as well: they
-    pass every heading, and gusts average out in them.
+    The legs calibrate the airplane with wings level, as it is normally flown. The turns are data as
+    well: they pass every heading, and gusts average out in them.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
@@ -84,7 +90,9 @@ class CloverleafCard(Card):
 
 
 def fly_cloverleaf(cockpit: Cockpit, card: CloverleafCard) -> Ticks:
-    """Fly the card: set up unrecorded; at each speed a leg and a turn for each heading; slow down between."""
+    """Fly the card: set up unrecorded; at each speed a leg and a turn for each heading; slow down
+    between.
+    """
     first = card.headings[0]
     yield from set_up(cockpit, card.speeds[0], first)
     for index, (speed, dwell) in enumerate(zip(card.speeds, card.dwells, strict=True)):

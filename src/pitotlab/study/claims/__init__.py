@@ -8,6 +8,20 @@ from pitotlab.study.claims.sampling import DENSER, FAST, FEWER, SLOW
 from pitotlab.study.questions import Claim as Claim
 from pitotlab.study.questions import Finding as Finding
 
-_TABLE = (TIMES, RANKING, FAST, SLOW, BIAS, SAME, DOWN, TURNS, DENSER, FEWER, RATINGS, AIRPLANE, QUARTER)
+_TABLE = (
+    TIMES,
+    RANKING,
+    FAST,
+    SLOW,
+    BIAS,
+    SAME,
+    DOWN,
+    TURNS,
+    DENSER,
+    FEWER,
+    RATINGS,
+    AIRPLANE,
+    QUARTER,
+)
 
 CLAIMS: Catalog[Claim] = Catalog("claim", {claim.number: claim for claim in _TABLE})

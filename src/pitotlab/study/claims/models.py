@@ -31,14 +31,21 @@ _LARGER = 1.02  # times: a smaller ratio counts as none
 _IDENTICAL = 3.0  # %
 # The injected errors that were not chosen for C5.
 OTHER_ERRORS: dict[str, dict[str, object]] = {
-    **{f"{times:g} times the default error": {"change": "error size", "level": times} for times in ERROR_SIZES},
+    **{
+        f"{times:g} times the default error": {"change": "error size", "level": times}
+        for times in ERROR_SIZES
+    },
     **{f"a {shape.removesuffix(' truth')} error": {"change": shape} for shape in ERROR_SHAPES},
 }
 
 
 def _ratios(evidence: StudyTables, maneuver: str, **error: object) -> pd.Series:
-    """Return 2σ of the Bias model over the mean 2σ of the other models, by seed; `error` names another error."""
-    others = pd.concat([evidence.residual(maneuver, model=model, **error) for model in PAPER_MODELS[:-1]], axis=1)
+    """Return 2σ of the Bias model over the mean 2σ of the other models, by seed; `error` names
+    another error.
+    """
+    others = pd.concat(
+        [evidence.residual(maneuver, model=model, **error) for model in PAPER_MODELS[:-1]], axis=1
+    )
     return evidence.residual(maneuver, model="bias", **error) / others.mean(axis=1)
 
 
@@ -61,25 +68,36 @@ def _bias(evidence: StudyTables) -> Finding:
     average = _average(evidence)
     others = {name: _average(evidence, **error) for name, error in OTHER_ERRORS.items()}
     least, most = (pick(others, key=lambda name: others[name].mean) for pick in (min, max))
-    wrong = {m: Spread.of(_wind_error(evidence, m).abs()).mean for m in ("step_decrease", BOTH_WAYS)}
+    wrong = {
+        m: Spread.of(_wind_error(evidence, m).abs()).mean for m in ("step_decrease", BOTH_WAYS)
+    }
     both = _over_others(evidence, BOTH_WAYS)
     return Finding(
         verdict(
             all(r.mean > _LARGER for r in others.values()),
             all(_DOUBLE[0] <= r.mean <= _DOUBLE[1] for r in others.values()),
         ),
-        f"{others[least].text(2)} ({least}) to {others[most].text(2)} times ({most}) the mean of the others, "
-        f"averaged over the maneuvers. The default error gives {average.text(2)} times; it was chosen with this "
+        f"{others[least].text(2)} ({least}) to {others[most].text(2)} times ({most}) the mean of "
+        "the others, "
+        f"averaged over the maneuvers. The default error gives {average.text(2)} times; it was "
+        "chosen with this "
         "claim in view and does not count",
-        f"Inject {len(others)} errors that were not chosen for the claim, three sizes of the default and three "
-        "other shapes, and fit each with all four models. Fly also Step Decrease with the same power steps and "
+        f"Inject {len(others)} errors that were not chosen for the claim, three sizes of the "
+        "default and three "
+        "other shapes, and fit each with all four models. Fly also Step Decrease with the same "
+        "power steps and "
         "every speed on both headings.",
-        "The ratio is the size of the injected error over the noise, so a factor of two says how large an error "
-        "was injected and nothing about the method. That Bias is the worst model where the error is no constant "
+        "The ratio is the size of the injected error over the noise, so a factor of two says how "
+        "large an error "
+        "was injected and nothing about the method. That Bias is the worst model where the error "
+        "is no constant "
         "does not depend on the size. Step Decrease has the smallest ratio of the default error, "
-        f"{ratios['step_decrease'].text(2)}. It flies fast on one heading and slow on the other, and a wrong wind "
-        f"replaces the missing slope of the curve. With every speed on both headings the ratio is {both.text(2)}, "
-        f"and the wind along the track that Bias finds is {wrong[BOTH_WAYS]:.2f} kt wrong instead of "
+        f"{ratios['step_decrease'].text(2)}. It flies fast on one heading and slow on the other, "
+        "and a wrong wind "
+        "replaces the missing slope of the curve. With every speed on both headings the ratio is "
+        f"{both.text(2)}, "
+        f"and the wind along the track that Bias finds is {wrong[BOTH_WAYS]:.2f} kt wrong instead "
+        "of "
         f"{wrong['step_decrease']:.2f} kt.",
         (model_shapes(), _bars(evidence)),
         (_other_errors(evidence), _structure_table(evidence, ratios)),
@@ -87,7 +105,9 @@ def _bias(evidence: StudyTables) -> Finding:
 
 
 def _other_errors(evidence: StudyTables) -> pd.DataFrame:
-    """Return the ratio of Bias to the other models, a row for each injected error, a column for each maneuver."""
+    """Return the ratio of Bias to the other models, a row for each injected error, a column for
+    each maneuver.
+    """
     rows = []
     for name, error in {"the default error (chosen)": {}, **OTHER_ERRORS}.items():
         each = {NAMES[m]: _over_others(evidence, m, **error).text(2) for m in PAPER_ORDER}
@@ -108,7 +128,10 @@ def _structure_table(evidence: StudyTables, ratios: dict[str, Spread]) -> pd.Dat
 
 
 def _bars(evidence: StudyTables) -> Bars:
-    title, note = "Fig 9: 2σ of the residual by maneuver and model", "50/50 Hz, smooth air, a good pilot."
+    title, note = (
+        "Fig 9: 2σ of the residual by maneuver and model",
+        "50/50 Hz, smooth air, a good pilot.",
+    )
     return maneuver_bars(
         "fig9-models", title, note, "2σ of the residual [kt]", [(model, model) for model in PAPER_MODELS],
         lambda maneuver, model: evidence.residual(maneuver, model=model), dots=True,
@@ -126,29 +149,45 @@ def model_shapes() -> Lines:
         model = MODELS[name]
         k = np.linalg.lstsq(model.basis(x), wanted, rcond=None)[0]
         series.append(LineSeries(name, speed.tolist(), (model.basis(x) @ k).tolist()))
-    note = "Least-squares fits of each structure to the default error; Inverse+ is the truth itself."
-    return Lines("Fig 4: model structures", note, "indicated airspeed [kt]", "Δp/q_c [-]", series, "fig4-models")
+    note = (
+        "Least-squares fits of each structure to the default error; Inverse+ is the truth itself."
+    )
+    return Lines(
+        "Fig 4: model structures",
+        note,
+        "indicated airspeed [kt]",
+        "Δp/q_c [-]",
+        series,
+        "fig4-models",
+    )
 
 
 def _same(evidence: StudyTables) -> Finding:
     change = {
-        m: percent_above(evidence.residual(m, model="quadratic"), evidence.residual(m, model="inverse+"))
+        m: percent_above(
+            evidence.residual(m, model="quadratic"), evidence.residual(m, model="inverse+")
+        )
         for m in PAPER_ORDER
     }
     worst = max(change, key=lambda m: abs(change[m].mean))
     return Finding(
         verdict(all(abs(s.mean) < _IDENTICAL for s in change.values())),
         f"Quadratic is {change[worst].text(1)} % above Inverse+ at most ({NAMES[worst]})",
-        "Fit the same flights with both models. Fit also the one curve to the other over 100 to 160 kt, without "
+        "Fit the same flights with both models. Fit also the one curve to the other over 100 to "
+        "160 kt, without "
         "noise.",
-        "Three free terms of either kind draw nearly the same curve at the speeds flown. The two curves differ by "
-        f"{_apart(100.0, 160.0):.2f} kt at most between 100 and 160 kt, and by {_apart(80.0, 200.0):.1f} kt "
+        "Three free terms of either kind draw nearly the same curve at the speeds flown. The two "
+        "curves differ by "
+        f"{_apart(100.0, 160.0):.2f} kt at most between 100 and 160 kt, and by "
+        f"{_apart(80.0, 200.0):.1f} kt "
         "between 80 and 200 kt.",
     )
 
 
 def _apart(slowest: float, fastest: float) -> float:
-    """Return the largest distance [kt] of the fitted Quadratic from the default error between two speeds [kt]."""
+    """Return the largest distance [kt] of the fitted Quadratic from the default error between two
+    speeds [kt].
+    """
     truth = PressureErrorSpec()
     flown = air.impact_pressure(np.linspace(100.0, 160.0, 61) * KNOT) / REFERENCE_PRESSURE
     wanted = MODELS[truth.model].basis(flown) @ np.array(truth.parameters)
@@ -176,7 +215,12 @@ SAME = Claim(
 )
 
 
-PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}  # Table III, KCAS
+PUBLISHED = {
+    "step_decrease": 0.75,
+    "race_track": 1.2,
+    "four_leg": 1.5,
+    "rapid_decel": 2.1,
+}  # Table III, KCAS
 FIGURES = {"step_decrease": 11, "race_track": 12, "four_leg": 13, "rapid_decel": 14}
 _AGREES = 0.5  # kt, between the curve and the fixed-speed points: our reading of "good agreement"
 _FIXED = "fixed speed"
@@ -200,14 +244,22 @@ def _airplane_table(evidence: StudyTables) -> pd.DataFrame:
     }
 
     def row(m: str) -> dict[str, object]:
-        found = {name: Spread.of(_straight(evidence, m, air)).text(2) for name, air in settings.items()}
-        return {"published [KCAS]": PUBLISHED[m], **found, "turn data included [%]": _turned(evidence, m).text(1)}
+        found = {
+            name: Spread.of(_straight(evidence, m, air)).text(2) for name, air in settings.items()
+        }
+        return {
+            "published [KCAS]": PUBLISHED[m],
+            **found,
+            "turn data included [%]": _turned(evidence, m).text(1),
+        }
 
     return named(row, AIRPLANE_FLOWN)
 
 
 def _worst(evidence: StudyTables) -> str:
-    """Return the largest error of the published curve of each maneuver, in the flights of the figures."""
+    """Return the largest error of the published curve of each maneuver, in the flights of the
+    figures.
+    """
     found = {}
     for m in AIRPLANE_FLOWN:
         curve = _curve(evidence, m, "paper")
@@ -229,7 +281,9 @@ def _curve(evidence: StudyTables, maneuver: str, kind: str, straight: bool = Tru
 
 
 def fixed_speed_gap(evidence: StudyTables) -> float:
-    """Return the rms distance [kt] of fixed-speed points from the curve of their 4-Leg flight; NaN for none."""
+    """Return the rms distance [kt] of fixed-speed points from the curve of their 4-Leg flight; NaN
+    for none.
+    """
     curve, points = (_curve(evidence, "four_leg", kind) for kind in ("paper", _FIXED))
     if points.empty or curve.empty:
         return float("nan")
@@ -238,14 +292,21 @@ def fixed_speed_gap(evidence: StudyTables) -> float:
 
 
 def _figure(evidence: StudyTables, maneuver: str) -> Chart:
-    """Draw Figs 11 to 14: the data, the published kind of curve and the FAR limit; below, curves minus truth."""
-    curve, known = _curve(evidence, maneuver, "paper"), _curve(evidence, maneuver, "covering", straight=False)
+    """Draw Figs 11 to 14: the data, the published kind of curve and the FAR limit; below, curves
+    minus truth.
+    """
+    curve, known = (
+        _curve(evidence, maneuver, "paper"),
+        _curve(evidence, maneuver, "covering", straight=False),
+    )
     points, data = _curve(evidence, maneuver, _FIXED), _curve(evidence, maneuver, "data")
     speed = curve["airspeed_kt"].tolist()
     limit = np.maximum(0.03 * curve["airspeed_kt"], 5.0)  # FAR 25.1323(c)
     series = [
         _band("straight legs, ±2σ of the residual", curve, "residual_two_sigma_kt"),
-        LineSeries("data", data["airspeed_kt"].tolist(), data["correction_kt"].tolist(), style="dots"),
+        LineSeries(
+            "data", data["airspeed_kt"].tolist(), data["correction_kt"].tolist(), style="dots"
+        ),
         LineSeries("truth", speed, curve["truth_kt"].tolist(), style="dashed"),
         LineSeries("FAR 25.1323 limit", speed, limit.tolist(), style="limit"),
         LineSeries("_", speed, (-limit).tolist(), style="limit"),
@@ -260,18 +321,33 @@ def _figure(evidence: StudyTables, maneuver: str) -> Chart:
         truth = np.interp(at, curve["airspeed_kt"], curve["truth_kt"])
         y = points["correction_kt"].to_numpy()
         # The same place in both lists gives the same mark and color.
-        series.insert(len(gap), LineSeries("fixed-speed method", at.tolist(), y.tolist(), style="marks"))
-        gap.append(LineSeries("fixed-speed method", at.tolist(), (y - truth).tolist(), style="marks"))
+        series.insert(
+            len(gap), LineSeries("fixed-speed method", at.tolist(), y.tolist(), style="marks")
+        )
+        gap.append(
+            LineSeries("fixed-speed method", at.tolist(), (y - truth).tolist(), style="marks")
+        )
     note = (
-        "20/1 Hz, Quadratic; seed 1. A dot is one sample on a straight leg: airspeed from the GPS velocity as "
+        "20/1 Hz, Quadratic; seed 1. A dot is one sample on a straight leg: airspeed from the GPS "
+        "velocity as "
         "logged and the wind found, minus indicated airspeed. Below: the curves minus the truth."
     )
     below = Lines("", "", "indicated airspeed [kt]", "minus truth [kt]", gap)
     title, name = f"Fig {FIGURES[maneuver]}: {NAMES[maneuver]}", f"fig{FIGURES[maneuver]}-airplane"
-    return Lines(title, note, "indicated airspeed [kt]", "calibrated − indicated [kt]", series, name, below=below)
+    return Lines(
+        title,
+        note,
+        "indicated airspeed [kt]",
+        "calibrated − indicated [kt]",
+        series,
+        name,
+        below=below,
+    )
 
 
-def _band(label: str, curve: pd.DataFrame, spread: str, minus: pd.Series | float = 0.0) -> LineSeries:
+def _band(
+    label: str, curve: pd.DataFrame, spread: str, minus: pd.Series | float = 0.0
+) -> LineSeries:
     x, y = curve["airspeed_kt"].tolist(), (curve["correction_kt"] - minus).tolist()
     return LineSeries(label, x, y, curve[spread].tolist(), "band")
 
@@ -285,8 +361,10 @@ def _airplane(evidence: StudyTables) -> Finding:
         ", ".join(f"{NAMES[m]} {ours[m].text(2)}" for m in published)
         + f" kt; 4-Leg and the fixed-speed method {gap:.2f} kt apart",
         "Fly the four maneuvers in light turbulence with effects that stand in for the airplane "
-        f"({_effects()}), and fit straight legs at 20/1 Hz with Quadratic, as the paper did. Fly them also without "
-        "these effects, in smooth air and in moderate turbulence. Count how often one flight a maneuver gives the "
+        f"({_effects()}), and fit straight legs at 20/1 Hz with Quadratic, as the paper did. Fly "
+        "them also without "
+        "these effects, in smooth air and in moderate turbulence. Count how often one flight a "
+        "maneuver gives the "
         "published order.",
         _because(evidence),
         tuple(_figure(evidence, m) for m in published),
@@ -295,13 +373,17 @@ def _airplane(evidence: StudyTables) -> Finding:
 
 
 def _rises(spreads: Sequence[Spread]) -> bool:
-    """Return whether each mean is above the one before by more than two standard errors of the difference."""
+    """Return whether each mean is above the one before by more than two standard errors of the
+    difference.
+    """
     steps = pairwise(spreads)
     return all(b.mean - a.mean > 2.0 * np.nan_to_num(np.hypot(a.error, b.error)) for a, b in steps)
 
 
 def by_chance(flights: Mapping[str, Array], order: Sequence[str]) -> float:
-    """Return the share [%] of choices of one flight a maneuver that rise in this order; NaN for no flights."""
+    """Return the share [%] of choices of one flight a maneuver that rise in this order; NaN for no
+    flights.
+    """
     counts = np.ones(len(flights[order[0]]))
     for before, after in pairwise(order):
         below = np.asarray(flights[before])[None, :] < np.asarray(flights[after])[:, None]
@@ -317,7 +399,10 @@ def _chances(evidence: StudyTables) -> tuple[float, float]:
     """
     same = {m: _straight(evidence, m, "airplane").dropna().to_numpy() for m in AIRPLANE_FLOWN}
     airs = ("smooth", "airplane", "moderate")
-    own = {m: np.concatenate([_straight(evidence, m, air).dropna() for air in airs]) for m in AIRPLANE_FLOWN}
+    own = {
+        m: np.concatenate([_straight(evidence, m, air).dropna() for air in airs])
+        for m in AIRPLANE_FLOWN
+    }
     order = _order(PUBLISHED)
     return by_chance(same, order), by_chance(own, order)
 
@@ -334,7 +419,8 @@ def _effects() -> str:
 
 def _because(evidence: StudyTables) -> str:
     moved = [
-        ratio(_straight(evidence, m, "airplane"), _straight(evidence, m, "light")).mean for m in AIRPLANE_FLOWN
+        ratio(_straight(evidence, m, "airplane"), _straight(evidence, m, "light")).mean
+        for m in AIRPLANE_FLOWN
     ]
     rough = {
         air: [Spread.of(_straight(evidence, m, air)).mean for m in AIRPLANE_FLOWN]
@@ -344,15 +430,23 @@ def _because(evidence: StudyTables) -> str:
     same, own = _chances(evidence)
     raised = [NAMES[m] for m in AIRPLANE_FLOWN if _turned(evidence, m).mean > 0.0]
     return (
-        f"The effects do not matter: with them the residual is {min(moved):.2f} to {max(moved):.2f} times as "
-        "large as without, because the method uses the air data as they are, whatever the drag. The air matters: "
-        f"the four maneuvers give, in smooth air, light and moderate turbulence, {said}. The paper has one flight "
-        f"a maneuver. One flight each of ours gives the published order in {same:.1f} % of all choices if all are "
-        f"flown in light turbulence, and in {own:.1f} % if each has a day of its own, smooth, light or moderate. "
-        f"On straight legs the published curve is wrong by up to {_worst(evidence)} (Figs 11 to 14, lower panels), "
+        f"The effects do not matter: with them the residual is {min(moved):.2f} to "
+        f"{max(moved):.2f} times as "
+        "large as without, because the method uses the air data as they are, whatever the drag. "
+        "The air matters: "
+        f"the four maneuvers give, in smooth air, light and moderate turbulence, {said}. The paper "
+        "has one flight "
+        f"a maneuver. One flight each of ours gives the published order in {same:.1f} % of all "
+        "choices if all are "
+        f"flown in light turbulence, and in {own:.1f} % if each has a day of its own, smooth, "
+        "light or moderate. "
+        f"On straight legs the published curve is wrong by up to {_worst(evidence)} (Figs 11 to "
+        "14, lower panels), "
         "because a wrong wind replaces a part of the curve; the residual does not show it. "
-        f"Turn data raise the 2σ, as published, in {', '.join(raised) or 'no maneuver'} (last column). Straight "
-        f"legs alone hardly determine the wind across the track: the covering fit refuses {_refused(evidence)} "
+        f"Turn data raise the 2σ, as published, in {', '.join(raised) or 'no maneuver'} (last "
+        "column). Straight "
+        "legs alone hardly determine the wind across the track: the covering fit refuses "
+        f"{_refused(evidence)} "
         "such flights."
     )
 
@@ -362,7 +456,8 @@ AIRPLANE = Claim(
     "Airplane, average 2σ in KCAS: Step Decrease 0.75, Race Track 1.2, 4-Leg 1.5, Rapid Decel 2.1; "
     "4-Leg agrees with the fixed-speed method",
     "Figs 11–14, Table III",
-    "the published order, each step by more than two standard errors, and the fixed-speed points within "
+    "the published order, each step by more than two standard errors, and the fixed-speed points "
+    "within "
     f"{_AGREES:g} kt rms of the curve (in part: one of the two)",
     _airplane,
 )

@@ -23,9 +23,15 @@ _SAME = 2.0  # %: a smaller difference is not significant
 _TEN = (5.0, 15.0)  # %: our reading of "about ten percent"
 
 
-def _change(evidence: StudyTables, maneuver: str, das: str, smooth: bool = False, **how: object) -> pd.Series:
-    """Return the 2σ relative to that at 50/50 Hz, minus one [%], by seed; `smooth` interpolates the fixes."""
-    column, method = ("smooth_two_sigma_kt", "covering") if smooth else ("residual_two_sigma_kt", "paper")
+def _change(
+    evidence: StudyTables, maneuver: str, das: str, smooth: bool = False, **how: object
+) -> pd.Series:
+    """Return the 2σ relative to that at 50/50 Hz, minus one [%], by seed; `smooth` interpolates the
+    fixes.
+    """
+    column, method = (
+        ("smooth_two_sigma_kt", "covering") if smooth else ("residual_two_sigma_kt", "paper")
+    )
     one = evidence.fit(column, maneuver, das=das, method=method, **how)
     other = evidence.fit(column, maneuver, method=method, **{**how, "gps_noise": 1.0})
     return 100.0 * (one / other - 1.0)
@@ -55,15 +61,19 @@ def _fast(evidence: StudyTables) -> Finding:
         verdict(all(abs(s.mean) < _SAME for s in change.values())),
         f"100/100 differs from 50/50 by {change[worst].text(1)} % at most ({NAMES[worst]})",
         "Sense the same flights at 50/50 and at 100/100 Hz, and fit both.",
-        "The residual is the scatter of one sample. It is white noise here and does not depend on the number of "
-        f"samples. The covering 2σ of the curve does: at 100/100 Hz it is {_bound_change(evidence)} times that at "
+        "The residual is the scatter of one sample. It is white noise here and does not depend on "
+        "the number of "
+        "samples. The covering 2σ of the curve does: at 100/100 Hz it is "
+        f"{_bound_change(evidence)} times that at "
         "50/50 Hz.",
         (chart,),
     )
 
 
 def _bound_change(evidence: StudyTables) -> str:
-    """Return the least and largest ratio over the maneuvers of the covering 2σ at 100/100 to that at 50/50 Hz."""
+    """Return the least and largest ratio over the maneuvers of the covering 2σ at 100/100 to that
+    at 50/50 Hz.
+    """
     bound = {das: [Spread.of(evidence.fit("two_sigma_kt", m, das=das, method="covering")).mean for m in PAPER_ORDER]
              for das in ("100/100", "50/50")}  # fmt: skip
     found = [fast / usual for fast, usual in zip(*bound.values(), strict=True)]
@@ -87,15 +97,21 @@ def _slow(evidence: StudyTables) -> Finding:
     decel = Spread.of(_change(evidence, "rapid_decel", "20/1"))
     return Finding(
         verdict(_about_ten(held), _about_ten(still) or _about_ten(gusty)),
-        f"20/1 is {held.text(0)} % above 50/50 on average, {light.text(0)} % in light turbulence; without Rapid "
+        f"20/1 is {held.text(0)} % above 50/50 on average, {light.text(0)} % in light turbulence; "
+        "without Rapid "
         f"Decel {still.text(0)} % and {gusty.text(0)} %",
-        "Sense the same flights at 20/1 Hz with each of two causes taken away. Cause one: a velocity that is held "
-        "for a second is old; interpolate the fixes instead. Cause two: a receiver alone is noisier than one "
+        "Sense the same flights at 20/1 Hz with each of two causes taken away. Cause one: a "
+        "velocity that is held "
+        "for a second is old; interpolate the fixes instead. Cause two: a receiver alone is "
+        "noisier than one "
         "joined with inertial sensors (0.1 and 0.05 m/s here); give both the same noise.",
         f"Averaged over the maneuvers the hold alone makes {signed(alike.mean)} %, the noise alone "
-        f"{signed(spline.mean)} %, and neither {signed(neither.mean)} %. Rapid Decel makes {decel.text(0)} %, "
-        "because its speed changes most in a second. Turbulence hides both causes: the mean over the maneuvers is "
-        f"{held.mean:.0f} % in smooth air, {light.mean:.0f} % in light and {moderate.mean:.0f} % in moderate "
+        f"{signed(spline.mean)} %, and neither {signed(neither.mean)} %. Rapid Decel makes "
+        f"{decel.text(0)} %, "
+        "because its speed changes most in a second. Turbulence hides both causes: the mean over "
+        "the maneuvers is "
+        f"{held.mean:.0f} % in smooth air, {light.mean:.0f} % in light and {moderate.mean:.0f} % "
+        "in moderate "
         "turbulence.",
         tables=(_parts(evidence),),
     )
@@ -123,7 +139,8 @@ SLOW = Claim(
     "C4",
     "20/1 Hz increases the 2σ by about 10 % on average",
     "Fig 10",
-    f"a mean of {_TEN[0]:g} to {_TEN[1]:g} % (in part: without Rapid Decel, in smooth air or light turbulence)",
+    f"a mean of {_TEN[0]:g} to {_TEN[1]:g} % (in part: without Rapid Decel, in smooth air or light "
+    "turbulence)",
     _slow,
 )
 
@@ -140,42 +157,60 @@ _THIRD = (0.25, 0.42)
 def _seconds(evidence: StudyTables, maneuver: str, variant: str) -> pd.DataFrame:
     """Return the seconds at each airspeed in smooth air."""
     table = evidence.density
-    return table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
+    return table[
+        (table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")
+    ]
 
 
 def _density(evidence: StudyTables) -> Lines:
     series = []
     for maneuver, variant, label in CARDS:
         rows = _seconds(evidence, maneuver, variant)
-        series.append(LineSeries(label, rows.airspeed_kt.tolist(), rows.seconds.tolist(), style="steps"))
+        series.append(
+            LineSeries(label, rows.airspeed_kt.tolist(), rows.seconds.tolist(), style="steps")
+        )
     note = f"Seed {evidence.seeds[0]}; turns included. Times 50 Hz gives samples."
     return Lines(
-        "Fig 5: data density", note, "calibrated airspeed [kt]", "time in each 2.5 kt [s]", series, "fig5-density"
+        "Fig 5: data density",
+        note,
+        "calibrated airspeed [kt]",
+        "time in each 2.5 kt [s]",
+        series,
+        "fig5-density",
     )
 
 
 def _bars(evidence: StudyTables) -> Bars:
     series = [
-        bar_series(f"{das} Hz", [evidence.residual(m, variant=v, das=das) for m, v, _ in CARDS]) for das in SYSTEMS
+        bar_series(f"{das} Hz", [evidence.residual(m, variant=v, das=das) for m, v, _ in CARDS])
+        for das in SYSTEMS
     ]
     labels = [label.replace(", ", "\n") for _, _, label in CARDS]
-    return Bars("Fig 6: effect of data density", "Smooth air, a good pilot, Inverse+.", "2σ of the residual [kt]",
+    return Bars("Fig 6: effect of data "
+                "density", "Smooth air, a good pilot, Inverse+.", "2σ of the residual [kt]",
                 labels, series, "fig6-density")  # fmt: skip
 
 
 def _denser(evidence: StudyTables) -> Finding:
-    six = percent_above(evidence.residual("four_leg", variant="six speeds"), evidence.residual("four_leg"))
+    six = percent_above(
+        evidence.residual("four_leg", variant="six speeds"), evidence.residual("four_leg")
+    )
     steps = percent_above(
         evidence.residual("step_decrease", variant="long steps"), evidence.residual("step_decrease")
     )
     return Finding(
         verdict(_rises(-six.mean, six.error), _rises(steps.mean, steps.error)),
         f"six speeds {_with_error(six)}, longer steps {_with_error(steps)}",
-        "Fly 4-Leg at six speeds instead of four, and Step Decrease with 20 s a power step instead of 10 s. "
-        "Compute also, without any fit, what the injected pressure noise is in knots at the speeds flown.",
-        "The residual is the scatter of one sample. It does not depend on the number of samples, but on the "
-        "speeds: the same noise in pascals is more knots at low speed. That alone predicts changes of "
-        f"{_predicted(evidence, 0)} % and {_predicted(evidence, 2)} %. More samples do narrow the bound on the "
+        "Fly 4-Leg at six speeds instead of four, and Step Decrease with 20 s a power step instead "
+        "of 10 s. "
+        "Compute also, without any fit, what the injected pressure noise is in knots at the speeds "
+        "flown.",
+        "The residual is the scatter of one sample. It does not depend on the number of samples, "
+        "but on the "
+        "speeds: the same noise in pascals is more knots at low speed. That alone predicts changes "
+        "of "
+        f"{_predicted(evidence, 0)} % and {_predicted(evidence, 2)} %. More samples do narrow the "
+        "bound on the "
         f"curve: {_bounds(evidence, 0)}, {_bounds(evidence, 2)}.",
         (_density(evidence), _bars(evidence)),
         (pd.DataFrame([_row(evidence, *card) for card in CARDS]),),
@@ -201,7 +236,9 @@ def _row(evidence: StudyTables, maneuver: str, variant: str, label: str) -> dict
 
 
 def _predicted(evidence: StudyTables, usual: int) -> str:
-    """Return the change [%] from one card of the table to the next, predicted from the injected noise alone."""
+    """Return the change [%] from one card of the table to the next, predicted from the injected
+    noise alone.
+    """
     before, after = (expected_noise(evidence, *card[:2]) for card in CARDS[usual : usual + 2])
     return signed(100.0 * (after / before - 1.0))
 
@@ -221,7 +258,9 @@ def _rises(mean: float, error: float) -> bool:
 
 
 def expected_noise(evidence: StudyTables, maneuver: str, variant: str) -> float:
-    """Return 2σ [kt] of white pressure noise at the airspeeds of the density table, which is from one seed."""
+    """Return 2σ [kt] of white pressure noise at the airspeeds of the density table, which is from
+    one seed.
+    """
     rows = _seconds(evidence, maneuver, variant)
     return airspeed_noise(rows.airspeed_kt.to_numpy(), rows.seconds.to_numpy())
 
@@ -239,17 +278,22 @@ def _fewer(evidence: StudyTables) -> Finding:
     )
     return Finding(
         verdict(_THIRD[0] <= share.mean <= _THIRD[1], change.mean < 0.0),
-        f"{share.text(2)} of the samples of 4-Leg ({on.text(1)} times as many on condition), 2σ {change.text(1)} %",
-        "Count the samples of the two maneuvers at 50/50 Hz and compare their residuals, flight by flight.",
-        "The claim is about the residual, the scatter of one sample. The covering 2σ of the curve does depend on "
-        f"the number of samples and on where they lie. That of Step Decrease is {bound.text(1)} times that of "
+        f"{share.text(2)} of the samples of 4-Leg ({on.text(1)} times as many on condition), 2σ "
+        f"{change.text(1)} %",
+        "Count the samples of the two maneuvers at 50/50 Hz and compare their residuals, flight by "
+        "flight.",
+        "The claim is about the residual, the scatter of one sample. The covering 2σ of the curve "
+        "does depend on "
+        f"the number of samples and on where they lie. That of Step Decrease is {bound.text(1)} "
+        "times that of "
         "4-Leg in smooth air.",
     )
 
 
 DENSER = Claim(
     "C9",
-    "4-Leg with six speeds: 2σ modestly smaller; Step Decrease with longer power steps: slightly larger",
+    "4-Leg with six speeds: 2σ modestly smaller; Step Decrease with longer power steps: slightly "
+    "larger",
     "Figs 5, 6",
     "the sign of each change, by more than two standard errors (in part: one of the two)",
     _denser,

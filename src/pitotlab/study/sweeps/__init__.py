@@ -1,4 +1,6 @@
-"""The table of open questions. A new question is a function on the page of its family, and one line here."""
+"""The table of open questions. A new question is a function on the page of its family, and one line
+here.
+"""
 
 from pitotbench.catalog import Catalog
 from pitotlab.study.questions import Reply as Reply

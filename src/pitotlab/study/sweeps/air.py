@@ -10,7 +10,17 @@ import pandas as pd
 from pitotbench.bench.flights import rms
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.units import FOOT
-from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, SIDESLIP_ERROR, Look, Sortie, case_of, named
+from pitotlab.study.looks import (
+    COVERING,
+    NAMES,
+    PAPER,
+    PAPER_ORDER,
+    SIDESLIP_ERROR,
+    Look,
+    Sortie,
+    case_of,
+    named,
+)
 from pitotlab.study.parts import Lines
 from pitotlab.study.questions import Reply, Sweep
 from pitotlab.study.tables import Spread, StudyTables, maneuver_lines, percent_above, signed
@@ -42,19 +52,35 @@ class Trouble:
 _CONSTANT, _RATE = "Fitted with a constant wind, 50/50 Hz.", "change of the wind [kt/min]"
 _DRIFTS = "Fitted with wind='drifting'; no mark where no flight got an answer."
 CHANGING = Trouble("wind change", "constant", RATES, "A wind that changes", _CONSTANT, _RATE)
-FOLLOWED = Trouble("wind change", "drifting", RATES, "The same, and the model's wind may drift", _DRIFTS, _RATE)
-SHEARED = Trouble("shear", "constant", SHEARS, "A wind that changes with altitude", _CONSTANT, "shear [kt/100 ft]")
+FOLLOWED = Trouble(
+    "wind change", "drifting", RATES, "The same, and the model's wind may drift", _DRIFTS, _RATE
+)
+SHEARED = Trouble(
+    "shear", "constant", SHEARS, "A wind that changes with altitude", _CONSTANT, "shear [kt/100 ft]"
+)
 
 
 def wind_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return looks at every rate with a constant and with a drifting wind in the model, and at every shear."""
-    changing = [Look("50/50", o, "wind change", rate) for rate in RATES for o in (COVERING, DRIFTING)]
-    return (*changing, *(Look("50/50", COVERING, "shear", size) for size in SHEARS), Look("50/50", DRIFTING))
+    """Return looks at every rate with a constant and with a drifting wind in the model, and at
+    every shear.
+    """
+    changing = [
+        Look("50/50", o, "wind change", rate) for rate in RATES for o in (COVERING, DRIFTING)
+    ]
+    return (
+        *changing,
+        *(Look("50/50", COVERING, "shear", size) for size in SHEARS),
+        Look("50/50", DRIFTING),
+    )
 
 
-def _wind_column(evidence: StudyTables, column: str, trouble: Trouble, maneuver: str, level: float) -> pd.Series:
+def _wind_column(
+    evidence: StudyTables, column: str, trouble: Trouble, maneuver: str, level: float
+) -> pd.Series:
     how: dict[str, object] = {"change": trouble.change, "level": level} if level else {}
-    found = evidence.fit(column, maneuver, setting="light", method="covering", wind=trouble.wind, **how)
+    found = evidence.fit(
+        column, maneuver, setting="light", method="covering", wind=trouble.wind, **how
+    )
     few = evidence.fit(column, maneuver, setting="light", method="covering", wind="drifting").index
     return found[found.index.isin(few)]
 
@@ -64,7 +90,9 @@ def _error(evidence: StudyTables, trouble: Trouble, maneuver: str, level: float)
 
 
 def tolerated(evidence: StudyTables, trouble: Trouble, maneuver: str) -> float:
-    """Return the level at which the rms error over seeds is twice that of a constant wind; inf where none is."""
+    """Return the level at which the rms error over seeds is twice that of a constant wind; inf
+    where none is.
+    """
     still = rms(_error(evidence, trouble, maneuver, 0.0))
     errors = [rms(_error(evidence, trouble, maneuver, level)) / still for level in trouble.levels]
     for i, (level, error) in enumerate(zip(trouble.levels, errors, strict=True)):
@@ -97,7 +125,9 @@ def _wind_chart(evidence: StudyTables, trouble: Trouble) -> Lines:
     error = partial(_error, evidence, trouble)
     levels = (0.0, *trouble.levels)
     ylabel = "rms error of the curve [kt]"
-    return maneuver_lines(trouble.name, trouble.title, trouble.note, trouble.xlabel, ylabel, levels, error)
+    return maneuver_lines(
+        trouble.name, trouble.title, trouble.note, trouble.xlabel, ylabel, levels, error
+    )
 
 
 def _wind_answer(evidence: StudyTables) -> Reply:
@@ -107,21 +137,33 @@ def _wind_answer(evidence: StudyTables) -> Reply:
     first = min(shear, key=lambda m: shear[m])
     wander = Spread.of(evidence.flight("altitude_ft", first, "light")).mean
     inside = [
-        np.mean([Spread.of(_wind_column(evidence, "coverage", t, m, _NAMED)).mean for m in PAPER_ORDER])
+        np.mean(
+            [Spread.of(_wind_column(evidence, "coverage", t, m, _NAMED)).mean for m in PAPER_ORDER]
+        )
         for t in (CHANGING, FOLLOWED)
     ]
     return Reply(
-        f"The error of the curve doubles at {_said(limit[least], CHANGING)} kt/min of steady change for "
-        f"{NAMES[least]} and at {_said(limit[most], CHANGING)} kt/min for {NAMES[most]}; at {_NAMED:g} kt/min a "
-        f"constant wind in the model leaves {100.0 * inside[0]:.0f} % of the curve inside its 2σ over the five "
-        f"maneuvers, a drifting one {100.0 * inside[1]:.0f} %. Of shear, at an altitude that wanders by "
-        f"{wander:.0f} ft rms, the first to double is {NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
+        f"The error of the curve doubles at {_said(limit[least], CHANGING)} kt/min of steady "
+        "change for "
+        f"{NAMES[least]} and at {_said(limit[most], CHANGING)} kt/min for {NAMES[most]}; at "
+        f"{_NAMED:g} kt/min a "
+        f"constant wind in the model leaves {100.0 * inside[0]:.0f} % of the curve inside its 2σ "
+        "over the five "
+        f"maneuvers, a drifting one {100.0 * inside[1]:.0f} %. Of shear, at an altitude that "
+        "wanders by "
+        f"{wander:.0f} ft rms, the first to double is {NAMES[first]}, at "
+        f"{_said(shear[first], SHEARED)} kt/100 ft.",
         tuple(_wind_chart(evidence, trouble) for trouble in (CHANGING, FOLLOWED, SHEARED)),
         (named(partial(_row, evidence)),),
     )
 
 
-WIND = Sweep("variable wind", "How much may the wind change, in time and with altitude?", _wind_answer, wind_looks)
+WIND = Sweep(
+    "variable wind",
+    "How much may the wind change, in time and with altitude?",
+    _wind_answer,
+    wind_looks,
+)
 
 
 ANGLES = (2.0, 4.0, 8.0)  # degrees
@@ -131,7 +173,12 @@ _SAID = ANGLES[1]  # the angle for which the answer gives numbers
 
 def sideslip_looks(maneuver: str) -> tuple[Look, ...]:
     """Return looks at every angle, in the whole flight and in turns only."""
-    return tuple(Look("50/50", o, kind, angle) for kind in KINDS for angle in ANGLES for o in (COVERING, PAPER))
+    return tuple(
+        Look("50/50", o, kind, angle)
+        for kind in KINDS
+        for angle in ANGLES
+        for o in (COVERING, PAPER)
+    )
 
 
 def _sideslip_column(
@@ -144,23 +191,33 @@ def _sideslip_column(
 ) -> pd.Series:
     how: dict[str, object] = {"change": kind, "level": angle} if angle else {}
     found = evidence.fit(column, maneuver, setting="light", method=method, **how)
-    few = evidence.fit(column, maneuver, setting="light", method=method, change=kind, level=ANGLES[0]).index
+    few = evidence.fit(
+        column, maneuver, setting="light", method=method, change=kind, level=ANGLES[0]
+    ).index
     return found[found.index.isin(few)]
 
 
 def _sideslip_chart(evidence: StudyTables, kind: str) -> Lines:
     note = (
-        f"A probe that loses {100.0 * SIDESLIP_ERROR:g} % of q_c a degree squared (our estimate); light turbulence."
+        f"A probe that loses {100.0 * SIDESLIP_ERROR:g} % of q_c a degree squared (our "
+        "estimate); light turbulence."
     )
     name, title = f"sweep-{kind.replace(' ', '-')}", f"Sideslip {KINDS[kind]}"
     error = partial(_sideslip_column, evidence, kind)
-    return maneuver_lines(name, title, note, "sideslip [°]", "rms error of the curve [kt]", (0.0, *ANGLES), error)
+    return maneuver_lines(
+        name, title, note, "sideslip [°]", "rms error of the curve [kt]", (0.0, *ANGLES), error
+    )
 
 
 def _residual_change(evidence: StudyTables, maneuver: str) -> float:
     """Return the change of the residual by a steady sideslip [%]."""
     column = partial(
-        _sideslip_column, evidence, "steady sideslip", maneuver, column="residual_two_sigma_kt", method="paper"
+        _sideslip_column,
+        evidence,
+        "steady sideslip",
+        maneuver,
+        column="residual_two_sigma_kt",
+        method="paper",
     )
     return percent_above(column(_SAID), column(0.0)).mean
 
@@ -168,22 +225,32 @@ def _residual_change(evidence: StudyTables, maneuver: str) -> float:
 def _sideslip_answer(evidence: StudyTables) -> Reply:
     steady = [rms(_sideslip_column(evidence, "steady sideslip", m, _SAID)) for m in PAPER_ORDER]
     residual = max((_residual_change(evidence, m) for m in PAPER_ORDER), key=abs)
-    turning = {m: rms(_sideslip_column(evidence, "sideslip in turns", m, _SAID)) for m in PAPER_ORDER}
+    turning = {
+        m: rms(_sideslip_column(evidence, "sideslip in turns", m, _SAID)) for m in PAPER_ORDER
+    }
     worst = max(turning, key=lambda m: turning[m])
     least = min(turning, key=lambda m: turning[m])
-    share = {m: Spread.of(evidence.flight("turning_percent", m, "light")).mean for m in (worst, least)}
+    share = {
+        m: Spread.of(evidence.flight("turning_percent", m, "light")).mean for m in (worst, least)
+    }
     return Reply(
-        f"A steady {_SAID:g}° is a different pressure error, not a disturbance: the curve is {min(steady):.1f} "
+        f"A steady {_SAID:g}° is a different pressure error, not a disturbance: the curve is "
+        f"{min(steady):.1f} "
         f"to {max(steady):.1f} kt wrong over the five maneuvers while the residual changes by "
-        f"{signed(residual)} % at most. In turns only, it is worst in {NAMES[worst]} ({turning[worst]:.2f} kt; "
-        f"{share[worst]:.0f} % of the data are turns) and least in {NAMES[least]} ({turning[least]:.2f} kt; "
+        f"{signed(residual)} % at most. In turns only, it is worst in {NAMES[worst]} "
+        f"({turning[worst]:.2f} kt; "
+        f"{share[worst]:.0f} % of the data are turns) and least in {NAMES[least]} "
+        f"({turning[least]:.2f} kt; "
         f"{share[least]:.0f} %).",
         tuple(_sideslip_chart(evidence, kind) for kind in KINDS),
     )
 
 
 SIDESLIP = Sweep(
-    "sideslip", "What does sideslip do, held throughout and in turns only?", _sideslip_answer, sideslip_looks
+    "sideslip",
+    "What does sideslip do, held throughout and in turns only?",
+    _sideslip_answer,
+    sideslip_looks,
 )
 
 
@@ -197,11 +264,18 @@ _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
 
 
 def sorties(seed: int) -> Iterator[Sortie]:
-    """Yield two maneuvers at each altitude in both airs, and at each temperature in light turbulence."""
+    """Yield two maneuvers at each altitude in both airs, and at each temperature in light
+    turbulence.
+    """
     for maneuver in FLOWN:
         for feet in ALTITUDES:
             for air in AIRS:
-                yield Sortie(air, case_of(air, maneuver, seed, altitude=feet * FOOT), _LOOKS, _at_altitude(feet))
+                yield Sortie(
+                    air,
+                    case_of(air, maneuver, seed, altitude=feet * FOOT),
+                    _LOOKS,
+                    _at_altitude(feet),
+                )
         for kelvin in TEMPERATURES:
             case = case_of("light", maneuver, seed, temperature_offset=kelvin)
             yield Sortie("light", case, _LOOKS, _at_temperature(kelvin))
@@ -217,7 +291,9 @@ def _at_temperature(kelvin: float) -> str:
 
 def _bound(evidence: StudyTables, air: str, maneuver: str, variant: str) -> pd.Series:
     found = evidence.fit("two_sigma_kt", maneuver, setting=air, method="covering", variant=variant)
-    few = evidence.fit("samples", FLOWN[0], setting="light", variant=_at_altitude(ALTITUDES[0])).index
+    few = evidence.fit(
+        "samples", FLOWN[0], setting="light", variant=_at_altitude(ALTITUDES[0])
+    ).index
     return found[found.index.isin(few)]
 
 
@@ -226,7 +302,9 @@ def _high(evidence: StudyTables, air: str, maneuver: str, feet: float) -> pd.Ser
 
 
 def _factors(evidence: StudyTables, air: str, one: str, other: str) -> str:
-    """Return the least and the largest ratio over the maneuvers of the mean bound of one variant to another."""
+    """Return the least and the largest ratio over the maneuvers of the mean bound of one variant to
+    another.
+    """
     mean = {v: [Spread.of(_bound(evidence, air, m, v)).mean for m in FLOWN] for v in (one, other)}
     found = [a / b for a, b in zip(mean[one], mean[other], strict=True)]
     return " to ".join(f"{f:.2f}" if f > _SMALL else f"{f:.2g}" for f in (min(found), max(found)))
@@ -236,8 +314,14 @@ def _charts(evidence: StudyTables) -> Iterator[Lines]:
     ylabel, note = "covering 2σ of the curve [kt]", "50/50 Hz, the same calibrated airspeeds."
     heights = tuple(sorted((*ALTITUDES, _USUAL_ALTITUDE)))
     for air, words in AIRS.items():
-        name, title, number = f"sweep-altitude-{air}", f"Test altitude, {words}", partial(_high, evidence, air)
-        yield maneuver_lines(name, title, note, "test altitude [ft]", ylabel, heights, number, FLOWN)
+        name, title, number = (
+            f"sweep-altitude-{air}",
+            f"Test altitude, {words}",
+            partial(_high, evidence, air),
+        )
+        yield maneuver_lines(
+            name, title, note, "test altitude [ft]", ylabel, heights, number, FLOWN
+        )
     name, title, warmth = "sweep-temperature", "Temperature, light turbulence", (-20.0, 0.0, 20.0)
 
     def warm(maneuver: str, kelvin: float) -> pd.Series:
@@ -251,10 +335,12 @@ def _conditions_answer(evidence: StudyTables) -> Reply:
     warm, cold = _at_temperature(TEMPERATURES[-1]), _at_temperature(TEMPERATURES[0])
     middle = _at_altitude(_USUAL_ALTITUDE)
     return Reply(
-        f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} times that at "
+        f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} "
+        "times that at "
         f"{bottom} ({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence "
         f"{_factors(evidence, 'light', middle, bottom)} times at {_USUAL_ALTITUDE:,.0f} ft and "
-        f"{_factors(evidence, 'light', top, bottom)} times at {top}, where the light turbulence of MIL-F-8785C has "
+        f"{_factors(evidence, 'light', top, bottom)} times at {top}, where the light turbulence of "
+        "MIL-F-8785C has "
         f"died out. From {cold.replace('-', '−')} to {warm} it changes by a factor of "
         f"{_factors(evidence, 'light', warm, cold)}.",
         tuple(_charts(evidence)),
@@ -262,5 +348,8 @@ def _conditions_answer(evidence: StudyTables) -> Reply:
 
 
 CONDITIONS = Sweep(
-    "test altitude and temperature", "Do test altitude and temperature matter?", _conditions_answer, sorties=sorties
+    "test altitude and temperature",
+    "Do test altitude and temperature matter?",
+    _conditions_answer,
+    sorties=sorties,
 )

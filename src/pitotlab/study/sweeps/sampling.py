@@ -29,7 +29,11 @@ KINDS = {
 
 def system(side: str, rate: float) -> str:
     """Return the data system with a rate on one side. Its GPS is never faster than its air data."""
-    return {"both": f"{rate:g}/{rate:g}", "air": f"{rate:g}/{min(rate, 1.0):g}", "gps": f"200/{rate:g}"}[side]
+    return {
+        "both": f"{rate:g}/{rate:g}",
+        "air": f"{rate:g}/{min(rate, 1.0):g}",
+        "gps": f"200/{rate:g}",
+    }[side]
 
 
 def rate_looks(maneuver: str) -> tuple[Look, ...]:
@@ -37,7 +41,9 @@ def rate_looks(maneuver: str) -> tuple[Look, ...]:
     if maneuver not in FLOWN:
         return ()
     systems = dict.fromkeys(system(side, rate) for side in SIDES for rate in RATES)
-    return tuple(Look(das, o) for das in systems for o in (COVERING, PAPER) if das not in ("20/1", "50/50"))
+    return tuple(
+        Look(das, o) for das in systems for o in (COVERING, PAPER) if das not in ("20/1", "50/50")
+    )
 
 
 def _rate_column(evidence: StudyTables, kind: str, maneuver: str, das: str) -> pd.Series:
@@ -55,7 +61,9 @@ def _rate_chart(evidence: StudyTables, kind: str, side: str) -> Lines:
     (*_, title, ylabel), (words, xlabel) = KINDS[kind], SIDES[side]
     name, number = f"sweep-rates-{side}-{kind}", partial(_at, evidence, kind, side)
     note = "Light turbulence, the same flights; noise a sample does not depend on the rate."
-    return maneuver_lines(name, f"{title}: {words}", note, xlabel, ylabel, RATES, number, FLOWN, log_x=True)
+    return maneuver_lines(
+        name, f"{title}: {words}", note, xlabel, ylabel, RATES, number, FLOWN, log_x=True
+    )
 
 
 def _rate_answer(evidence: StudyTables) -> Reply:
@@ -66,19 +74,27 @@ def _rate_answer(evidence: StudyTables) -> Reply:
         found = [mean("bound", m, das) / mean("bound", m, FASTEST) for m in FLOWN]
         return f"{das} Hz {min(found):.2f} to {max(found):.2f}"
 
-    held, fast = mean("residual", "rapid_decel", "200/0.2"), mean("residual", "rapid_decel", FASTEST)
+    held, fast = (
+        mean("residual", "rapid_decel", "200/0.2"),
+        mean("residual", "rapid_decel", FASTEST),
+    )
     return Reply(
         f"Against {FASTEST} Hz the covering 2σ in light turbulence is larger by a factor of "
         + ", at ".join(change(das) for das in ("0.2/0.2", "1/1", "5/5", "20/1"))
-        + f" ({', '.join(NAMES[m] for m in FLOWN)}). The residual of the published method is another matter: in "
-        f"Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 Hz, where each fix is held for five "
+        + f" ({', '.join(NAMES[m] for m in FLOWN)}). The residual of the published method is "
+        "another matter: in "
+        f"Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 Hz, where each fix is "
+        "held for five "
         "seconds.",
         tuple(_rate_chart(evidence, kind, side) for kind in KINDS for side in SIDES),
     )
 
 
 RATES_SWEEP = Sweep(
-    "sampling rates", "Which rates are enough, 0.2 to 200 Hz on both sides?", _rate_answer, rate_looks
+    "sampling rates",
+    "Which rates are enough, 0.2 to 200 Hz on both sides?",
+    _rate_answer,
+    rate_looks,
 )
 
 
@@ -89,7 +105,10 @@ CARDS: dict[str, dict[str, dict[str, object]]] = {
     },
     "step_decrease": {f"{t:g} s steps": {"step_time_s": t} for t in (5.0, 20.0, 40.0)},
 }
-LABELS = {"race_track": "Race Track, 2, 3, 4 speeds", "step_decrease": "Step Decrease, steps of 5 to 40 s"}
+LABELS = {
+    "race_track": "Race Track, 2, 3, 4 speeds",
+    "step_decrease": "Step Decrease, steps of 5 to 40 s",
+}
 _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
 
 
@@ -110,11 +129,15 @@ class Point:
 
 
 def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
-    """Return the cards of a maneuver and the usual one, the shortest first, all with the same seeds."""
+    """Return the cards of a maneuver and the usual one, the shortest first, all with the same
+    seeds.
+    """
     points = []
     few = evidence.residual(maneuver, setting="light", variant=next(iter(CARDS[maneuver]))).index
     for variant in ("standard", *CARDS[maneuver]):
-        bound = evidence.fit("two_sigma_kt", maneuver, setting="light", method="covering", variant=variant)
+        bound = evidence.fit(
+            "two_sigma_kt", maneuver, setting="light", method="covering", variant=variant
+        )
         residual = evidence.residual(maneuver, setting="light", variant=variant)
         minutes = Spread.of(evidence.flight("minutes", maneuver, "light", variant)).mean
         bounds, residuals = (Spread.of(found[found.index.isin(few)]) for found in (bound, residual))
@@ -124,7 +147,10 @@ def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
 
 def _series(label: str, points: list[Point]) -> LineSeries:
     return LineSeries(
-        label, [p.minutes for p in points], [p.bound.mean for p in points], [p.bound.deviation for p in points]
+        label,
+        [p.minutes for p in points],
+        [p.bound.mean for p in points],
+        [p.bound.deviation for p in points],
     )
 
 
@@ -143,7 +169,8 @@ def _density_answer(evidence: StudyTables) -> Reply:
     )
     track, step = points["race_track"], points["step_decrease"]
     return Reply(
-        f"Race Track with two speeds ({track[0].minutes:.0f} min) has a covering 2σ of {track[0].bound.mean:.2f} "
+        f"Race Track with two speeds ({track[0].minutes:.0f} min) has a covering 2σ of "
+        f"{track[0].bound.mean:.2f} "
         "kt; three and four speeds give "
         + " and ".join(f"{p.bound.mean:.3f}" for p in track[1:])
         + f" kt, while the residual stays at {min(p.residual.mean for p in track):.2f} to "
@@ -154,7 +181,9 @@ def _density_answer(evidence: StudyTables) -> Reply:
     )
 
 
-DENSITY = Sweep("data density", "How many speeds, and how long a step?", _density_answer, sorties=sorties)
+DENSITY = Sweep(
+    "data density", "How many speeds, and how long a step?", _density_answer, sorties=sorties
+)
 
 
 MODELS = ("bias", "linear", "quadratic", "inverse+")
@@ -170,18 +199,26 @@ CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "m
 
 
 def structure_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return looks at every true curve with every model. The usual one is already among the looks of the claims."""
+    """Return looks at every true curve with every model. The usual one is already among the looks
+    of the claims.
+    """
     options = [replace(PAPER, model=model) for model in MODELS]
-    return tuple(Look("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none")
+    return tuple(
+        Look("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none"
+    )
 
 
 def choices(evidence: StudyTables) -> pd.DataFrame:
-    """Return a row a flight and true curve: the model that each criterion chooses, and every model's rms error."""
+    """Return a row a flight and true curve: the model that each criterion chooses, and every
+    model's rms error.
+    """
     fits = evidence.fits
     for name, value in {**DEFAULT_FIT, "setting": "light"}.items():
         if name not in ("model", "change", "level"):
             fits = fits[fits[name] == value]
-    fits = fits[fits["change"].isin(TRUTHS) & (fits["failed"] == "") & fits["maneuver"].isin(PAPER_ORDER)]
+    fits = fits[
+        fits["change"].isin(TRUTHS) & (fits["failed"] == "") & fits["maneuver"].isin(PAPER_ORDER)
+    ]
     fits = fits[fits["seed"].isin(fits[fits["change"] == KNEE]["seed"].unique())]
     rows = []
     for (truth, maneuver, seed), group in fits.groupby(["change", "maneuver", "seed"], sort=False):
@@ -215,8 +252,13 @@ def _line(table: pd.DataFrame, criterion: str, truth: str) -> dict[str, object]:
 def _structure_chart(table: pd.DataFrame) -> Bars:
     unknown = [float("nan")] * len(PAPER_ORDER)
     by = {m: table[table["maneuver"] == m] for m in PAPER_ORDER}
-    series = [BarSeries(model, [rms(by[m][model]) for m in PAPER_ORDER], unknown) for model in MODELS]
-    title, note = "True error by model", "Light turbulence, 50/50 Hz; rms over seeds and the five truths."
+    series = [
+        BarSeries(model, [rms(by[m][model]) for m in PAPER_ORDER], unknown) for model in MODELS
+    ]
+    title, note = (
+        "True error by model",
+        "Light turbulence, 50/50 Hz; rms over seeds and the five truths.",
+    )
     groups = [NAMES[m] for m in PAPER_ORDER]
     return Bars(title, note, "rms error of the curve [kt]", groups, series, "sweep-structure")
 
@@ -233,11 +275,16 @@ def _structure_answer(evidence: StudyTables) -> Reply:
     )
     always = {model: rms(table[model]) for model in MODELS}
     return Reply(
-        f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of flights when every "
-        f"sample counts as independent and in {right['block_criterion']:.0f} % when means over 5 s do, with rms "
-        f"errors of {cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all truths. Always "
-        f"fitting Quadratic gives {always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, Linear "
-        f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt. A term too many (Quadratic on a constant or "
+        f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of "
+        "flights when every "
+        f"sample counts as independent and in {right['block_criterion']:.0f} % when means over 5 s "
+        "do, with rms "
+        f"errors of {cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all "
+        "truths. Always "
+        f"fitting Quadratic gives {always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, "
+        "Linear "
+        f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt. A term too many (Quadratic on a "
+        "constant or "
         f"linear truth) costs {many:.2f} kt, one too few (Linear on Inverse+) {few:.2f} kt.",
         (_structure_chart(table),),
         (pd.DataFrame([_line(table, c, truth) for c in CRITERIA for truth in TRUTHS]),),
@@ -245,5 +292,8 @@ def _structure_answer(evidence: StudyTables) -> Reply:
 
 
 STRUCTURE = Sweep(
-    "model structure", "Can statistics choose the structure of the model?", _structure_answer, structure_looks
+    "model structure",
+    "Can statistics choose the structure of the model?",
+    _structure_answer,
+    structure_looks,
 )

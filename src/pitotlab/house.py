@@ -1,6 +1,7 @@
 """Measure the house: its size, the files that a job enters, and the files behind a job.
 
-`python -m pitotlab house` prints the table. The tests of the house hold the figures to their budgets.
+`python -m pitotlab house` prints the table. The tests of the house hold the figures to their
+budgets.
 """
 
 import ast
@@ -9,16 +10,16 @@ import os
 import subprocess
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = ROOT / "src" / "pitotbench"
 LABORATORY = ROOT / "src" / "pitotlab"
-LONG = 600  # lines; a longer module holds more than one idea
-# Modules below which each job lies. What they import, lazily or not, has to be read by who changes the job.
+WIDTH = 100  # characters
+# Modules below which each job lies. What they import, lazily or not, has to be read by who changes
+# the job.
 BEHIND = {
     "one flight": ("pitotbench.simulation.sortie", "pitotbench.sensing.recorder"),
     "calibrate": ("pitotbench.calibration",),
@@ -27,8 +28,9 @@ BEHIND = {
 }
 _FAMILIES = ("cli", "simulation.maneuvers")  # pages of entries, which only the table reads
 
-# Runs a program under a profiler and writes the files of the product with a function called while no module is
-# being imported. A module is being imported while a frame named <module> is on the stack.
+# Runs a program under a profiler and writes the files of the product with a function called while
+# no module is being imported. A module is being imported while a frame named <module> is on the
+# stack.
 _PROFILE = """
 import json, os, runpy, sys, threading
 product, out, target = sys.argv[1:4]
@@ -60,54 +62,95 @@ finally:
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Size:
-    """Files and lines of Python below a folder."""
-
-    files: int
-    lines: int
-
-
-def size_of(*places: Path) -> Size:
-    """Return the files and lines of all Python files at or below some places."""
-    files = [f for place in places for f in ([place] if place.is_file() else sorted(place.rglob("*.py")))]
-    return Size(len(files), sum(len(f.read_text(encoding="utf-8").splitlines()) for f in files))
+def files_of(*places: Path) -> list[Path]:
+    """Return all Python files at or below some places, sorted."""
+    return [
+        f for place in places for f in ([place] if place.is_file() else sorted(place.rglob("*.py")))
+    ]
 
 
-def long_modules() -> dict[str, int]:
-    """Return the modules of the product with more than 600 lines."""
-    lines = {f.relative_to(PRODUCT).as_posix(): size_of(f).lines for f in PRODUCT.rglob("*.py")}
-    return {name: count for name, count in sorted(lines.items()) if count > LONG}
+def lines_of(*places: Path) -> int:
+    """Return the lines of all Python files at or below some places."""
+    return sum(len(f.read_text(encoding="utf-8").splitlines()) for f in files_of(*places))
+
+
+def statements_in(*places: Path) -> int:
+    """Return the statements of the syntax trees at or below some places.
+
+    Docstrings and imports do not count: neither wider lines nor files pasted together change the sum.
+    """
+    nodes = [
+        n for f in files_of(*places) for n in ast.walk(ast.parse(f.read_text(encoding="utf-8")))
+    ]
+    return sum(isinstance(n, ast.stmt) and not _is_free(n) for n in nodes)
+
+
+def _is_free(statement: ast.stmt) -> bool:
+    if isinstance(statement, ast.Import | ast.ImportFrom):
+        return True
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+
+
+def numbers_in(*places: Path) -> int:
+    """Return how many numbers the syntax trees at or below some places hold.
+
+    Every literal counts but 0, 1 and 2, those of fields and defaults included.
+    """
+    nodes = [
+        n for f in files_of(*places) for n in ast.walk(ast.parse(f.read_text(encoding="utf-8")))
+    ]
+    values = [node.value for node in nodes if isinstance(node, ast.Constant)]
+    return sum(
+        isinstance(v, (int, float)) and not isinstance(v, bool) and v not in (0, 1, 2)
+        for v in values
+    )
+
+
+def long_lines(*places: Path) -> int:
+    """Return the lines above 100 characters at or below some places."""
+    texts = [f.read_text(encoding="utf-8").splitlines() for f in files_of(*places)]
+    return sum(len(line) > WIDTH for lines in texts for line in lines)
 
 
 def judge_files() -> list[Path]:
-    """Return the files of `reconcile`: the judge and its part of the bench, without the airplane's own terms."""
-    judge = [f for f in sorted((PRODUCT / "reconciliation").glob("*.py")) if f.name not in _OWN_TERMS]
+    """Return the files of `reconcile`: the reconciliation, its part of the bench, the own terms."""
+    judge = files_of(PRODUCT / "reconciliation")
     return [*judge, *(PRODUCT / "bench" / name for name in _BENCH_OF_THE_JUDGE)]
 
 
-_OWN_TERMS = ("terms.py", "term_regression.py")
-_BENCH_OF_THE_JUDGE = ("rounds.py", "null_flights.py", "workflow.py", "verdict_folder.py")
+def calibration_files() -> list[Path]:
+    """Return the files of a calibration: the package and the estimation, without legs and cards."""
+    every = files_of(PRODUCT / "calibration", PRODUCT / "estimation")
+    return [f for f in every if f.name not in _LEGS_AND_CARDS]
 
 
-def numbers_in(*files: Path) -> int:
-    """Return how many numbers some files hold in their syntax trees: every one but 0, 1 and 2."""
-    nodes = [node for file in files for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))]
-    values = [node.value for node in nodes if isinstance(node, ast.Constant)]
-    return sum(isinstance(v, (int, float)) and not isinstance(v, bool) and v not in (0, 1, 2) for v in values)
+_BENCH_OF_THE_JUDGE = (
+    "rounds.py",
+    "null_flights.py",
+    "workflow.py",
+    "verdict_folder.py",
+    "model_terms.py",
+)
+_LEGS_AND_CARDS = ("hand_card.py", "hand_card_model.py", "leg_points.py", "legs.py")
 
 
 def entered(arguments: Sequence[str], folder: Path) -> list[str]:
-    """Run a program below a profiler in a folder; return the files of the product that it enters, sorted.
+    """Run a program below a profiler in a folder; return the files of the product that it enters,
+    sorted.
 
-    `arguments`: a script of this checkout or a module, then its own arguments. Raises CalledProcessError where the
+    `arguments`: a script of this checkout or a module, then its own arguments. Raises
+    CalledProcessError where the
     program cannot be started or fails; what it says of that goes to standard error.
     """
     out = folder / "entered.json"
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     program = [sys.executable, "-c", _PROFILE, str(PRODUCT), str(out), *arguments]
     subprocess.run(program, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
-    return [Path(file).relative_to(PRODUCT).as_posix() for file in json.loads(out.read_text(encoding="utf-8"))]
+    return [
+        Path(file).relative_to(PRODUCT).as_posix()
+        for file in json.loads(out.read_text(encoding="utf-8"))
+    ]
 
 
 def reach_of_jobs(folder: Path, reconcile: bool = True) -> dict[str, list[str]]:
@@ -127,7 +170,9 @@ _CAMPAIGN = ("--maneuver", "circle", "--das", "20/1", "--jobs", "1", "--out", "o
 
 
 def behind(modules: Iterable[str]) -> int:
-    """Return the number of modules of the product that some modules import, directly or not, with these."""
+    """Return the number of modules of the product that some modules import, directly or not, with
+    these.
+    """
     import grimp
 
     graph = grimp.build_graph("pitotbench")
@@ -135,7 +180,9 @@ def behind(modules: Iterable[str]) -> int:
 
 
 def with_one_reader() -> list[str]:
-    """Return modules that one module of the same folder imports and no other. An `__init__` is no reader."""
+    """Return modules that one module of the same folder imports and no other. An `__init__` is no
+    reader.
+    """
     import grimp
 
     graph = grimp.build_graph("pitotbench")
@@ -154,33 +201,53 @@ def with_one_reader() -> list[str]:
 def documents() -> tuple[int, int, int, int]:
     """Return pages, words and bytes of the documentation, and the bytes of the README."""
     listed = subprocess.run(
-        ["git", "ls-files", "docs", "README.md"], cwd=ROOT, check=True, capture_output=True, text=True
+        ["git", "ls-files", "docs", "README.md"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
     )
     files = [ROOT / name for name in listed.stdout.split()]
     pages = [f for f in files if f.suffix == ".md"]
     words = sum(len(f.read_text(encoding="utf-8").split()) for f in pages)
-    return len(pages), words, sum(f.stat().st_size for f in files), (ROOT / "README.md").stat().st_size
+    return (
+        len(pages),
+        words,
+        sum(f.stat().st_size for f in files),
+        (ROOT / "README.md").stat().st_size,
+    )
+
+
+PARTS: dict[str, Callable[[], list[Path]]] = {
+    "product": lambda: [PRODUCT],
+    "calibration without legs and cards": calibration_files,
+    "reconciliation with its bench": judge_files,
+    "logbook": lambda: [PRODUCT / "logbook"],
+    "show": lambda: [PRODUCT / "show"],
+    "cli": lambda: [PRODUCT / "cli"],
+}  # whose sizes are printed
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Print the figures of the house: sizes, files entered by each job, files behind it, documents."""
     parser.add_argument("--list", action="store_true", help="name the files that each job enters")
     options = parser.parse_args(words)
-    product, laboratory = size_of(PRODUCT), size_of(LABORATORY)
-    tests, lab_tests = size_of(ROOT / "tests"), size_of(ROOT / "tests" / "lab")
-    pages, counted, size, readme = documents()
+    print("statements and numbers:")
+    for name, places in PARTS.items():
+        print(f"  {name}: {statements_in(*places())}, {numbers_in(*places())}")
+    tests, lab_tests = lines_of(ROOT / "tests"), lines_of(ROOT / "tests" / "lab")
+    print(f"laboratory: {lines_of(LABORATORY)} lines; its tests: {lab_tests} lines")
+    print(f"tests of the product: {tests - lab_tests} lines")
+    print(f"lines above {WIDTH} characters: {long_lines(PRODUCT)}")
     alone = with_one_reader()
-    print(
-        f"product: {product.files} files, {product.lines} lines; its tests: {tests.lines - lab_tests.lines} lines"
-    )
-    print(f"laboratory: {laboratory.files} files, {laboratory.lines} lines; its tests: {lab_tests.lines} lines")
-    print(f"modules over {LONG} lines: {long_modules() or 'none'}")
     print(f"modules with one reader in the same folder: {len(alone)}: {', '.join(alone)}")
+    pages, counted, size, readme = documents()
     print(f"docs: {pages} pages, {counted} words, {size / 1e6:.2f} MB; README {readme} bytes")
-    judge = judge_files()
-    print(f"reconcile without own terms: {size_of(*judge).lines} lines, {numbers_in(*judge)} numbers")
     for job, modules in BEHIND.items():
         print(f"files behind {job}: {behind(modules)}")
     with TemporaryDirectory() as folder:
         for job, files in reach_of_jobs(Path(folder)).items():
-            print(f"files entered by {job}: {len(files)}" + (f": {' '.join(files)}" if options.list else ""))
+            print(
+                f"files entered by {job}: {len(files)}"
+                + (f": {' '.join(files)}" if options.list else "")
+            )

@@ -205,10 +205,8 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     choice = _choice(
         options, mapping_advice(options)
     )  # a wrong flag is refused before a long log is read
-    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping)]
     _, stated = _stated_autopilot(options)
-    if stated:
-        logs = [replace(log, header={**log.header, PARAMETERS: stated}) for log in logs]
+    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping, stated)]
     if (
         options.params
         and not options.separately

@@ -30,7 +30,9 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
+def read_logs(
+    paths: Sequence[Path], mapping: str | None, parameters: Mapping[str, float] | None = None
+) -> "list[FlightLog]":
     """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for
     unknown names.
     """
@@ -40,7 +42,7 @@ def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
     logs = []
     for path in paths:
         try:
-            logs.append(read_log(path, mapping))
+            logs.append(read_log(path, mapping, parameters))
         except MissingColumnsError as error:
             offer = (
                 ""

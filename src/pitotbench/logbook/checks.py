@@ -87,7 +87,9 @@ _MOST_STUCK = 0.5  # share of rows that may be dropped for a stuck sensor
 
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
-_DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
+_DISPLAYED = 30.0  # times longer may a reading in steps stand still before a pause or the end
+_JUMP = 3.0  # usual steps: with more, a reading in steps comes free that was stuck
+_TURNED = 0.5  # rad of heading, in which no ground velocity stands still
 _RETURNS, _ADJACENT = (
     0.9,
     0.95,
@@ -163,8 +165,7 @@ def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
     rows = at_ceiling(impact)
     if not rows.any():
         return rows
-    steps = np.abs(np.diff(impact))
-    steps[pauses(draft.channels["time"]) - 1] = np.nan  # what happened meanwhile was not recorded
+    steps = _steps_out(draft, ["impact_pressure"])[:-1]
     back = steps[rows[:-1] & ~rows[1:] & np.isfinite(steps)]
     free = steps[~rows[:-1] & ~rows[1:] & (steps > 0.0)]
     if len(back) and len(free):
@@ -178,26 +179,53 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
     """Return the rows, (n,), in which values stay equal for very long while those of another sensor
     change.
 
-    Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a
-    coarse sensor.
+    Short runs of equal values are normal: the fixes of a slow GPS repeat. A reading in steps may
+    stand still for a whole leg; then it moves on by a step, where one that was stuck jumps.
     """
     changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
     changed[pauses(draft.channels["time"]) - 1] = True  # what happened meanwhile was not recorded
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    stepped = bool(draft.displayed & set(names)) or all(
-        _shows_steps(draft.channels[name]) for name in names
-    )
-    patience = _DISPLAYED if stepped else 1.0
-    limit = patience * max(
+    limit = max(
         _STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first)))
     )
-    bad = np.zeros(len(draft.rows), dtype=np.bool_)
     long = (lasting > limit) & (moved[last] > moved[first])
+    if draft.displayed & set(names) or all(_shows_steps(draft.channels[name]) for name in names):
+        out = _steps_out(draft, names)[last]
+        known = np.isfinite(out)
+        usual = max(
+            _JUMP * float(np.median(out[known])) if known.any() else 0.0,
+            float(np.quantile(out[known & ~long], _STEEPEST)) if (known & ~long).any() else 0.0,
+        )
+        jumped = np.where(known, out > usual, lasting > _DISPLAYED * limit)
+        long &= jumped | _turned(draft, names, first, last)
+    bad = np.zeros(len(draft.rows), dtype=np.bool_)
     for a, b in zip(first[long], last[long], strict=True):
         bad[a : b + 1] = True
     return bad
+
+
+def _steps_out(draft: Draft, names: list[str]) -> Array:
+    """Return by how much the values move from each row to the next, (n,); NaN where no record shows
+    it.
+    """
+    moves = [np.diff(draft.channels[name], append=np.nan) for name in names]
+    steps = np.sqrt(np.sum(np.square(moves), axis=0))
+    steps[pauses(draft.channels["time"]) - 1] = np.nan
+    return np.asarray(steps)
+
+
+def _turned(
+    draft: Draft, names: list[str], first: NDArray[np.intp], last: NDArray[np.intp]
+) -> Booleans:
+    """Return whether the airplane turned between first and last rows, (k,), of a ground velocity."""
+    heading = draft.channels.get("heading")
+    if heading is None or "velocity_north" not in names:
+        return np.zeros(len(first), dtype=np.bool_)
+    turned = np.unwrap(heading)
+    swings = [np.ptp(turned[a : b + 1]) for a, b in zip(first, last, strict=True)]
+    return np.asarray(swings) > _TURNED
 
 
 def _shows_steps(values: Array) -> bool:

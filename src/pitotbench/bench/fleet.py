@@ -534,6 +534,6 @@ def _security(distributed: Any, address: str, file: Path | None) -> Any:
         security.get_connection_args("client")  # reads the files
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInputError(
-            f"{file}: not a TOML file with the paths ca, cert and key: {error}"
+            f"{file}: it must be a TOML file with the paths ca, cert and key of readable files"
         ) from error
     return security

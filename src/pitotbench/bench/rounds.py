@@ -13,6 +13,7 @@ from pitotbench.bench.null_flights import (
     tells_the_day,
 )
 from pitotbench.effects import OWN_TERMS, effect_of
+from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.naming import Naming, fit_together
@@ -133,6 +134,7 @@ def reconcile_logs(
     """
     if not logs:
         raise BadInputError("no log to reconcile")
+    require_one_airplane([each.log for each in logs])
     model = aircraft_model(aircraft)
     judged = [
         _judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs

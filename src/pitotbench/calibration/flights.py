@@ -17,7 +17,7 @@ from pitotbench.calibration.options import AUTO, Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import Reduction, reduce_log, reference_of
 from pitotbench.calibration.result import assemble
-from pitotbench.logbook.checks import flights_in
+from pitotbench.logbook.checks import flights_in, require_one_airplane
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, Calibration
 from pitotbench.records.log import Caution, FlightLog
@@ -53,6 +53,7 @@ def reduce_together(
 
     Raises as `reduction.reduce_log` does.
     """
+    require_one_airplane(logs)
     reference = reference_of([observe(log, options) for log in logs])
     return join([reduce_log(log, options, reference) for log in logs])
 
@@ -201,6 +202,7 @@ def reduce_flights(
 
         alone = _parts(logs[0], 0, calibrate)
         return [_flight(part, part.found, 1) for part in alone]
+    require_one_airplane(logs)
     reference = reference_of([observe(log, options) for log in logs])
 
     def reduce(log: FlightLog) -> Reduction:

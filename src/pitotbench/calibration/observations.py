@@ -398,10 +398,16 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
     )
 
 
+_GROUNDED = "no level flight above 20 kt in this log (ramp, taxi, take-off roll?): "
+
+
 def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
         end = range_end(log)
+        flown = parts_of(log, options).rows & (log.impact_pressure > _MINIMUM_PRESSURE)
+        grounded = int(flown.sum()) < _MINIMUM_SAMPLES <= len(log)
         raise BadInputError(
+            f"{_GROUNDED if grounded else ''}"
             f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
             "pressure below the end of its sensor's range"
             f"{', on condition' if options.on_condition else ''}"

@@ -2,18 +2,21 @@
 warning, or raises.
 """
 
+import re
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES
+from pitotbench.logbook.columns import QUANTITIES, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
-from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
+from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
 # Pauses of the recording, and the several flights that one log may hold.
 
@@ -31,6 +34,31 @@ def flights_in(log: FlightLog) -> list[FlightLog]:
     if len(parts) == 1:
         return [log]
     return [log.select(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
+
+
+# What names the airplane: entries of a header, and words in the first lines of a recorder.
+_AIRPLANE = ("airframe_name", "aircraft_ident", "aircraft", "airplane", "glider", "registration", "tail")
+_NAMED = re.compile(rf"\b({'|'.join(_AIRPLANE)})\s*[=:]\s*\"?([^\",]+)")
+
+
+def require_one_airplane(logs: Sequence[FlightLog]) -> None:
+    """Raise BadInputError where the headers of logs that are to be joined name two airplanes."""
+    known: dict[str, str] = {}
+    for log in logs:
+        case, lines = log.header.get("case"), log.header.get("comments", ())
+        named = [(key, log.header[key]) for key in _AIRPLANE if key in log.header]
+        named += _NAMED.findall("\n".join(map(str, lines if isinstance(lines, list) else ())))
+        if isinstance(case, Mapping):  # an airplane with a patch is the same
+            named.append(("case", str(case.get("aircraft", "")).partition("+")[0]))
+        for key, value in named:
+            name = str(value).strip()
+            other = known.setdefault(key, name) if name else name
+            if other.casefold() != name.casefold():
+                raise BadInputError(
+                    f"the logs are of two airplanes, {other!r} and {name!r} ({key} of their "
+                    "headers), which have nothing in common: give each alone, or calibrate with "
+                    "--separately"
+                )
 
 
 def flight_breaks(time: Seconds) -> Indices:
@@ -262,9 +290,9 @@ _NEIGHBORS = (
     4  # times the most rows of one stamp, to either side, over which the moments are averaged
 )
 
+_TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none flies so slowly
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
-_BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
 _LONGEST_STEP = (
     10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 )
@@ -440,9 +468,7 @@ def check_spikes(draft: Draft) -> None:
         if not quantity.essential or quantity.name == "time":
             continue
         values = draft.channels[quantity.name]
-        bad = np.abs(values) > _BEYOND * quantity.high
-        if quantity.low > 0.0:
-            bad |= values < quantity.low / _BEYOND
+        bad = impossible(quantity, values)
         if bad.any():
             draft.warnings.append(
                 f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} "
@@ -485,6 +511,13 @@ def check_impact_pressure(draft: Draft) -> None:
         or_range = (
             ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
         )
+        speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
+        if impact[0] <= 0.0 and float(np.max(speed)) < _TAXI:
+            raise BadInputError(
+                f"no level flight in this log: column {column!r} reads 0 throughout and the ground "
+                f"speed stays below {_TAXI / KNOT:.0f} kt, as on the ramp and in taxi; give the "
+                "log of a flight"
+            )
         raise BadInputError(
             f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}"
         )
@@ -502,10 +535,8 @@ def check_impact_pressure(draft: Draft) -> None:
         )
         draft.keep(~negative)
     levels = np.unique(draft.channels["impact_pressure"])
-    step, usual = (
-        float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0,
-        float(np.median(impact)),
-    )
+    step = float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0
+    usual = float(np.median(impact[impact > 0.0]))
     if step > _COARSE * usual:
         draft.warnings.append(
             f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it "

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records import BadInputError
-from pitotbench.units import SUFFIXES, Array, Seconds
+from pitotbench.units import SUFFIXES, Array, Booleans, Seconds
 
 Column = NDArray[Any]
 _CLOCK = re.compile(r"\d:[0-5]\d|\d{4}-\d\d-\d\d")  # 14:03:06 or 2026-05-04
@@ -227,6 +227,15 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
     raise BadInputError(
         f"column {column!r}: {explain('unit suffix', suffix, list(SUFFIXES))} Name it {usable}."
     )
+
+
+_BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch or a slip
+
+
+def impossible(quantity: Channel, values: Array) -> Booleans:
+    """Return where values [SI], (n,), of a quantity are beyond anything that an airplane measures."""
+    bad = np.abs(values) > _BEYOND * quantity.high
+    return bad | (values < quantity.low / _BEYOND) if quantity.low > 0.0 else bad
 
 
 # Parse the TOML header of a log. All formats have the same header.

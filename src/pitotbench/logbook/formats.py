@@ -42,6 +42,10 @@ _MANY, _DENSEST = (
 )  # values; and values a byte, of which a recorder's file holds less than ten
 
 
+# What a reader of a library says of a broken file is of its own workings, not of the file.
+_AGAIN = ": it is damaged or cut off; copy it again from its source"
+
+
 def _require_unpackable(values: int, path: Path, kind: str = "numbers") -> None:
     """Raise BadInputError for a file that unpacks to far more values than a recorder writes into so
     many bytes.
@@ -77,9 +81,7 @@ def read_parquet(path: Path) -> Table:
     except BadInputError:
         raise
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise BadInputError(
-            f"not a complete Parquet file: {[*str(error).splitlines(), error][0]}"
-        ) from error
+        raise BadInputError(f"not a complete Parquet file{_AGAIN}") from error
     stored = (found.schema.metadata or {}).get(_KEY, b"")
     header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
     return Table(names, columns, header, tuple(warnings))
@@ -149,8 +151,7 @@ def read_messages(path: Path, topics: Sequence[str]) -> Topics:
         }
     except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
         raise BadInputError(
-            "not a complete DataFlash log: a message does not fit its format; copy the log from "
-            "the autopilot again"
+            f"not a complete DataFlash log: a message does not fit its format{_AGAIN}"
         ) from error
     warnings = _damage("pymavlink", said, max(ends, default=0) > log.data_len)
     tables = {
@@ -212,7 +213,7 @@ def read_topics(path: Path, topics: Sequence[str]) -> Topics:
         with _Watched(FileIO(path)) as file, _heard(said):
             log = ULog(file, message_name_filter_list=wanted)
     except Exception as error:  # pyulog lets struct, index and key errors out of a broken file
-        raise BadInputError(f"not a complete ULog: {error or type(error).__name__}") from error
+        raise BadInputError(f"not a complete ULog{_AGAIN}") from error
     if log.file_corruption and not said:
         said.append("a message of the wrong length")
     warnings = _damage("pyulog", said, file.broken)
@@ -323,7 +324,7 @@ def load_hdf5(path: Path) -> dict[str, Any]:
     except BadInputError:
         raise
     except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
-        raise BadInputError(f"not a complete .mat file of version 7.3: {error}") from error
+        raise BadInputError(f"not a complete .mat file of version 7.3{_AGAIN}") from error
 
 
 def _fields(group: Any, held: type) -> dict[str, Any]:
@@ -390,7 +391,12 @@ def read_mat(path: Path) -> Table:
         variables = {_IDENTIFICATION: variables[_IDENTIFICATION]}
     found: dict[str, tuple[Column, str]] = {}
     for name, value in variables.items():
-        found |= _columns_of(name, value)
+        columns = _columns_of(name, value)
+        found |= columns
+        if not columns and not isinstance(value, dict):
+            warnings.append(f"variable {name!r} is left out: its cells are no numbers or texts")
+    if warnings and not found:
+        raise BadInputError(f"{'; '.join(warnings)}; save each channel as a vector of numbers")
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
     lengths = {
         len(column): name for name, (column, _) in reversed(vectors.items())
@@ -413,10 +419,9 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
-    except (
-        Exception
-    ) as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
-        raise BadInputError(f"not a complete .mat file: {error}") from error
+    # SciPy's reader lets struct, zlib, index and type errors out of a broken file.
+    except Exception as error:
+        raise BadInputError(f"not a complete .mat file{_AGAIN}") from error
 
 
 def _require_readable(path: Path) -> None:
@@ -440,7 +445,7 @@ def _require_readable(path: Path) -> None:
                     _require_unpackable(unpacked, path, "bytes")
                     elements = unpack.decompress(unpack.unconsumed_tail, size)
                 except (zlib.error, struct.error) as error:
-                    raise BadInputError(f"not a complete .mat file: {error}") from error
+                    raise BadInputError(f"not a complete .mat file{_AGAIN}") from error
             if kind == _MATRIX:
                 _require_whole(elements, order)
 
@@ -490,11 +495,24 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
     """
     if isinstance(value, dict):
         unit = next((str(value[key]) for key in _UNITS if key in value), "")
-        return {name: (_vector(name, value[_DATA]), unit)} if _DATA in value else {}
+        value = value.get(_DATA)
+        return {} if _is_mixed(value) else {name: (_vector(name, value), unit)}
+    if _is_mixed(value):
+        return {}
     array = np.asarray(value)
     if array.ndim == 2 and min(array.shape) > 1 and array.dtype.kind in "fiu":
         return {f"{name}(:,{k + 1})": (array[:, k], "") for k in range(array.shape[1])}
     return {name: (_vector(name, value), "")}
+
+
+def _is_mixed(value: object) -> bool:
+    """Return whether a variable is no array of numbers or texts: none, a cell array of others, an
+    object.
+    """
+    if isinstance(value, np.ndarray) and value.dtype.kind != "O":
+        return value.dtype.kind not in "fiubUS"
+    cells = value if isinstance(value, list) else np.ravel(np.asarray(value, dtype=object))
+    return any(not isinstance(cell, str | float | int | np.number | np.bool_) for cell in cells)
 
 
 def _vector(name: str, value: object) -> Column:

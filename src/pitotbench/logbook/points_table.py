@@ -7,12 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.logbook.columns import Column, Table, numbers, parse_column, texts
+from pitotbench.logbook.columns import (
+    QUANTITIES,
+    Column,
+    Table,
+    impossible,
+    numbers,
+    parse_column,
+    texts,
+)
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, FlyBy, ReadingSteps
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, to_si
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
 
 POINT, CONFIGURATION = "point", "configuration"
 COLUMNS = (
@@ -59,6 +67,14 @@ _OF_TOWER = {
     "grid_height": "length",
     "tower_pressure": "pressure",
     "tower_temperature": "temperature",
+}
+
+# The quantities of a tower have the ranges of those of the air [channels of a log]. A track that
+# cannot be is a slip, which the reduction looks for.
+_LIKE = {
+    "grid_height": "altitude",
+    "tower_pressure": "static_pressure",
+    "tower_temperature": "air_temperature",
 }
 
 _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
@@ -139,6 +155,14 @@ def _rows(
         raise BadInputError(
             f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg"
         )
+    for name in quantities:
+        bad = impossible(QUANTITIES[_LIKE.get(name, name)], values[name]) & (name != "track")
+        if bad.any():
+            number = float(from_si(values[name][bad][0], suffixes[name]))
+            raise BadInputError(
+                f"row {int(np.argmax(bad)) + 1}: {name}_{suffixes[name]} is {number:.6g}, which no "
+                "airplane measures; correct it or remove the row"
+            )
     count = len(table)
     points = (
         _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]

@@ -353,7 +353,7 @@ def test_a_pipe_for_a_file_is_refused_and_not_waited_for(suffix, command, tmp_pa
     os.mkfifo(path)
     more = {"compare": [path], "fly": ["-o", tmp_path / "out.csv"]}.get(command, [])
     found = refused([command, path, *more], capsys)
-    assert path.name in found or suffix == ".json"
+    assert path.name in found
 
 
 RAMP = {
@@ -368,7 +368,9 @@ ROLL = {**RAMP, "indicated_airspeed_kt": np.maximum(0.0, np.arange(120.0) - 95.0
 ROLL |= {"ground_speed_kt": np.maximum(3.0, ROLL["indicated_airspeed_kt"])}
 
 
-@pytest.mark.parametrize(("table", "command"), [(RAMP, "inspect"), (RAMP, "calibrate"), (ROLL, "calibrate")])
+@pytest.mark.parametrize(
+    ("table", "command"), [(RAMP, "inspect"), (RAMP, "calibrate"), (ROLL, "calibrate")]
+)
 def test_a_log_without_level_flight_says_so(table, command, tmp_path, capsys):
     rows = zip(*(values.tolist() for values in table.values()), strict=True)
     path = tmp_path / "ramp.csv"
@@ -377,7 +379,8 @@ def test_a_log_without_level_flight_says_so(table, command, tmp_path, capsys):
 
 
 def test_a_recorder_that_was_on_for_the_ramp_and_the_roll_alone_says_so(tmp_path, capsys):
-    lines = gzip.open(real_log("garmin", "c172s-g1000-2011.csv.gz")).read().splitlines()
+    packed = real_log("garmin", "c172s-g1000-2011.csv.gz").read_bytes()
+    lines = gzip.decompress(packed).splitlines()
     (tmp_path / "ramp.csv").write_bytes(b"\n".join(lines[:903]) + b"\n")
     assert "no level flight" in refused(["calibrate", tmp_path / "ramp.csv"], capsys)
 
@@ -392,7 +395,9 @@ def test_the_logs_of_two_airplanes_are_not_joined(above, log, tmp_path, capsys):
     found = refused(["calibrate", one, other], capsys)
     assert "two airplanes, 'Cessna 172S' and 'PA-28-181'" in found
     assert "--separately" in found
-    found = refused(["reconcile", one, other, "--aircraft", "none", "--out", tmp_path / "o"], capsys)
+    found = refused(
+        ["reconcile", one, other, "--aircraft", "none", "--out", tmp_path / "o"], capsys
+    )
     assert "two airplanes" in found
     for logs in ((one, same), (one, other, "--separately")):
         assert main(["calibrate", *map(str, logs)]) == 0

@@ -30,7 +30,7 @@ _NO_PRESSURE = {
     16: "an airspeed from outside",
 }  # ARSPD_TYPE without a pressure
 _SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
-_IN_PROPORTION = 0.2  # of the ratio V²/d: its quartiles lie closer in one sensor's messages
+_IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie closer to it
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +39,9 @@ class Autopilot:
     Pa] and gain.
 
     `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
-    with the name of the offset that is to be subtracted. `refuse` says why the parameters of a log cannot be replaced, empty where they can; `switches`
-    are the further settings with their reasons.
+    with the name of the offset that is to be subtracted. `refuse` says why the parameters of a log
+    cannot be replaced, empty where they can; `switches` are the further settings with their
+    reasons.
     """
 
     title: str
@@ -148,14 +149,11 @@ def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
     if "ARSPD_RATIO" not in used and {"Airspeed", "DiffPress"} <= set(table.names):
         speed, pressure = (numbers(n, table.column(n)) for n in ("Airspeed", "DiffPress"))
         flown = (speed > 0.0) & (pressure > 0.0)
-        low, ratio, high = (
-            np.quantile(speed[flown] ** 2 / pressure[flown], (0.25, 0.5, 0.75))
-            if flown.any()
-            else (0.0, 0.0, 0.0)
-        )
+        ratios = speed[flown] ** 2 / pressure[flown]
+        ratio = float(np.median(ratios)) if flown.any() else 0.0
         # Both are noisy, and the airspeed is smoothed; but one that is not of this pressure, as of
         # another sensor, is in no proportion to it.
-        if high - low < _IN_PROPORTION * ratio:
+        if ratio and np.median(np.abs(ratios - ratio)) < _IN_PROPORTION * ratio:
             used["ARSPD_RATIO"] = float(f"{ratio:.4g}")
     return used
 

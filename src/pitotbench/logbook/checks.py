@@ -37,7 +37,15 @@ def flights_in(log: FlightLog) -> list[FlightLog]:
 
 
 # What names the airplane: entries of a header, and words in the first lines of a recorder.
-_AIRPLANE = ("airframe_name", "aircraft_ident", "aircraft", "airplane", "glider", "registration", "tail")
+_AIRPLANE = (
+    "airframe_name",
+    "aircraft_ident",
+    "aircraft",
+    "airplane",
+    "glider",
+    "registration",
+    "tail",
+)
 _NAMED = re.compile(rf"\b({'|'.join(_AIRPLANE)})\s*[=:]\s*\"?([^\",]+)")
 
 
@@ -247,7 +255,7 @@ def _steps_out(draft: Draft, names: list[str]) -> Array:
 def _turned(
     draft: Draft, names: list[str], first: NDArray[np.intp], last: NDArray[np.intp]
 ) -> Booleans:
-    """Return whether the airplane turned between first and last rows, (k,), of a ground velocity."""
+    """Return whether the airplane turned between first and last rows of a velocity, (k,)."""
     heading = draft.channels.get("heading")
     if heading is None or "velocity_north" not in names:
         return np.zeros(len(first), dtype=np.bool_)

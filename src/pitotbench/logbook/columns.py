@@ -233,7 +233,7 @@ _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitc
 
 
 def impossible(quantity: Channel, values: Array) -> Booleans:
-    """Return where values [SI], (n,), of a quantity are beyond anything that an airplane measures."""
+    """Return where values [SI] of a quantity, (n,), are beyond what any airplane measures."""
     bad = np.abs(values) > _BEYOND * quantity.high
     return bad | (values < quantity.low / _BEYOND) if quantity.low > 0.0 else bad
 

@@ -105,10 +105,10 @@ _MAGIC, _TEXT = b"\xa3\x95", b"FMT,"  # begins every message, and a log of messa
 
 
 def read_messages(path: Path, topics: Sequence[str]) -> Topics:
-    """Return the tables of some kinds of message, or of all for none, and the parameters of the log;
-    kinds that the log lacks are left out.
+    """Return the tables of some kinds of message, or of all for none, and the log's parameters.
 
-    Of a message that several sensors send, only the first sensor's are kept. Values are in the units
+    Kinds that the log lacks are left out. Of a message that several sensors send, only the first
+    sensor's are kept. Values are in the units
     that the log states for its fields (a latitude in degrees, not in 1e-7 of them). Raises
     BadInputError where pymavlink is not installed or the file is not a DataFlash log.
     """
@@ -195,8 +195,8 @@ def _damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
 
 
 def read_topics(path: Path, topics: Sequence[str]) -> Topics:
-    """Return the tables of some topics, or of all for none, and the parameters of the log; topics
-    that the log lacks are left out.
+    """Return the tables of some topics, or of all for none, and the log's parameters; topics that
+    the log lacks are left out.
 
     Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
     Raises BadInputError where pyulog is not installed or the file is not a ULog.
@@ -391,9 +391,9 @@ def read_mat(path: Path) -> Table:
         variables = {_IDENTIFICATION: variables[_IDENTIFICATION]}
     found: dict[str, tuple[Column, str]] = {}
     for name, value in variables.items():
-        columns = _columns_of(name, value)
-        found |= columns
-        if not columns and not isinstance(value, dict):
+        own = _columns_of(name, value)
+        found |= own
+        if not own and not isinstance(value, dict):
             warnings.append(f"variable {name!r} is left out: its cells are no numbers or texts")
     if warnings and not found:
         raise BadInputError(f"{'; '.join(warnings)}; save each channel as a vector of numbers")

@@ -137,7 +137,7 @@ def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -
             problems.append(
                 f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}"
             )
-    except TypeError as error:  # a date, which TOML knows and JSON does not
+    except TypeError:  # a date, which TOML knows and JSON does not
         problems.append("a value is neither number, text, boolean, list nor table: a date or time")
     return None
 

@@ -533,7 +533,8 @@ def _security(distributed: Any, address: str, file: Path | None) -> Any:
         )
         security.get_connection_args("client")  # reads the files
     except (OSError, ValueError, KeyError, TypeError) as error:
+        why = f": {error.strerror}" if isinstance(error, OSError) and error.strerror else ""
         raise BadInputError(
-            f"{file}: it must be a TOML file with the paths ca, cert and key of readable files"
+            f"{file}: not a TOML file with the paths ca, cert and key of readable files{why}"
         ) from error
     return security

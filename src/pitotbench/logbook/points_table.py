@@ -69,14 +69,6 @@ _OF_TOWER = {
     "tower_temperature": "temperature",
 }
 
-# The quantities of a tower have the ranges of those of the air [channels of a log]. A track that
-# cannot be is a slip, which the reduction looks for.
-_LIKE = {
-    "grid_height": "altitude",
-    "tower_pressure": "static_pressure",
-    "tower_temperature": "air_temperature",
-}
-
 _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 
@@ -155,8 +147,9 @@ def _rows(
         raise BadInputError(
             f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg"
         )
-    for name in quantities:
-        bad = impossible(QUANTITIES[_LIKE.get(name, name)], values[name]) & (name != "track")
+    # A track that cannot be is a slip. The reduction judges that, and the numbers of a tower.
+    for name in [n for n in quantities if n in QUANTITIES and n != "track"]:
+        bad = impossible(QUANTITIES[name], values[name])
         if bad.any():
             number = float(from_si(values[name][bad][0], suffixes[name]))
             raise BadInputError(

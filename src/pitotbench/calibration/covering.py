@@ -560,10 +560,13 @@ def _path(
 
 
 def _settled(before: WindPath | None, path: WindPath | None) -> bool:
-    """Whether another path of the wind would hardly change the problem."""
+    """Whether another path of the wind would hardly change the problem.
+
+    The path before may be that of other rows, as before a faulty one was left out.
+    """
     if path is None:
         return True
-    moved = path.wind if before is None else path.wind - before.wind
+    moved = path.wind if before is None else path.wind - before.at(path.time)
     return float(np.sqrt(np.mean(moved**2))) < _SAME_PATH
 
 

@@ -21,6 +21,7 @@ from pitotbench.calibration.covering import (
     Structure,
     acceleration_effect,
     approach,
+    drift_of,
     posterior_of,
 )
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
@@ -323,6 +324,7 @@ class Reduction:
     assumptions: tuple[Assumption, ...] = ()
     winds: tuple[WindowWind, ...] = ()
     path: WindPath | None = None
+    drift: WindPath | None = None
     parts: tuple[tuple[float, float], ...] = ()
     log_start: float = 0.0
     left_out: tuple[str, ...] = ()
@@ -534,6 +536,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         altitude=structure.altitude,
         winds=fit.winds,
         path=fit.path,
+        drift=drift_of(structure, obs, fit, answer.mean),
     )
 
 

@@ -55,8 +55,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     if airspeeds is None:
         airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
-    flown = obs if reduction.path is None else reduction.path.taken_from(obs)
-    residuals = _residuals(model, flown, answer.mean[: model.count])
+    residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
     drawn = _curve(curve, white, answer, reduction.nuisances)
     return Calibration(
@@ -303,10 +302,21 @@ def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -
     )
 
 
-def _residuals(model: PredictionModel, obs: Observations, theta: Array) -> Residuals:
-    prediction = model.predict(theta, obs)
+def residuals_of(reduction: Reduction) -> Residuals:
+    """Return what is left of each sample by the answer of a reduction with all of its unknowns.
+
+    A zero offset and the other constant errors found are part of the prediction, as they are of the
+    correction and of the wind. Gusts across the path lengthen the airspeed by σ²/V on average.
+    """
+    model, drift, values = reduction.model, reduction.drift, reduction.answer.mean
+    obs = reduction.observations if drift is None else drift.taken_from(reduction.observations)
+    prediction, gusts = model.predict(values[: model.count], obs), reduction.diagnostics.gusts
+    moved = (0.0 if gusts is None else gusts.deviation**2) / prediction.true_airspeed
+    for nuisance, value in zip(reduction.nuisances, values[model.count :], strict=True):
+        moved += value * nuisance.column(prediction, obs)
+    predicted = np.maximum(prediction.indicated + prediction.slope * moved, 0.0)
     indicated = air.calibrated_airspeed(obs.impact_pressure)
-    airspeed = indicated - air.calibrated_airspeed(prediction.indicated)
+    airspeed = indicated - air.calibrated_airspeed(predicted)
     return Residuals(time=obs.time, indicated_airspeed=indicated, airspeed=airspeed, used=obs.used)
 
 

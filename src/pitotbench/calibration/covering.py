@@ -566,17 +566,12 @@ def _process(
     return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen))
 
 
-def drift_of(
-    structure: Structure, obs: Observations, fit: CoveringFit, answer: Array
-) -> WindPath | None:
-    """Return the slow process of the wind with what its level differs from that of an answer
-    (p + m,); None for a wind that does not drift.
+def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: Array) -> WindPath:
+    """Return the slow part of a drifting wind, less the wind of an answer (p + m,).
 
     It is the estimate for the answer's curve and constants, under the most likely noise, and smooth:
     one that follows each gust would leave no residual.
     """
-    if not structure.drifting:
-        return None
     count, first = structure.model.count, structure.model.error_count
     blocks, phi = divide(obs, block_length(obs)), max(fit.nodes, key=lambda n: n.weight).noise
     problem = linearized(structure, obs, answer, fit.gust_deviation, fit.path)

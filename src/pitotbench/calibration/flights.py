@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,13 @@ from pitotbench.calibration.reduction import Reduction, reduce_log, reference_of
 from pitotbench.calibration.result import assemble
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.calibration import (
+    CalibratedFlight,
+    Calibration,
+    Estimate,
+    Residuals,
+    WindEstimate,
+)
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
@@ -226,6 +232,47 @@ def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> lis
     # The band comes from random draws of all unknowns, of which each flight has its own.
     band = found[0].curve.simultaneous_two_sigma
     return [replace(each, curve=replace(each.curve, simultaneous_two_sigma=band)) for each in found]
+
+
+def of_one_log(log: FlightLog, flights: Sequence[Calibration]) -> Calibration:
+    """Return the flights of one log, which share their curve, as one calibration of the log.
+
+    It has the winds, the parts and the residuals of all, and the mean of their winds. Raises
+    BadInputError where each has a curve of its own.
+    """
+    first, *others = flights
+    if not others:
+        return first
+    if any(np.any(each.curve.correction != first.curve.correction) for each in others):
+        raise BadInputError(
+            f"auto gives each of the {len(flights)} flights of this log its own curve: name a "
+            "model, or calibrate the flights one by one"
+        )
+    found = [each.known_wind for each in flights]
+
+    def mean(axis: str) -> Estimate:
+        parts: list[Estimate] = [getattr(wind, axis) for wind in found]
+        bound = float(np.linalg.norm([part.two_sigma for part in parts])) / len(parts)
+        return Estimate(axis, float(np.mean([part.value for part in parts])), bound)
+
+    def every(name: str) -> tuple[Any, ...]:
+        return tuple({item: 0 for each in flights for item in getattr(each, name)})
+
+    time, indicated, airspeed = (
+        np.concatenate([getattr(each.residuals, name) for each in flights])
+        for name in ("time", "indicated_airspeed", "airspeed")
+    )
+    told = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
+    lists: dict[str, Any] = {name: every(name) for name in told}
+    return replace(
+        first,
+        wind=WindEstimate(mean("north"), mean("east")),
+        residual_two_sigma=2.0 * float(np.std(airspeed)),
+        residuals=Residuals(time, indicated, airspeed, np.isin(log.time, time)),
+        samples=sum(each.samples for each in flights),
+        mach=max(each.mach for each in flights),
+        **lists,
+    )
 
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:

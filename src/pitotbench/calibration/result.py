@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.covering import Posterior, Structure, drift_of
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
-from pitotbench.calibration.observations import Observations, observe, spans
+from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of, assumptions_of
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
@@ -164,9 +164,9 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         warnings=(*log.cautions, Caution(words, "one heading")),
         error_location=STATIC,
         assumptions=assumptions_of(options.accuracies, log.header),
-        parts=spans(log.time, obs.parts.rows),
-        log_start=float(log.time[0]),
-        left_out=obs.parts.reasons,
+        parts=spans(log.time, obs.usable.rows),
+        log_start=log.start,
+        left_out=obs.usable.reasons,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
 
@@ -260,7 +260,13 @@ def with_altitude(
     correction, bound = of.altitude(k, pressure), answer.two_sigma(gradient)
     if assumed:
         bound = np.hypot(bound, correction)
-    return replace(curve, altitude_correction=correction, altitude_two_sigma=bound)
+    return replace(
+        curve,
+        altitude_correction=correction,
+        altitude_two_sigma=bound,
+        altitude_assumed=assumed,
+        highest=float(air.pressure_altitude(np.min(obs.static_pressure))),
+    )
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
@@ -308,8 +314,10 @@ def residuals_of(reduction: Reduction) -> Residuals:
     A zero offset and the other constant errors found are part of the prediction, as they are of the
     correction and of the wind. Gusts across the path lengthen the airspeed by σ²/V on average.
     """
-    model, drift, values = reduction.model, reduction.drift, reduction.answer.mean
-    obs = reduction.observations if drift is None else drift.taken_from(reduction.observations)
+    model, obs, values = reduction.model, reduction.observations, reduction.answer.mean
+    if reduction.fit is not None and wind_drifts(reduction.options, obs):
+        structure = Structure(model, reduction.nuisances, True, reduction.altitude)
+        obs = drift_of(structure, obs, reduction.fit, values).taken_from(obs)
     prediction, gusts = model.predict(values[: model.count], obs), reduction.diagnostics.gusts
     moved = (0.0 if gusts is None else gusts.deviation**2) / prediction.true_airspeed
     for nuisance, value in zip(reduction.nuisances, values[model.count :], strict=True):

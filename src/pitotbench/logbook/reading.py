@@ -4,12 +4,19 @@ from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
-from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings, require_regular
+from pitotbench.logbook.columns import (
+    CALIBRATE,
+    MAPPING,
+    WARNINGS,
+    Table,
+    earlier_warnings,
+    require_regular,
+)
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import TOPIC_READERS, reader_of
 from pitotbench.logbook.joining import read_mapped, rename
-from pitotbench.logbook.mapping import find_mapping, recognized
+from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -28,7 +35,11 @@ def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        return log_of(table_of(source) if named is None else read_mapped(source, named, read_table))
+        return log_of(
+            table_of(source)
+            if named is None
+            else _advised(read_mapped(source, named, read_table), named)
+        )
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
 
@@ -41,16 +52,28 @@ def table_of(path: Path) -> Table:
     """
     if path.suffix.lower() in TOPIC_READERS:
         name = TOPIC_READERS[path.suffix.lower()].mapping
-        table = read_mapped(path, find_mapping(name), read_table)
+        table = _advised(read_mapped(path, find_mapping(name), read_table), find_mapping(name))
     else:
         table = read_table(path)
         found = recognized(table.names)
         if found is None:
             return table
-        name, table = found, rename(table, find_mapping(found).files[0])
+        name, table = found, mapped(table, found)
     title = find_mapping(name).title
     note = f"recognized as {title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
+
+
+def mapped(table: Table, mapping: Path | str) -> Table:
+    """Return a table under our column names by a mapping of one file. Raises as `read_log` does."""
+    named = find_mapping(mapping)
+    return _advised(rename(table, named.files[0]), named)
+
+
+def _advised(table: Table, mapping: Mapping) -> Table:
+    """The table with the choices of its mapping for a calibration, which go with the log."""
+    advice = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
+    return replace(table, header={**table.header, **advice})
 
 
 def needs_mapping(path: Path) -> str:

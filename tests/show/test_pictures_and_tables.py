@@ -55,7 +55,9 @@ def point():
 
 
 def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
-    assert "four-leg, ±2σ" in _words(curve_panels({"inverse+": replace(result, points=(point,))}, None))
+    assert "four-leg, ±2σ" in _words(
+        curve_panels({"inverse+": replace(result, points=(point,))}, None)
+    )
     assert "four-leg" not in _words(curve_panels({"inverse+": result}, None))
     assert "four-leg" in log_section("a.csv", log, replace(result, points=(point,))).html
     (plain,) = points_json([point])

@@ -110,7 +110,7 @@ def calibrate(
     read = logs_of(logs, "calibrate", mapping)
     flights = calibrate_each(read, options, mapping, sources_of("log", logs, read), **choices)
     found = tuple(
-        of_one_log(log, [each.calibration for each in flights if each.place == place])
+        of_one_log(log, [each for each in flights if each.place == place])
         for place, log in enumerate(read)
     )
     return found if isinstance(logs, list | tuple) else found[0]

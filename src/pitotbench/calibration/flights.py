@@ -234,16 +234,17 @@ def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> lis
     return [replace(each, curve=replace(each.curve, simultaneous_two_sigma=band)) for each in found]
 
 
-def of_one_log(log: FlightLog, flights: Sequence[Calibration]) -> Calibration:
+def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
     """Return the flights of one log, which share their curve, as one calibration of the log.
 
     It has the winds, the parts and the residuals of all, and the mean of their winds. Raises
     BadInputError where each has a curve of its own.
     """
-    first, *others = flights
-    if not others:
+    flights = [each.calibration for each in cut]
+    first = flights[0]
+    if len(flights) == 1:
         return first
-    if any(np.any(each.curve.correction != first.curve.correction) for each in others):
+    if cut[0].joined == 1:
         raise BadInputError(
             f"auto gives each of the {len(flights)} flights of this log its own curve: name a "
             "model, or calibrate the flights one by one"

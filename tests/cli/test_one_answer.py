@@ -35,7 +35,7 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.show import curves
-from pitotbench.show.calibration import calibration_json
+from pitotbench.show.calibration import calibration_json, doubts_of
 from pitotbench.show.inspection import inspection_json
 from pitotbench.show.takehome import table_text
 from pitotbench.units import KNOT
@@ -253,8 +253,6 @@ def test_what_is_asked_for_in_print_changes_no_finding(doubtful):
 def test_whatever_leaves_as_an_answer_carries_its_doubts(doubtful, tmp_path):
     plain, _, written, found = doubtful
     doubt = plain.splitlines()[1]
-    from pitotbench.show.calibration import doubts_of
-
     curve, doubts = {"": found.curve}, {"": doubts_of(found)}
     texts = {
         "sheet": written["--table"].read_text(encoding="utf-8"),

@@ -43,9 +43,9 @@ class PlanRequest:
     of the calibration. An error of the static source narrows the bound as far as the system's
     height shows it. A base that states no curve has the usual one at the speeds of its aircraft.
     `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged, by default
-    that of the aircraft's cards. `minutes` is the time available, `want` [m/s] the wanted 2σ, and `box` [m] the side of
-    the airspace; each is None where it does not matter. `draws` is the number of draws of gusts and
-    sensor noise for each maneuver.
+    that of the aircraft's cards. `minutes` is the time available, `want` [m/s] the wanted 2σ, and
+    `box` [m] the side of the airspace; each is None where it does not matter. `draws` is the number
+    of draws of gusts and sensor noise for each maneuver.
 
     Raises BadInputError or UnknownNameError for a request that makes no sense.
     """
@@ -466,8 +466,8 @@ def plan(
     its card.
 
     A case stands for the request of what it expects, with its own data system. The search for a
-    better card uses `search_flights` simulated flights, none where it is 0. `step` is called after each maneuver and each flight of
-    the search. Raises NoAnswerError where no maneuver of the request can be flown.
+    better card uses `search_flights` simulated flights, none where it is 0. `step` is called after
+    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver of the request can be flown.
     """
     if isinstance(request, Case):
         request = PlanRequest(request, request.das)

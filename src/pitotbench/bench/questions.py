@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 OneLog = Union[FlightLog, str, Path, "DataFrame"]
 
 
-# What nobody stated, neither the user nor a mapping: of the functions below, and so of the commands,
-# which call them. `CalibrationOptions()` alone has the choices of the published figures.
+# What neither the user nor a mapping stated: of the functions below, and so of the commands, which
+# call them. `CalibrationOptions()` alone has the choices of the published figures.
 DEFAULTS = {"latency": "checked", "wind": "checked"}
 
 
@@ -97,12 +97,12 @@ def calibrate(
     them.
 
     The answer is that of `pitotbench calibrate`. Parameters: logs, of one airplane; options, or its
-    fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named
-    comes from the mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped
-    name or a TOML file, for logs with other column names. A list has one curve, and a Calibration
-    with its own wind for each log. Several flights of one log have one curve, and their winds in
-    `winds`. SI units, each number with 2σ. Raises BadInputError for what cannot be used,
-    NoAnswerError for a log that does not determine the answer.
+    fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
+    mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a TOML
+    file, for logs with other column names. A list has one curve, and a Calibration with its own wind
+    for each log. Several flights of one log have one curve, and their winds in `winds`. SI units,
+    each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
+    does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """
     from pitotbench.calibration.flights import of_one_log
@@ -240,14 +240,15 @@ def reconcile(
         flat: list[Any] = _flat(given)
         bare = [each.log if isinstance(each, NamedLog) else each for each in flat]
         logs = logs_of(bare, "reconcile", mapping)
-        found = []
-        for number, (each, log) in enumerate(zip(flat, logs, strict=True), start=1):
-            name = f"{memory} {number}" if len(flat) > 1 else memory
-            name = Path(each).name if isinstance(each, str | Path) else name
-            found.append(each if isinstance(each, NamedLog) else NamedLog(name, log))
+        found = [
+            each
+            if isinstance(each, NamedLog)
+            else NamedLog(Path(each).name if isinstance(each, str | Path) else f"{memory} {n}", log)
+            for n, (each, log) in enumerate(zip(flat, logs, strict=True), start=1)
+        ]
         return found, sources_of(role, bare, logs)
 
-    measured, sources = read(logs, "log", "measured log")
+    measured, sources = read(logs, "log", "flight")
     held, others = ([], []) if holdout is None else read(holdout, "held-out log", "held-out log")
     made = provenance_of([*sources, *others, *model_sources(aircraft)], [])
     every = [each.log for each in (*measured, *held)]

@@ -569,8 +569,8 @@ def _process(
 def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: Array) -> WindPath:
     """Return the slow part of a drifting wind, less the wind of an answer (p + m,).
 
-    It is the estimate for the answer's curve and constants, under the most likely noise, and smooth:
-    one that follows each gust would leave no residual.
+    It is the estimate for the answer's curve and constants, under the most likely noise. It is
+    smooth: one that follows each gust would leave no residual.
     """
     count, first = structure.model.count, structure.model.error_count
     blocks, phi = divide(obs, block_length(obs)), max(fit.nodes, key=lambda n: n.weight).noise

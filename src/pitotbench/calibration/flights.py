@@ -51,21 +51,9 @@ class _Information:
     place: NDArray[np.intp]
 
 
-def reduce_together(
-    logs: Sequence[FlightLog], options: CalibrationOptions
-) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all
-    logs cover.
-
-    Raises as `reduction.reduce_log` does.
-    """
-    reference = reference_of([observe(log, options) for log in logs])
-    return join([reduce_log(log, options, reference) for log in logs])
-
-
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Give each of several reductions with one reference pressure the joint answer, as
-    `reduce_together` does.
+    """Give each of several reductions with one reference pressure the joint answer, with the
+    indicated airspeeds [m/s] that all cover.
     """
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
     airspeeds = curve_airspeeds(np.concatenate(indicated))

@@ -399,8 +399,8 @@ class Calibration(Shown):
     other rows were not.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
     number used.
-    `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None for another
-    log.
+    `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
+    for another log.
     `provenance`: the files and the choices behind the answer, where who asked for it told them.
     """
 

@@ -96,7 +96,7 @@ class FlightLog(Shown, Recorded):
 
     @property
     def start(self) -> float:
-        """The time [s] from which the minutes of the log count: that of the first row of the whole."""
+        """The time [s] of the first row of the whole, from which the minutes of the log count."""
         first, start = float(self.time[0]), self.header.get(START)
         return float(start) if isinstance(start, int | float) and start <= first else first
 

@@ -134,6 +134,14 @@ LATENCIES = ("given", "checked", "estimated")
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit
 
 
+class Unstated(str):
+    """A choice that nobody stated, such as that of the published figures: it equals its text, and
+    gives way to what a mapping advises and to the defaults of who asks.
+    """
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
@@ -173,9 +181,9 @@ class CalibrationOptions:
     ground_speed_min: float = 0.0
     wind_down: bool = False
     recovery_factor: float = 1.0
-    wind: str = "constant"
+    wind: str = Unstated("constant")
     gps_latency: float = 0.0
-    latency: str = "given"
+    latency: str = Unstated("given")
     robust: bool = True
     accuracies: Stated = None
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
-    mapping_advice,
     read_logs,
     require_page,
     say,
@@ -87,17 +86,15 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _logs(options: argparse.Namespace) -> None:
-    from pitotbench.calibration import calibrate_flights
-    from pitotbench.calibration.options import options_from
+    from pitotbench.bench.questions import calibrate_each
 
     paths = [options.first, options.second]
     named = {} if options.model is None else {"model": options.model}
     curves = []
     for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
-        advised = mapping_advice(options, [log])
-        stated = {**named, **stated_accuracies(options, advised)}
-        choice = options_from({"latency": "checked", "wind": "checked", **advised, **stated})
-        curves.append((path.stem, calibrate_flights([log], choice)[0].calibration.curve))
+        choices = {**named, **stated_accuracies(options)}
+        flight, *_ = calibrate_each([log], None, options.mapping, **choices)
+        curves.append((path.stem, flight.calibration.curve))
     _tell(curves, options)
 
 

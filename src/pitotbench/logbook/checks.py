@@ -33,7 +33,7 @@ def flights_in(log: FlightLog) -> list[FlightLog]:
     parts = stretches(log.time, flight_breaks(log.time))
     if len(parts) == 1:
         return [log]
-    return [log.select(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
+    return [log.part(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
 
 
 # What names the airplane: entries of a header, and words in the first lines of a recorder.

@@ -244,6 +244,7 @@ _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
 _TOML_LINE = re.compile(
     r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE
 )  # a table, or an entry of one
+CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the log's mapping advises
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin

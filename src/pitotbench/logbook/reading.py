@@ -1,11 +1,11 @@
 """Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
 from pitotbench.logbook.columns import (
+    CALIBRATE,
     MAPPING,
     PARAMETERS,
     WARNINGS,
@@ -17,7 +17,7 @@ from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import TOPIC_READERS, reader_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
-from pitotbench.logbook.mapping import find_mapping, recognized
+from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -25,7 +25,7 @@ from pitotbench.records.log import FlightLog
 def read_log(
     path: Path | str,
     mapping: Path | str | None = None,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Parameters | None = None,
 ) -> FlightLog:
     """Read a flight log from a file.
 
@@ -45,7 +45,7 @@ def read_log(
         return log_of(
             table_of(source, stated)
             if named is None
-            else read_mapped(source, named, read_table, stated)
+            else _advised(read_mapped(source, named, read_table, stated), named)
         )
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
@@ -60,7 +60,8 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
     """
     if path.suffix.lower() in TOPIC_READERS:
         name = TOPIC_READERS[path.suffix.lower()].mapping
-        table = read_mapped(path, find_mapping(name), read_table, stated)
+        known = find_mapping(name)
+        table = _advised(read_mapped(path, known, read_table, stated), known)
     else:
         table = read_table(path)
         if stated:
@@ -68,10 +69,22 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
         found = recognized(table.names)
         if found is None:
             return table
-        name, table = found, rename(table, find_mapping(found).files[0])
+        name, table = found, mapped(table, found)
     title = find_mapping(name).title
     note = f"recognized as {title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
+
+
+def mapped(table: Table, mapping: Path | str) -> Table:
+    """Return a table under our column names by a mapping of one file. Raises as `read_log` does."""
+    named = find_mapping(mapping)
+    return _advised(rename(table, named.files[0]), named)
+
+
+def _advised(table: Table, mapping: Mapping) -> Table:
+    """The table with the choices of its mapping for a calibration, which go with the log."""
+    advice = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
+    return replace(table, header={**table.header, **advice})
 
 
 def needs_mapping(path: Path) -> str:

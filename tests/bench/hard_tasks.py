@@ -46,7 +46,10 @@ def stored(task, result):
 
     failed = isinstance(result, Failure)
     state = "done" if not failed else "quarantined" if result.quarantined else "failed"
-    document = {"name": task.key, "state": state, "case": task.deed}
+    document = {"name": task.key, "state": state, "case": task.deed, "columns": {}, "das": []}
+    document |= {"calibrations": [], "rows": [], "sections": [], "keep_logs": "none"}
+    made = {"code": "", "aircraft": "", "versions": {}, "host": "", "cpu_s": 0.0, "wall_s": 0.0}
+    document |= {"log_format": "", "drawn": False, "made": made}
     return document | {
         "failures": [f"{task.key}: {result.reason}"] if failed else [],
         "trace": getattr(result, "trace", ""),

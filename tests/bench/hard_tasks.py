@@ -29,6 +29,10 @@ def act(task: Stub) -> str:
     if name == "crash-once" and not Path(task.notes, "crashed").exists():
         Path(task.notes, "crashed").touch()
         os._exit(7)
+    if name == "lose" or (name == "lose-once" and not Path(task.notes, "lost").exists()):
+        if task.notes:
+            Path(task.notes, "lost").touch()
+        raise FileNotFoundError(2, "No such file or directory", "/gone")
     if name == "exit":
         os._exit(1)
     if name in ("hang", "sleep"):

@@ -143,9 +143,9 @@ def test_what_the_machine_fails_is_performed_again_and_is_no_result(store, tmp_p
     assert told == "cc: /gone: No such file or directory; the same command flies it again"
     assert [*store.keys()] == ["aa", "bb"]
     assert (watch.flown, sum(watch.reasons.values())) == (2, 1)
-    with store, pytest.raises(FleetLostError, match="no worker can work: /gone: No such file"):
-        many = [Stub("bb"), *(Stub(f"{n:02d}", "lose") for n in range(20))]
-        fly_missing(many, act, stored, store, Fleet(), watch)
+    many = [Stub("bb"), *(Stub(f"{n:02d}", "lose") for n in range(20))]
+    with pytest.raises(FleetLostError, match="no worker can work: /gone: No such file"):
+        perform(store, many)
 
 
 def test_a_second_driver_is_refused_and_told_who_writes(store):

@@ -222,7 +222,9 @@ class CampaignPlan:
         nothing.
         """
         if not 0 < self.count < _TOO_MANY:
-            raise BadInputError(f"the plan holds {'too many flights' if self.count else 'no flight'}")
+            raise BadInputError(
+                f"the plan holds {'too many flights' if self.count else 'no flight'}"
+            )
         middle = self.draws.middle() if self.draws else {}
         first = {name: values[0] for name, values in self.grid.items()}
         trials = [{**row, **first, **middle} for row in self.rows]

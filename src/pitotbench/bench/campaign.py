@@ -305,20 +305,18 @@ def fly_missing(
     for task, result in fleet.stream(work, missing()):
         document, files = stored(task, result)
         if isinstance(result, Failure) and result.kind is MachineError:
-            watch.reasons[_short(result, document)] += 1
+            watch.reasons[_short(document)] += 1
             open_ones += [
                 f"{each}; the same command flies it again" for each in document["failures"]
             ]
             continue
         store.put(task.key, document, files)
-        watch.fly(_short(result, document))
+        watch.fly(_short(document))
     return tuple(open_ones)
 
 
-def _short(result: object, document: Mapping[str, Any]) -> str:
+def _short(document: Mapping[str, Any]) -> str:
     """Return the reason of a failure in a few words, so that equal reasons can be counted."""
-    if isinstance(result, Failure):
-        return result.reason.partition(":")[0][:60]
     failures = document.get("failures") or [""]
     return str(failures[0]).partition(": ")[2].partition(":")[0].partition(" (")[0][:60]
 
@@ -499,11 +497,8 @@ class _Campaign:
         folder = self.request.out
         found = gather(folder, store, self.tasks(), self.plan.varied)
         failures = (*not_stored, *found.failures)
-        if found.failed > len(found.failures):
-            failures += (
-                f"and {found.failed - len(found.failures):,} more: pitotbench results {folder} --state "
-                "failed",
-            )
+        if (more := found.failed - len(found.failures)) > 0:
+            failures += (f"and {more:,} more: pitotbench results {folder} --state failed",)
         if not found.rows:
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
         if self.request.keep_logs != "none":

@@ -7,6 +7,7 @@ from itertools import product
 from math import exp, log, prod
 from pathlib import Path
 from statistics import NormalDist
+from sys import float_info, maxsize
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,6 @@ from pitotbench.simulation.sortie import card_of
 METHODS = ("random", "latin_hypercube")
 _SPREADS = {"uniform": {"low", "high"}, "normal": {"mean", "sd"}, "choice": {"choose"}}
 _EXTRAS = {"log", "whole"}
-_TOO_MANY = 10**12  # flights
-_LARGEST = 1e300  # of a number in a spread: a whole number may have thousands of digits
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +105,8 @@ def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
         good = isinstance(spread["choose"], list) and len(spread["choose"]) > 0
     else:
         good = all(
-            isinstance(spread[key], int | float) and abs(spread[key]) < _LARGEST for key in stated
+            isinstance(spread[key], int | float) and abs(spread[key]) <= float_info.max
+            for key in stated
         )
         if good and "low" in stated:
             good = spread["low"] <= spread["high"] and not (
@@ -221,7 +221,7 @@ class CampaignPlan:
         """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly
         nothing.
         """
-        if not 0 < self.count < _TOO_MANY:
+        if not 0 < self.count <= maxsize:
             raise BadInputError(
                 f"the plan holds {'too many flights' if self.count else 'no flight'}"
             )

@@ -21,7 +21,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ClassVar
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, create_model
 
 from pitotbench.bench.campaign_task import SCHEMA, Row, Task, TaskOutcome, host_class
 from pitotbench.bench.digests import aircraft_digest, code_digest
@@ -78,8 +78,8 @@ class ResultStore:
                     f"{self.folder} belongs to another campaign that runs now: {self.owner()}"
                 ) from error
             raise StoreError(
-                f"{self.folder / LOCK}: cannot be locked: {error}; delete it, no result is in it, or "
-                "choose another --out"
+                f"{self.folder / LOCK}: cannot be locked: {error}; delete it, it holds no result, "
+                "or choose another --out"
             ) from error
         self._held[self.folder] = lock
         owner = {"host": socket.gethostname(), "process": os.getpid(), "since": time.time()}
@@ -129,12 +129,12 @@ class ResultStore:
         if begin < 0 or text[begin:] != _seal(text[:begin]):  # a damaged part is not even parsed
             return None
         try:
-            part = _parts().validate_json(text, strict=True)
+            _parts().validate_json(text, strict=True)
             document: Document = json.loads(text)
         except (ValueError, RecursionError):  # sealed by another hand
             return None
         del document["checksum"]
-        return document if (part.key, part.schema) == (key, SCHEMA) else None
+        return document if (document.get("key"), document.get("schema")) == (key, SCHEMA) else None
 
     def put(self, key: str, document: Mapping[str, Any], logs: Mapping[str, bytes]) -> None:
         """Keep a result: its logs first, then its part, so that a part never names a log that is
@@ -178,38 +178,17 @@ class ResultStore:
             ) from error
 
 
-@dataclass(frozen=True, slots=True)
-class _Made:
-    """What made a result: the digests of code and aircraft, versions, the machine, seconds."""
-
-    code: str
-    aircraft: str
-    versions: dict[str, str]
-    host: str
-    cpu_s: float
-    wall_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """The shape of a part."""
-
-    key: str
-    schema: int
-    name: str
-    state: str
-    case: str
-    columns: dict[str, Any]
-    das: tuple[DataSystem, ...]
-    calibrations: tuple[tuple[str, dict[str, Any]], ...]
-    rows: tuple[Row, ...]
-    sections: tuple[Section, ...]
-    failures: tuple[str, ...]
-    keep_logs: str
-    log_format: str
-    drawn: bool
-    logs: tuple[str, ...]
-    made: _Made
+# The shape of a part: its fields with their types, and those of what made it.
+_MADE: Mapping[str, Any] = {
+    **dict.fromkeys(("code", "aircraft", "host"), str),
+    **{"versions": dict[str, str], "cpu_s": float, "wall_s": float},
+}
+_SHAPE: Mapping[str, Any] = {
+    **dict.fromkeys(("name", "state", "case", "keep_logs", "log_format"), str),
+    **{"drawn": bool, "columns": dict[str, Any]},
+    **{"das": list[DataSystem], "calibrations": list[tuple[str, dict[str, Any]]]},
+    **{"rows": list[Row], "sections": list[Section], "failures": list[str], "logs": list[str]},
+}
 
 
 def _seal(text: bytes) -> bytes:
@@ -322,8 +301,13 @@ def _default_columns() -> dict[str, Any]:
 
 
 @cache
-def _parts() -> TypeAdapter[_Part]:
-    return TypeAdapter(_Part)
+def _parts() -> TypeAdapter[Any]:
+    made, part = (_fields(of) for of in (_MADE, _SHAPE))
+    return TypeAdapter(create_model("Part", made=(create_model("Made", **made), ...), **part))
+
+
+def _fields(shape: Mapping[str, Any]) -> Any:
+    return {name: (kind, ...) for name, kind in shape.items()}
 
 
 @cache

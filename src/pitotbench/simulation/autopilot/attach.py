@@ -91,9 +91,7 @@ def take_in(file: Path, folder: Path) -> Path:
     taking = _Taking(file.resolve().parent)
     root = taking.read(file.resolve())
     if root.tag != "fdm_config":
-        raise BadInputError(
-            f"{file.name}: not an aircraft of JSBSim: its root is <{_short(root.tag)}>"
-        )
+        raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{root.tag:.60}>")
     for part in (folder / "Engines", folder / "Systems"):
         part.mkdir(parents=True)
     for element in [e for e in root if e.tag in CLOSED]:
@@ -172,8 +170,7 @@ class _Taking:
         name = name.strip()
         if not NAME.fullmatch(name) or ".." in name:
             raise BadInputError(
-                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no "
-                "path"
+                f"the aircraft names the file {name[:60]!r}: a plain file name is allowed, no path"
             )
         name = name if name.endswith(".xml") else f"{name}.xml"
         for place in places:
@@ -217,10 +214,6 @@ class _Builder(ET.TreeBuilder):
 
 def _write(root: ET.Element, file: Path) -> None:
     ET.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 # Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot.

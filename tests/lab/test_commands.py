@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -11,6 +12,9 @@ import pytest
 
 import pitotlab
 from pitotlab.__main__ import COMMANDS, main
+from pitotlab.speed import ratios
+from pitotlab.speed.commands import Line
+from pitotlab.tables import FIGURES, write_figures
 
 FOLDER = Path(pitotlab.__file__).parent
 SCRIPTS = FOLDER.parents[1] / "scripts"
@@ -40,6 +44,37 @@ def test_an_unknown_measurement_is_refused_with_the_names(capsys):
     assert main(["nothing"]) == 2
     assert "blind score" in capsys.readouterr().out
     assert main([]) == 0
+
+
+def test_a_limit_that_is_exceeded_is_printed_and_ends_with_1(monkeypatch, capsys):
+    lines = [Line("a fit", 1.8, "", 1.0, "of a log"), Line("a flight", 1.2, "", 1.25)]
+    monkeypatch.setitem(ratios.PARTS, "fits", lambda: iter(lines))
+    assert main(["speed", "--only", "fits"]) == 1
+    first, second, last = capsys.readouterr().out.splitlines()
+    assert first.split() == ["a", "fit", "1.80", "(limit", "1.00;", "of", "a", "log)", "exceeded"]
+    assert "exceeded" not in second
+    assert last == "exceeded: 1: a fit"
+    monkeypatch.setitem(ratios.PARTS, "fits", lambda: iter(lines[1:]))
+    assert main(["speed", "--only", "fits"]) == 0
+
+
+def test_the_page_has_a_place_for_every_number_that_a_command_writes(tmp_path, monkeypatch):
+    """Each number is between its marks, and only there."""
+    page = tmp_path / "page.md"
+    page.write_bytes(FIGURES.read_bytes())
+    monkeypatch.setattr(ratios, "write_figures", partial(write_figures, page=page))
+    for figure in ("fit", "memory"):
+        lines = [Line("measured", 7.77, figure=figure)]
+        monkeypatch.setitem(ratios.PARTS, "fits", lambda lines=lines: iter(lines))
+        assert main(["speed", "--only", "fits", "--page"]) == 0
+        assert f"<!-- {figure} -->7.8<!-- / -->" in page.read_text("utf-8")
+    write_figures(dict.fromkeys(("part share", "parts right", "parts", "parts wrong"), "5"), page)
+    rest = r"(<!-- [^/]* -->).*?(<!-- / -->)"
+    before, after = (re.sub(rest, r"\1\2", p.read_text("utf-8")) for p in (FIGURES, page))
+    assert before == after
+    assert not re.search(r"-->(?!5<|7\.8<)[^<]*<!-- / ", page.read_text("utf-8"))
+    with pytest.raises(ValueError, match="no place for the number 'speed'"):
+        write_figures({"speed": "1"}, page)
 
 
 @pytest.mark.parametrize("script", ["lab.py", "reproduce_study.py"])

@@ -226,11 +226,13 @@ def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
     Raises BadInputError for an unknown name or a wrong value, and UnknownNameError for an unknown
     model.
     """
-    known = [f.name for f in fields(CalibrationOptions)]
-    for name in choices:
-        if name not in known:
-            raise BadInputError(explain("calibration option", name, known))
-    try:
-        return CalibrationOptions(**choices)
-    except TypeError as error:
-        raise BadInputError(f"calibration options: {error}") from error
+    kinds = {f.name: f.type for f in fields(CalibrationOptions)}
+    for name, value in choices.items():
+        if name not in kinds:
+            raise BadInputError(explain("calibration option", name, list(kinds)))
+        kind: Any = kinds[name]
+        whole = isinstance(value, int) and not isinstance(value, bool)  # as good as a float
+        if kind is not Stated and not isinstance(1.0 if whole else value, kind):
+            wanted = {str: "a text", bool: "true or false"}.get(kind, "a number")
+            raise BadInputError(f"calibration option {name}: give {wanted}, not {value!r}")
+    return CalibrationOptions(**choices)

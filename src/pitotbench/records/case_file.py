@@ -135,7 +135,8 @@ def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -
                 continue
             place = tuple(str(part) for part in item["loc"])
             problems.append(
-                f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}"
+                f"{reading.written(place)}: {item['msg'].lower().replace('an object', 'a table')}, "
+                f"not {item['input']!r}"
             )
     except TypeError:  # a date, which TOML knows and JSON does not
         problems.append("a value is neither number, text, boolean, list nor table: a date or time")

@@ -8,7 +8,7 @@ computes from the kept sets.
 
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from pitotbench.reconciliation.verdict import part_table
 from pitotbench.units import Array, Booleans
 from pitotlab.blind.case import NO_ANSWER, SURE, JudgedCase
 from pitotlab.blind.sealed import judged_in, kept_sets
+from pitotlab.tables import write_figures
 
 # What a mechanic would look at where a fault of the generator is none of the table.
 PARTS_OUTSIDE: Mapping[str, tuple[str, ...]] = {
@@ -198,13 +199,18 @@ def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
     return NamedParts(len(cases), first, right, wrong)
 
 
-def lines(cases: Sequence[JudgedCase], before: Told, after: Told) -> list[str]:
-    """The score by part as lines: named parts, and the proper scores over causes and parts."""
-    strong = [
+def strong_causes(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
+    """The cases of one flight with a single cause above 7σ."""
+    return [
         c
         for c in cases
         if c.is_single and c.flights == 1 and c.band == "above 7" and c.verdict != "not scored"
     ]
+
+
+def lines(cases: Sequence[JudgedCase], before: Told, after: Told) -> list[str]:
+    """The score by part as lines: named parts, and the proper scores over causes and parts."""
+    strong = strong_causes(cases)
     outside = [c for c in cases if c.kind == "outside" and c.verdict != "not scored"]
     gap = with_a_gap(cases)
     of_table = [c for c in gap if c.kind != "outside"]
@@ -240,18 +246,32 @@ def text_of(sets: Sequence[str], table: tuple[Array, Array, Array]) -> str:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fit the table of parts to all kept sets, and show it on sets that it was not fitted to."""
+    """Fit the table of parts to all kept sets, and show it on sets that it was not fitted to.
+
+    `--page` writes the sum over those sets into docs/how-good-is-it.md.
+    """
     parser.add_argument("--write", action="store_true", help="write the table of the product")
+    parser.add_argument("--page", action="store_true", help="write the numbers into the page")
     options = parser.parse_args(words)
     names = [path.name.split(".")[0] for path in kept_sets()]
     each = [judged_in(path) for path in kept_sets()]
     half = (len(each) + 1) // 2
     parts = ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half)))
+    held_out = []
     for fitted, other in parts:
         sums, shares, _ = fitted_table([c for some in each[fitted] for c in some])
         print(f"fitted to {' '.join(names[fitted])}, judged on {' '.join(names[other])}")
-        for line in lines([c for some in each[other] for c in some], summed, told_by(sums, shares)):
+        judged, told = [c for some in each[other] for c in some], told_by(sums, shares)
+        for line in lines(judged, summed, told):
             print(f"  {line}")
+        held_out.append(named_parts(strong_causes(judged), told))
+    of_both = NamedParts(*(sum(column) for column in zip(*map(astuple, held_out), strict=True)))
+    print(f"both, by the table of the other, one flight above 7: {of_both}")
+    if options.page:
+        share = f"{100.0 * of_both.right / of_both.cases:.0f}"
+        numbers = {"part share": share, "parts right": str(of_both.right)}
+        numbers |= {"parts": str(of_both.cases), "parts wrong": str(of_both.wrong)}
+        write_figures(numbers)
     text = text_of(names, fitted_table([c for some in each for c in some]))
     if options.write:
         TABLE.write_text(text, encoding="utf-8")

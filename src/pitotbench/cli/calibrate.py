@@ -1,7 +1,7 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 

@@ -467,7 +467,8 @@ def plan(
 
     A case stands for the request of what it expects, with its own data system. The search for a
     better card uses `search_flights` simulated flights, none where it is 0. `step` is called after
-    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver of the request can be flown.
+    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver of the
+    request can be flown.
     """
     if isinstance(request, Case):
         request = PlanRequest(request, request.das)

@@ -98,9 +98,9 @@ def calibrate(
 
     The answer is that of `pitotbench calibrate`. Parameters: logs, of one airplane; options, or its
     fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
-    mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a TOML
-    file, for logs with other column names. A list has one curve, and a Calibration with its own wind
-    for each log. Several flights of one log have one curve, and their winds in `winds`. SI units,
+    mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a
+    TOML file, for logs with other column names. A list has one curve, and a Calibration with its
+    own wind for each log. Several flights of one log have one curve, and their winds in `winds`. SI units,
     each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
     does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.

@@ -581,7 +581,7 @@ def _warnings(
         yield Caution(end.words, "range end", "impact_pressure")
     if len(left_out):
         since = log.time[left_out[:_MOST_NAMED]] - log.start
-        times = ", ".join(map(minutes_text, since))
+        times = ", ".join(minutes_text(moment, 2) for moment in since)
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more}"
         yield Caution(text, "faulty rows", size=len(left_out))

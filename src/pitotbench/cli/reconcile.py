@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.bench.questions import setting_of as _setting
 from pitotbench.cli.shared_flags import (
     add_mapping,
     add_part,
@@ -220,6 +219,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         flag_choice,
         model_sources,
         provenance_of,
+        setting_of,
         sources_of,
     )
     from pitotbench.records.log import Choice
@@ -232,7 +232,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         *mapping_source(options),
         *model_sources(options.aircraft),
     ]
-    setting = _setting(advised := advice_of(logs, options.mapping))
+    setting = setting_of(advised := advice_of(logs, options.mapping))
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),

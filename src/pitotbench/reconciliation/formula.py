@@ -255,14 +255,31 @@ RENEWALS = 2  # times the signatures are renewed at the fitted coefficients
 def find_formula(layout: Layout, null: NullDistribution) -> FoundFormula | None:
     """Return the formula of the gap that a layout shows; None where no term holds out.
 
-    The named effects must be in the model of the layout already.
+    The named effects must be in the model of the layout already. A term whose coefficient would lie
+    outside its range is none.
     """
     noise = scaled_to(null.noise, layout)
     signatures = term_signatures(layout.scene)
     trial = replace(layout, signatures=signatures)
     equations = folded_equations(trial, noise)
-    chosen = choose_terms(equations, offered(equations, len(signatures)))
-    return None if chosen is None else _formula(trial, null, chosen)
+    columns = offered(equations, len(signatures))
+    while (chosen := choose_terms(equations, columns)) is not None:
+        formula = _formula(trial, null, chosen)
+        beyond = [
+            column
+            for column, term in zip(chosen.columns, formula.terms, strict=True)
+            if not _is_within(term)
+        ]
+        if not beyond:
+            return formula
+        columns = [column for column in columns if column not in beyond]
+    return None
+
+
+def _is_within(term: FormulaTerm) -> bool:
+    """Whether the coefficient of a term lies within its range."""
+    own = FORMULAS[term.effect].parameter(term.size.name)
+    return own.within(term.size.value) == term.size.value
 
 
 def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFormula:

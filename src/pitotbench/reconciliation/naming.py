@@ -97,7 +97,26 @@ class Renewed:
     def evidence(self, null: NullDistribution) -> LogEvidence:
         """Return the evidence of the log."""
         wander = wander_of(null, self.layout.residuals.names)
-        return LogEvidence(self.layout, self.noise, wander, null.scores, null.gap_bayes_factor)
+        least = null.gap_bayes_factor if self._stands_out(null) else np.inf
+        return LogEvidence(self.layout, self.noise, wander, null.scores, least)
+
+    def _stands_out(self, null: NullDistribution) -> bool:
+        """Whether a cell or an effect scores more than any does on null flights.
+
+        A sum of many small scores is no gap that anyone sees. Null flights do not tell what an
+        effect in a part of the flight scores. Without null flights the Bayes factor alone decides.
+        """
+        cells = (place.significance for place in _located(self, null, ()))
+        effects = (
+            null.scores.of_effect(name, significance(self.equations.fit(own)))
+            for name, own in columns_of(self.layout.signatures).items()
+            if not FITTED[name].part_of
+        )
+        return (
+            null.flights == 0
+            or any(abs(score) > null.cell_threshold for score in cells)
+            or any(score > null.threshold for score in effects)
+        )
 
 
 def _naming(renewed: Renewed, null: NullDistribution, posterior: CausePosterior) -> Naming:
@@ -562,18 +581,16 @@ def _fitted(parts: Sequence[_Part], names: Names) -> tuple[dict[Key, float], flo
 def _strength(found: OwnSizes, sizes: Mapping[Key, float]) -> float:
     """The distance [σ] of the sizes of an effect from zero; 0 where it is not needed.
 
-    It is not where none of its sizes is beyond its bound, nor where one is impossible: beyond its
-    plausible range by more than its bound and half a typical size.
+    It is not where none of its sizes is beyond its bound, nor where one is impossible.
     """
     shown = False
     for (effect, name), deviation in zip(
         found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True
     ):
-        own, size = FITTED[effect].parameter(name), sizes[effect, name]
-        slack = 2.0 * deviation + 0.5 * abs(own.typical)
-        if not own.low - slack <= size <= own.high + slack:
+        size = Estimate(name, sizes[effect, name], 2.0 * deviation)
+        if not FITTED[effect].parameter(name).is_possible(size):
             return 0.0
-        shown = shown or abs(size) > 2.0 * deviation
+        shown = shown or abs(size.value) > size.two_sigma
     if not shown:
         return 0.0
     return float(

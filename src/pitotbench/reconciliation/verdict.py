@@ -293,6 +293,12 @@ def smallest_detectable(
 def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str, ...]:
     """Sentences on the limits of a verdict."""
     notes = []
+    if (
+        null.gap_bayes_factor
+        <= naming.posterior.log_bayes_factor
+        < naming.posterior.least_bayes_factor
+    ):
+        notes.append("no place and no effect stands out of what flights without an effect show")
     if null.flights == 0:
         notes.append(
             "no null flights of this card: the noise is judged by this log alone, and a gap is "

@@ -265,21 +265,13 @@ def find_formula(layout: Layout, null: NullDistribution) -> FoundFormula | None:
     columns = offered(equations, len(signatures))
     while (chosen := choose_terms(equations, columns)) is not None:
         formula = _formula(trial, null, chosen)
-        beyond = [
-            column
-            for column, term in zip(chosen.columns, formula.terms, strict=True)
-            if not _is_within(term)
-        ]
+        sizes = [(FORMULAS[t.effect].parameter(t.size.name), t.size.value) for t in formula.terms]
+        within = [own.within(value) == value for own, value in sizes]
+        beyond = [c for c, is_within in zip(chosen.columns, within, strict=True) if not is_within]
         if not beyond:
             return formula
         columns = [column for column in columns if column not in beyond]
     return None
-
-
-def _is_within(term: FormulaTerm) -> bool:
-    """Whether the coefficient of a term lies within its range."""
-    own = FORMULAS[term.effect].parameter(term.size.name)
-    return own.within(term.size.value) == term.size.value
 
 
 def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFormula:
@@ -310,7 +302,7 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
         )
     return FoundFormula(
         tuple(terms),
-        closure_of(equations, columns, fit.sizes.tolist(), _cells(fitted)),
+        closure_of(equations, columns, fit.sizes.tolist(), fitted.examined),
         chosen.held_out_ratio,
     )
 
@@ -318,7 +310,7 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
 def closure_on(layout: Layout, null: NullDistribution, formula: FoundFormula) -> Closure:
     """Return the closure of a formula on another log, with its coefficients as they are."""
     trial, equations, sizes = _trial_of(layout, null, formula)
-    return closure_of(equations, range(len(sizes)), sizes, _cells(trial))
+    return closure_of(equations, range(len(sizes)), sizes, trial.examined)
 
 
 def free_sizes_beside(
@@ -344,10 +336,6 @@ def _trial_of(
     trial = replace(layout, signatures=signatures_at(layout.scene, sizes))
     equations = folded_equations(trial, scaled_to(null.noise, trial))
     return trial, equations, [sizes[s.effect, s.parameter] for s in trial.signatures]
-
-
-def _cells(layout: Layout) -> Sequence[int]:
-    return [i for i, _ in layout.places]
 
 
 def _term(

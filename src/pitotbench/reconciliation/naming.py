@@ -1,6 +1,6 @@
 """Name the effects of one flight or of several of one airplane: causes and sizes shared."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -248,14 +248,18 @@ def _candidates(
 
 def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
     """The most significant place in every channel, in σ beyond the mean of null flights."""
-    places = renewed.layout.places
-    values = renewed.equations.scores([i for i, _ in places], given)
-    best: dict[str, Located] = {}
-    for (_, cell), value in zip(places, values, strict=True):
-        score = null.scores.of_cell(cell, float(value))
-        if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
-            best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, score)
-    return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
+    values = renewed.equations.scores(renewed.layout.examined, given)
+    return strongest(
+        Located(c.channel, c.phase, c.variable, null.scores.of_cell(c, float(value)))
+        for (_, c), value in zip(renewed.layout.places, values, strict=True)
+    )
+
+
+def strongest(places: Iterable[Located]) -> tuple[Located, ...]:
+    """Return the most significant place in every channel, the worst one first."""
+    ranked = sorted(places, key=lambda place: -abs(place.significance))
+    best = {place.channel: place for place in reversed(ranked)}
+    return tuple(place for place in ranked if best[place.channel] is place)
 
 
 # Name the effects of all flights of one airplane: causes and sizes shared, free parameters each
@@ -417,7 +421,7 @@ def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
             if key in sizes.keys and returns(key[0])
         ]
         cells, columns, places = (
-            [i for i, _ in naming.layout.places],
+            naming.layout.examined,
             [c for c, _ in pairs],
             [p for _, p in pairs],
         )
@@ -497,8 +501,7 @@ def fit_together(
             np.array([sizes[own[i]] for i in columns]),
             [found.keys.index(own[i]) for i in columns],
         )
-        cells = [i for i, _ in each.layout.places]
-        closed = closure_of(each.equations, columns, values.tolist(), cells)
+        closed = closure_of(each.equations, columns, values.tolist(), each.layout.examined)
         covariance = found.covariance[np.ix_(places, places)]
         fits.append(
             (

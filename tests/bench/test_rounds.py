@@ -11,6 +11,7 @@ from pitotbench import Case, fly, reconcile, sense
 from pitotbench.bench.rounds import (
     NamedLog,
     closure_checked,
+    first_pass,
     iterate,
     patch_of,
     reconcile_logs,
@@ -18,6 +19,7 @@ from pitotbench.bench.rounds import (
     with_calibrated_probabilities,
 )
 from pitotbench.bench.workflow import told_warnings, wind_of_log
+from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
@@ -118,6 +120,20 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(
     else:
         assert after == changed
         assert not first.verdict.changes
+
+
+@pytest.mark.parametrize(("latency", "kind"), [(3.4, "unknown"), (3.1, "named")])
+def test_a_size_outside_its_range_is_no_answer(found, latency, kind):
+    """A bound and half a typical size beyond the range may be chance."""
+    (effect,) = found.verdict.effects
+    assert EFFECTS["gps_latency"].parameter("latency_s").high == 3.0
+    sizes = (Estimate("latency_s", latency, 0.05),)
+    changed = replace(found.checks.found, effects=(replace(effect, sizes=sizes),))
+    after = closure_checked(first_pass(replace(found, checks=replace(found.checks, found=changed))))
+    verdict = after.first.verdict
+    assert verdict.kind == kind
+    assert ("range is" in " ".join(verdict.notes)) == (kind == "unknown")
+    assert bool(patch_of(after, (), "", "").entries) == (kind == "named")
 
 
 def test_effects_of_several_passes_are_fitted_together(found, looks):

@@ -9,8 +9,11 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from tests.test_pages_run import KEPT, require_the_readme_to_hold
 
 import pitotlab
+from pitotbench.cli.app import main as bench
+from pitotbench.reconciliation.null_distribution import read_distribution
 from pitotlab.__main__ import COMMANDS, main
 from pitotlab.speed import ratios
 from pitotlab.speed.commands import Line
@@ -105,3 +108,37 @@ def test_what_is_patched_is_read_where_it_is_patched(name):
     functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
     read = {node.id for each in functions for node in ast.walk(each) if isinstance(node, ast.Name)}
     assert attribute in read
+
+
+def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monkeypatch, capsys):
+    """Where the last lines fail, the null flights of this cache take the place of those kept."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
+    require_the_readme_to_hold(capsys)
+    (flown,) = (tmp_path / "cache").glob("null-*.json")
+    new, kept = (read_distribution(path.read_bytes()) for path in (flown, KEPT))
+    assert new.scores.cell_mean.keys() == kept.scores.cell_mean.keys()
+    assert new.scores.effect_spread.keys() == kept.scores.effect_spread.keys()
+    for name in ("threshold", "cell_threshold"):
+        assert getattr(new, name) == pytest.approx(getattr(kept, name), rel=0.02)
+
+
+def test_a_patched_airplane_is_reconciled_and_patched_again(tmp_path, monkeypatch, capsys):
+    """Each patch leaves no gap on the flight that it was found on."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
+    card = 'maneuver = "circle"\nturbulence = "none"\n[card]\nspeeds_kt = [150.0, 110.0]\n'
+    aircraft = "navajo"
+    for name, hidden in (
+        ("pod", 'name = "belly_pod"\nparameters = { drag_area_m2 = 0.15 }'),
+        ("weak", 'name = "power_deficit"\nparameters = { left_fraction = 0.06, right_fraction = 0.0 }'),
+    ):
+        case = f'aircraft = "{aircraft}"\n{card}[[effects]]\n{hidden}\n'
+        Path("case.toml").write_text(case, encoding="utf-8")
+        assert bench(["fly", "case.toml", "-o", "log.csv"]) == 0
+        assert bench(["reconcile", "log.csv", "--aircraft", aircraft, "--apply", name]) == 0
+        assert "no significant gap" not in capsys.readouterr().out.splitlines()[0]
+        aircraft += f"+{name}"
+        assert bench(["reconcile", "log.csv", "--aircraft", aircraft]) == 0
+        assert capsys.readouterr().out.splitlines()[0] == "no significant gap"
+    assert aircraft == "navajo+pod+weak"

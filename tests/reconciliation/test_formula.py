@@ -13,6 +13,7 @@ from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_case
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import chosen
+from pitotbench.effects.effect import Parameter
 from pitotbench.effects.formula import (
     FORCE_FORMULAS,
     FORCE_TERMS,
@@ -88,6 +89,19 @@ def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_f
     )  # the flight held out may lack a channel
     assert len(fewer.residuals.names) < len(other.residuals.names)
     assert closure_on(fewer, for_channels(null_of(other), fewer), found).share > 0.8
+
+
+def test_a_term_whose_coefficient_is_outside_its_range_is_none(layout, found, monkeypatch):
+    """The range of all coefficients is made a hundredth of what it is."""
+    monkeypatch.setattr(
+        Parameter, "within", lambda self, value: min(max(value, self.low / 100), self.high / 100)
+    )
+    instead = find_formula(layout, null_of(layout))
+    terms = instead.terms if instead else ()
+    assert found.terms[0].effect not in [term.effect for term in terms]
+    for term in terms:
+        own = FORMULAS[term.effect].parameter(term.size.name)
+        assert abs(term.size.value) <= own.high / 100
 
 
 def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(

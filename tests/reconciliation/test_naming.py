@@ -48,6 +48,19 @@ def pod(laid_out):
     return judge(["flight"], [laid_out], [theoretical_distribution(laid_out)]).verdict
 
 
+@pytest.mark.parametrize("stands_out", ["threshold", "cell_threshold", ""])
+def test_an_answer_needs_a_cell_or_an_effect_beyond_those_of_null_flights(
+    laid_out, pod, stands_out
+):
+    """The gap of the flight stays; what null flights show by chance is made as large as it."""
+    null = replace(theoretical_distribution(laid_out), flights=8)
+    large = dict.fromkeys({"threshold", "cell_threshold"} - {stands_out}, 1e6)
+    verdict = judge(["flight"], [laid_out], [replace(null, **large)]).verdict
+    told = (verdict.kind, [effect.name for effect in verdict.effects])
+    assert told == ((pod.kind, [e.name for e in pod.effects]) if stands_out else ("no_gap", []))
+    assert any("stands out" in note for note in verdict.notes) == (not stands_out)
+
+
 def test_effects_fitted_at_once_are_those_that_are_needed_each_in_one_form(laid_out):
     entries = {
         name: {} for name in ("mass", "inclined_pod", "belly_pod")

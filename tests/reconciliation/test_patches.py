@@ -71,6 +71,13 @@ def test_the_patch_holds_sizes_that_can_be_flown(name, size, shapes, entry):
     assert entry.items() <= dict(made.entries)[name].items()
 
 
+def test_a_size_that_is_cut_to_its_range_says_so():
+    far = candidate("belly_pod", ("drag_area_m2", 0.83, 0.1))
+    made = patch_of_effects([far], "flight.csv", "2026-01-01", others=[[far]])
+    assert made.text.count("drag_area_m2 = 0.8  # the end of its range, for 0.83 ± 0.1 (2σ)") == 2
+    assert "its range" not in patch_of_effects([POD], "flight.csv", "2026-01-01").text
+
+
 def test_the_overlay_holds_what_is_added_and_nothing_else():
     text = overlay_xml(
         "navajo", [EffectSpec("belly_pod", {"drag_area_m2": 0.12}), EffectSpec("pitot_lag")]

@@ -281,6 +281,23 @@ def test_a_flight_that_shows_nothing_changes_no_probability_and_takes_no_name_aw
     assert answer_of(both).groups == answer_of(alone).groups == (("pitot_lag",),)
 
 
+def test_a_flight_in_which_nothing_stands_out_has_no_answer_and_takes_none_from_another() -> None:
+    columns = {LAG: AXES[0], LATE: AXES[1]}
+    seen = log_of(columns, 3.0 * AXES[0])
+    quiet = replace(seen, least_bayes_factor=np.inf)
+    assert answer_of(cause_posterior([seen])).groups == (("pitot_lag",),)
+    for logs in (
+        [quiet],
+        [quiet, quiet],
+        [quiet, replace(blind_like(columns), least_bayes_factor=np.inf)],
+    ):
+        answer = answer_of(cause_posterior(logs))
+        assert (answer.kind, answer.groups) == ("no_gap", ())
+    both = cause_posterior([seen, quiet])
+    assert both.least_bayes_factor == pytest.approx(seen.least_bayes_factor)
+    assert answer_of(both).groups == (("pitot_lag",),)
+
+
 def test_two_flights_that_show_the_same_tell_more_than_one_of_twice_the_evidence() -> None:
     """A signature may be wrong in an unknown direction on one flight, hardly in the same way on
     two.

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, air, fly
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
+from pitotbench.effects.overlay import AxisFunction, Overlay, product
 from pitotbench.records.aircraft import Motion, Reaction
+from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import force_meter
 from pitotbench.simulation.aircraft import find_aircraft, read_baseline
 from pitotbench.simulation.force_meter import GUIDANCE, measure
@@ -16,6 +19,7 @@ from pitotbench.simulation.modified import (
     Loading,
     ballast_for,
     ballast_overlay,
+    install_variant,
     loaded_fuel,
     loaded_mass,
     loading_of,
@@ -135,6 +139,30 @@ def test_it_answers_for_an_effect_at_the_end_of_its_range(
     """No autopilot could hold some of these, and no starter turn an engine that loses 80 kW."""
     reaction = react(few, name, {parameter: end})
     assert all(np.isfinite(getattr(reaction, field)).all() for field in Reaction.__slots__)
+
+
+def test_a_patched_airplane_is_measured_as_any_airplane(few, tmp_path, monkeypatch) -> None:
+    """A pound changes as much on it, and on one that is patched again. What reads a function of an
+    earlier patch reads that one, and not the function of the same name that it adds.
+    """
+    monkeypatch.chdir(tmp_path)
+    pod = EffectSpec("belly_pod", {"drag_area_m2": 0.1})
+    install_variant("navajo", "pod", [pod])
+    install_variant("navajo+pod", "more", [pod])
+    names = ("navajo", "navajo+pod", "navajo+pod+more")
+    models = [aircraft_model(name) for name in names]
+    first, *others = [model.unit_forces(few, frozenset({"aero/qbar-psf"})) for model in models]
+    for other in others:
+        assert other.properties["aero/qbar-psf"] == pytest.approx(first.properties["aero/qbar-psf"])
+        for axis, changes in first.changes.items():
+            close = pytest.approx(changes[:, :3], rel=1e-3, abs=1e-4 * np.abs(changes).max())
+            assert other.changes[axis][:, :3] == close
+    again = Overlay(functions=(AxisFunction("DRAG", product("effects/drag-0", 1.0)),))
+    pulls = [model.react(few).specific_force_x for model in models]
+    pulls.append(models[1].react(few, again).specific_force_x)
+    one, two, read = (pulls[0] - pull for pull in pulls[1:])
+    assert two == pytest.approx(2.0 * one, rel=0.01)
+    assert read == pytest.approx(two, rel=0.01)
 
 
 def test_an_engine_that_no_starter_turns_runs_and_lacks_its_power(few) -> None:

@@ -388,18 +388,27 @@ def closure_checked(looks: Looks) -> Looks:
 
     A fault that the table does not hold looks like one that it holds, and leaves more of the gap
     than another form of that one would. Where the answer is one of several causes, none is claimed,
-    and none is withdrawn.
+    and none is withdrawn. A size outside its range is no answer.
     """
     closed, verdict = looks.closure, looks.first.verdict
+    fitted = [e for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
+    impossible = (
+        f"{effect.name} would need {size.name} {size.value:.3g} ± {size.two_sigma:.2g}, and its "
+        f"range is {own.low:g} to {own.high:g}"
+        for effect in fitted
+        for size in effect.sizes
+        if not (own := FITTED[effect.name].parameter(size.name)).is_possible(size)
+    )
+    if why := next(impossible, ""):
+        return _objected(looks, why, withdraws=True)
     share = f"{max(0.0, closed.share):.0%} of the gap"
     if verdict.doubts and closed.share < THRESHOLDS.closure_lowest:
         return _objected(looks, f"all looks close only {share}")
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
-    fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
-    names = ", ".join(fitted)
+    names = ", ".join(effect.name for effect in fitted)
     # Faults are few. The terms of a model's own file may be off in many places at once.
-    if len(set(fitted) - OWN_TERMS) > THRESHOLDS.effects_most:
+    if len({effect.name for effect in fitted} - OWN_TERMS) > THRESHOLDS.effects_most:
         return _objected(
             first_pass(looks.first), f"so many effects would be needed that none is named: {names}"
         )
@@ -413,11 +422,11 @@ def closure_checked(looks: Looks) -> Looks:
     return _objected(looks, f"{names} comes closest, but closes only {share}")
 
 
-def _objected(looks: Looks, why: str) -> Looks:
-    """The passes with an objection, which withdraws the names where they close too little of the
-    gap.
+def _objected(looks: Looks, why: str, withdraws: bool = False) -> Looks:
+    """The passes with an objection, which withdraws the names also where they close too little of
+    the gap.
     """
-    withdraws = looks.closure.share < THRESHOLDS.closure_lowest
+    withdraws = withdraws or looks.closure.share < THRESHOLDS.closure_lowest
     first = replace(
         looks.first, checks=replace(looks.first.checks, closure=Objection(why, withdraws))
     )

@@ -23,6 +23,7 @@ from pitotbench.effects.overlay import (
 )
 from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration import Estimate
 from pitotbench.units import Array, Seconds
 
 # Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that
@@ -126,6 +127,13 @@ class Parameter:
     def within(self, value: float) -> float:
         """Return a value, or the end of the plausible range that it is beyond."""
         return min(max(value, self.low), self.high)
+
+    def is_possible(self, size: Estimate) -> bool:
+        """Return whether a size lies within the plausible range, or beyond it by no more than its
+        2σ and half a typical size.
+        """
+        slack = size.two_sigma + 0.5 * abs(self.typical)
+        return self.low - slack <= size.value <= self.high + slack
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

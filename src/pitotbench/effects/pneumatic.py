@@ -89,8 +89,8 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
         Parameter(
             "curvature_per_rad2",
             -1.5,
-            -10.0,
-            10.0,
+            -200.0,  # one port alone reads over one side: a slope of 2 within 0.01 rad
+            200.0,
             "the same per square radian: two joined ports keep it",
         ),
     ),

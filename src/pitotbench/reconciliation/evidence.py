@@ -346,7 +346,8 @@ class LogEvidence:
     Free parameters are eliminated, and so are the wander that null flights have in the cells, the
     sizes that effects have there (`null_scores`), and the form error of the effects that are in the
     model. Directions of form error are added when an effect first needs them. `least_bayes_factor`
-    is the logarithm of the Bayes factor from which the log shows a gap.
+    is the logarithm of the Bayes factor from which the log shows a gap, infinite where it shows
+    none.
     """
 
     def __init__(

@@ -255,14 +255,23 @@ RENEWALS = 2  # times the signatures are renewed at the fitted coefficients
 def find_formula(layout: Layout, null: NullDistribution) -> FoundFormula | None:
     """Return the formula of the gap that a layout shows; None where no term holds out.
 
-    The named effects must be in the model of the layout already.
+    The named effects must be in the model of the layout already. A term whose coefficient would lie
+    outside its range is none.
     """
     noise = scaled_to(null.noise, layout)
     signatures = term_signatures(layout.scene)
     trial = replace(layout, signatures=signatures)
     equations = folded_equations(trial, noise)
-    chosen = choose_terms(equations, offered(equations, len(signatures)))
-    return None if chosen is None else _formula(trial, null, chosen)
+    columns = offered(equations, len(signatures))
+    while (chosen := choose_terms(equations, columns)) is not None:
+        formula = _formula(trial, null, chosen)
+        sizes = [(FORMULAS[t.effect].parameter(t.size.name), t.size.value) for t in formula.terms]
+        within = [own.within(value) == value for own, value in sizes]
+        beyond = [c for c, is_within in zip(chosen.columns, within, strict=True) if not is_within]
+        if not beyond:
+            return formula
+        columns = [column for column in columns if column not in beyond]
+    return None
 
 
 def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFormula:
@@ -293,7 +302,7 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
         )
     return FoundFormula(
         tuple(terms),
-        closure_of(equations, columns, fit.sizes.tolist(), _cells(fitted)),
+        closure_of(equations, columns, fit.sizes.tolist(), fitted.examined),
         chosen.held_out_ratio,
     )
 
@@ -301,7 +310,7 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
 def closure_on(layout: Layout, null: NullDistribution, formula: FoundFormula) -> Closure:
     """Return the closure of a formula on another log, with its coefficients as they are."""
     trial, equations, sizes = _trial_of(layout, null, formula)
-    return closure_of(equations, range(len(sizes)), sizes, _cells(trial))
+    return closure_of(equations, range(len(sizes)), sizes, trial.examined)
 
 
 def free_sizes_beside(
@@ -327,10 +336,6 @@ def _trial_of(
     trial = replace(layout, signatures=signatures_at(layout.scene, sizes))
     equations = folded_equations(trial, scaled_to(null.noise, trial))
     return trial, equations, [sizes[s.effect, s.parameter] for s in trial.signatures]
-
-
-def _cells(layout: Layout) -> Sequence[int]:
-    return [i for i, _ in layout.places]
 
 
 def _term(

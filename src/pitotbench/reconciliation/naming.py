@@ -1,6 +1,6 @@
 """Name the effects of one flight or of several of one airplane: causes and sizes shared."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,7 +97,26 @@ class Renewed:
     def evidence(self, null: NullDistribution) -> LogEvidence:
         """Return the evidence of the log."""
         wander = wander_of(null, self.layout.residuals.names)
-        return LogEvidence(self.layout, self.noise, wander, null.scores, null.gap_bayes_factor)
+        least = null.gap_bayes_factor if self._stands_out(null) else np.inf
+        return LogEvidence(self.layout, self.noise, wander, null.scores, least)
+
+    def _stands_out(self, null: NullDistribution) -> bool:
+        """Whether a cell or an effect scores more than any does on null flights.
+
+        A sum of many small scores is no gap that anyone sees. Null flights do not tell what an
+        effect in a part of the flight scores. Without null flights the Bayes factor alone decides.
+        """
+        cells = (place.significance for place in _located(self, null, ()))
+        effects = (
+            null.scores.of_effect(name, significance(self.equations.fit(own)))
+            for name, own in columns_of(self.layout.signatures).items()
+            if not FITTED[name].part_of
+        )
+        return (
+            null.flights == 0
+            or any(abs(score) > null.cell_threshold for score in cells)
+            or any(score > null.threshold for score in effects)
+        )
 
 
 def _naming(renewed: Renewed, null: NullDistribution, posterior: CausePosterior) -> Naming:
@@ -229,14 +248,18 @@ def _candidates(
 
 def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
     """The most significant place in every channel, in σ beyond the mean of null flights."""
-    places = renewed.layout.places
-    values = renewed.equations.scores([i for i, _ in places], given)
-    best: dict[str, Located] = {}
-    for (_, cell), value in zip(places, values, strict=True):
-        score = null.scores.of_cell(cell, float(value))
-        if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
-            best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, score)
-    return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
+    values = renewed.equations.scores(renewed.layout.examined, given)
+    return strongest(
+        Located(c.channel, c.phase, c.variable, null.scores.of_cell(c, float(value)))
+        for (_, c), value in zip(renewed.layout.places, values, strict=True)
+    )
+
+
+def strongest(places: Iterable[Located]) -> tuple[Located, ...]:
+    """Return the most significant place in every channel, the worst one first."""
+    ranked = sorted(places, key=lambda place: -abs(place.significance))
+    best = {place.channel: place for place in reversed(ranked)}
+    return tuple(place for place in ranked if best[place.channel] is place)
 
 
 # Name the effects of all flights of one airplane: causes and sizes shared, free parameters each
@@ -398,7 +421,7 @@ def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
             if key in sizes.keys and returns(key[0])
         ]
         cells, columns, places = (
-            [i for i, _ in naming.layout.places],
+            naming.layout.examined,
             [c for c, _ in pairs],
             [p for _, p in pairs],
         )
@@ -478,8 +501,7 @@ def fit_together(
             np.array([sizes[own[i]] for i in columns]),
             [found.keys.index(own[i]) for i in columns],
         )
-        cells = [i for i, _ in each.layout.places]
-        closed = closure_of(each.equations, columns, values.tolist(), cells)
+        closed = closure_of(each.equations, columns, values.tolist(), each.layout.examined)
         covariance = found.covariance[np.ix_(places, places)]
         fits.append(
             (
@@ -562,18 +584,16 @@ def _fitted(parts: Sequence[_Part], names: Names) -> tuple[dict[Key, float], flo
 def _strength(found: OwnSizes, sizes: Mapping[Key, float]) -> float:
     """The distance [σ] of the sizes of an effect from zero; 0 where it is not needed.
 
-    It is not where none of its sizes is beyond its bound, nor where one is impossible: beyond its
-    plausible range by more than its bound and half a typical size.
+    It is not where none of its sizes is beyond its bound, nor where one is impossible.
     """
     shown = False
     for (effect, name), deviation in zip(
         found.keys, np.sqrt(np.diag(found.covariance)).tolist(), strict=True
     ):
-        own, size = FITTED[effect].parameter(name), sizes[effect, name]
-        slack = 2.0 * deviation + 0.5 * abs(own.typical)
-        if not own.low - slack <= size <= own.high + slack:
+        size = Estimate(name, sizes[effect, name], 2.0 * deviation)
+        if not FITTED[effect].parameter(name).is_possible(size):
             return 0.0
-        shown = shown or abs(size) > 2.0 * deviation
+        shown = shown or abs(size.value) > size.two_sigma
     if not shown:
         return 0.0
     return float(

@@ -383,13 +383,11 @@ def scores_of(flight: Flight) -> FlightScores:
         name: significance(equations.fit(columns))
         for name, columns in columns_of(layout.signatures).items()
     }
-    places = layout.places
-    every = [i for i, _ in places]
     cells = {
         cell_label(cell): float(v)
-        for (_, cell), v in zip(places, equations.scores(every), strict=True)
+        for (_, cell), v in zip(layout.places, equations.scores(layout.examined), strict=True)
     }
-    beside = equations.scores(range(len(layout.signatures)), every)
+    beside = equations.scores(range(len(layout.signatures)), layout.examined)
     sizes = {
         size_label(s.effect, s.parameter): float(v)
         for s, v in zip(layout.signatures, beside, strict=True)

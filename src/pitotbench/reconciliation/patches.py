@@ -32,8 +32,9 @@ def patch_of_effects(
 
     `source` names the log, `date` is the date of the patch, and `shapes` are those that were
     fitted. `others` hold, for each effect, the effects that the log cannot separate from it; they
-    stand in comments, ready to replace it. Sizes outside the plausible range are set to its end.
-    Shapes without an entry keep their typical value.
+    stand in comments, ready to replace it. A case takes no size outside the plausible range: one
+    that may lie there by chance is set to its end, and a comment says so. Shapes without an entry
+    keep their typical value.
     """
     entries, lines = [], [f"# found in {source}", f"# {date}"]
     for number, effect in enumerate(effects):
@@ -58,12 +59,14 @@ def name_in_case(name: str) -> str:
 
 
 def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
-    bounds = {size.name: size.two_sigma for size in effect.sizes}
+    found = {size.name: size for size in effect.sizes}
     lines = ["[[effects]]", f'name = "{name_in_case(effect.name)}"', "", "[effects.parameters]"]
     for name, value in sizes.items():
-        lines.append(
-            f"{name} = {value!r}" + (f"  # ± {bounds[name]:.2g} (2σ)" if name in bounds else "")
-        )
+        lines.append(f"{name} = {value!r}")
+        if name in found:
+            shown = _rounded(found[name].value)
+            end = "" if shown == value else f"the end of its range, for {shown!r} "
+            lines[-1] += f"  # {end}± {found[name].two_sigma:.2g} (2σ)"
     return lines
 
 

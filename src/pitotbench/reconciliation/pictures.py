@@ -74,22 +74,14 @@ def traces(naming: Naming) -> tuple[Trace, ...]:
     """
     layout, columns = naming.layout, list(naming.fit.columns)
     free = layout.free.columns @ naming.equations.free_sizes(columns)
-    explained = _sum(
-        [layout.signatures[c].column for c in columns], naming.fit.sizes, layout.residuals.values
-    )
+    left = layout.without([layout.signatures[c].column for c in columns], naming.fit.sizes)
+    explained = layout.residuals.values - left.residuals.values
     time = layout.track.time[layout.grid.rows]
     gap, used = layout.residuals.values - free, layout.used
     return tuple(
         Trace(name, UNITS[name], time, gap[:, i], explained[:, i], used[:, i])
         for i, name in enumerate(layout.residuals.names)
     )
-
-
-def _sum(columns: Sequence[Array], sizes: Array, like: Array) -> Array:
-    total = np.zeros_like(like)
-    for column, size in zip(columns, sizes, strict=True):
-        total += column * size
-    return total
 
 
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.

@@ -409,7 +409,10 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     normal = [replace(w, alone=w.alone - whole, with_rest=w.with_rest - whole) for w in tempered]
     normal = [w if w.causes else replace(w, alone=nothing) for w in normal]
     normal = _with_plain_neighbors(normal)
-    least = float(shares @ [log.least_bayes_factor for log in logs])
+    limits = np.array([log.least_bayes_factor for log in logs])
+    # A log that shows no gap takes none from those that do.
+    limits = np.where(np.isfinite(limits), limits, limits.min())
+    least = float(shares @ limits) if np.all(np.isfinite(limits)) else np.inf
     return CausePosterior(
         tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor, concentration, least
     )

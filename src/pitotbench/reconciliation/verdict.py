@@ -29,6 +29,7 @@ from pitotbench.reconciliation.naming import (
     left_out_closures,
     name_effects,
     sizes_beside,
+    strongest,
 )
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconciliation.null_learning import (
@@ -50,7 +51,6 @@ from pitotbench.records.verdict import (
     Detectable,
     JoinedFlight,
     Kind,
-    Located,
     Verdict,
 )
 from pitotbench.units import Array
@@ -216,7 +216,7 @@ def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
         candidates=naming.candidates,
         located=(*unexplained, *(naming.remaining if remains else naming.located)),
         checks=layout.checked.checks,
-        closure=closure_of(equations, fit.columns, fit.sizes.tolist(), _cells(naming.layout)),
+        closure=closure_of(equations, fit.columns, fit.sizes.tolist(), naming.layout.examined),
         smallest_detectable=smallest_detectable(equations, naming.layout, null, fit.columns),
         advice=(),
         notes=_notes(layout, null, naming),
@@ -267,10 +267,6 @@ def _without_named(naming: Naming) -> Layout:
     return naming.layout.without(columns, naming.fit.sizes)
 
 
-def _cells(layout: Layout) -> list[int]:
-    return [i for i, _ in layout.places]
-
-
 def smallest_detectable(
     equations: NormalEquations, layout: Layout, null: NullDistribution, given: Sequence[int] = ()
 ) -> tuple[Detectable, ...]:
@@ -293,6 +289,12 @@ def smallest_detectable(
 def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str, ...]:
     """Sentences on the limits of a verdict."""
     notes = []
+    if (
+        null.gap_bayes_factor
+        <= naming.posterior.log_bayes_factor
+        < naming.posterior.least_bayes_factor
+    ):
+        notes.append("no place and no effect stands out of what flights without an effect show")
     if null.flights == 0:
         notes.append(
             "no null flights of this card: the noise is judged by this log alone, and a gap is "
@@ -395,7 +397,7 @@ def hold_out(
     fitted, own = [sizes[keys[i]] for i in columns], list(sizes)
     places = [own.index(keys[i]) for i in columns]
     errors = with_form_error(naming.fit.covariance[np.ix_(places, places)], fitted)
-    return closure_of(equations, columns, fitted, _cells(layout), errors)
+    return closure_of(equations, columns, fitted, layout.examined, errors)
 
 
 def closes(held: Closure) -> bool:
@@ -628,7 +630,7 @@ def _joined(names: Sequence[str], each: Sequence[Verdict]) -> Verdict:
         effects=effects,
         alternatives=alternatives,
         candidates=_joined_candidates(each),
-        located=_strongest([place for verdict in each for place in verdict.located]),
+        located=strongest([place for verdict in each for place in verdict.located]),
         checks=tuple(
             replace(check, name=f"{check.name}, {name}")
             for name, verdict in zip(names, each, strict=True)
@@ -670,16 +672,6 @@ def _joined_candidates(each: Sequence[Verdict]) -> tuple[Candidate, ...]:
             found[candidate.name] = candidate if old is None or candidate.score > old.score else old
     ranked = sorted(found.values(), key=lambda c: (-round(c.probability, 3), -c.score))
     return tuple(ranked[: max(len(verdict.candidates) for verdict in each)])
-
-
-def _strongest(places: Sequence[Located]) -> tuple[Located, ...]:
-    best: dict[str, Located] = {}
-    for place in places:
-        old = best.get(place.channel)
-        best[place.channel] = (
-            place if old is None or abs(place.significance) > abs(old.significance) else old
-        )
-    return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
 
 
 def _joined_detectable(each: Sequence[Verdict]) -> tuple[Detectable, ...]:

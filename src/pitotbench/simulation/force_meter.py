@@ -14,6 +14,7 @@ from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, Reaction
 from pitotbench.simulation.modified import tanks
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.simulation.properties import PROPERTIES, Air
+from pitotbench.simulation.variant import on_branch
 from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 
@@ -375,11 +376,12 @@ def _unit_changes(
     """
     changes = np.empty((len(axes), 6))
     for change, axis in zip(changes, axes, strict=True):
-        plant.set(_path(axis), LOAD)
+        path = on_branch(plant.branch, _path(axis))
+        plant.set(path, LOAD)
         for _ in range(CALLS):
             plant.run_initial_conditions()
         change[:] = (read() - base) / LOAD
-        plant.set(_path(axis), 0.0)
+        plant.set(path, 0.0)
     return changes
 
 

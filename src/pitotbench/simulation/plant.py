@@ -29,7 +29,7 @@ from pitotbench.simulation.properties import (
     check_table,
     parse_catalog,
 )
-from pitotbench.simulation.variant import ROOT, lagging_actuators, write_variant
+from pitotbench.simulation.variant import ROOT, free_branch, lagging_actuators, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
 # Load the JSBSim model of an aircraft's folder.
@@ -154,13 +154,20 @@ class Plant:
     state at a reset.
 
     `get` and `set` take a name of the property table, in SI units, or a property path of JSBSim,
-    which holds a slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
+    which holds a slash and is in JSBSim's units. `branch` is that of the sizes of the overlay with
+    which it was loaded: a patched aircraft has others of its own. Methods raise SimulationError
+    where JSBSim fails.
     """
 
     def __init__(
-        self, fdm: Any, aircraft: str, transcript: Transcript, record: Attached | None = None
+        self,
+        fdm: Any,
+        aircraft: str,
+        transcript: Transcript,
+        record: Attached | None = None,
+        branch: str = ROOT,
     ) -> None:
-        self.aircraft = aircraft
+        self.aircraft, self.branch = aircraft, branch
         self.fdm = fdm
         self.time_step = float(fdm.get_delta_t())
         self._transcript = transcript
@@ -211,14 +218,15 @@ class Plant:
     ) -> "Plant":
         """Load an aircraft from its folder, which holds its autopilot; otherwise as `load`."""
         with ExitStack() as stack:
-            added = overlay or Overlay()
-            file = parse_xml(folder / f"{folder.name}.xml").getroot() if at_once else None
-            at_once = file is not None and bool(lagging_actuators(file))
+            added, branch = overlay or Overlay(), ROOT
+            if at_once or not added.is_empty():
+                file = parse_xml(folder / f"{folder.name}.xml").getroot()
+                at_once, branch = at_once and bool(lagging_actuators(file)), free_branch(file)
             if at_once or not added.is_empty():
                 shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
                 folder = write_variant(folder, Path(shelf), folder.name, added, at_once)
             fdm, transcript = load_fdm(aircraft, folder, rate)
-            return cls(fdm, aircraft, transcript, read_record(folder))
+            return cls(fdm, aircraft, transcript, read_record(folder), branch)
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
         """Return the read function of a property and its SI factor, for loops that read at every

@@ -2,6 +2,7 @@
 file.
 """
 
+import re
 import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -81,14 +82,23 @@ def _prune(element: ET.Element, old: set[int]) -> None:
             element.remove(child)
 
 
+def free_branch(root: ET.Element) -> str:
+    """Return the branch of properties that the next overlay of an aircraft's file gets.
+
+    It is `effects`, and in a file that holds one overlay already `effects-2`, in its variant
+    `effects-3`.
+    """
+    taken = {element.get("name") for element in root.iter("system")}
+    return next(
+        name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken
+    )
+
+
 def _insert(root: ET.Element, overlay: Overlay) -> None:
     """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is
     not yet used.
     """
-    taken = {element.get("name") for element in root.iter("system")}
-    branch = next(
-        name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken
-    )
+    branch = free_branch(root)
     _insert_system(root, overlay, branch)
     for number, function in enumerate(overlay.functions):
         axis = _part(_part(root, "aerodynamics"), f"axis[@name='{function.axis}']")
@@ -113,9 +123,9 @@ def _scale(root: ET.Element, scaling: FunctionScaling, branch: str) -> None:
         place.remove(child)
     total = ET.SubElement(place, "sum")
     scaled = ET.SubElement(total, "product")
-    scaled.append(ET.fromstring(_on(branch, scaling.factor)))
+    scaled.append(ET.fromstring(on_branch(branch, scaling.factor)))
     scaled.extend(body)
-    total.append(ET.fromstring(_on(branch, scaling.added)))
+    total.append(ET.fromstring(on_branch(branch, scaling.added)))
 
 
 def _next_mass(root: ET.Element) -> int:
@@ -131,9 +141,9 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     timed = overlay.winds or RECORDING_START in repr(overlay)
     declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if timed else ()))
     for path, value in declared:
-        ET.SubElement(system, "property", value=repr(value)).text = _on(branch, path)
+        ET.SubElement(system, "property", value=repr(value)).text = on_branch(branch, path)
     channel = ET.SubElement(system, "channel", name=branch)
-    channel.extend(ET.fromstring(_on(branch, text)) for text in overlay.filters)
+    channel.extend(ET.fromstring(on_branch(branch, text)) for text in overlay.filters)
     masses = _next_mass(root)
     outputs = [(s.path, s.value) for s in overlay.settings]
     outputs += [
@@ -180,7 +190,7 @@ def _insert_forces(root: ET.Element, overlay: Overlay, branch: str) -> None:
 
 def _function(name: str | None, value: Expression, branch: str) -> ET.Element:
     element = ET.Element("function", {"name": name} if name else {})
-    element.append(ET.fromstring(_on(branch, value)))
+    element.append(ET.fromstring(on_branch(branch, value)))
     return element
 
 
@@ -200,6 +210,9 @@ def _part(element: ET.Element, path: str) -> ET.Element:
     return found
 
 
-def _on(branch: str, text: str) -> str:
-    """Return the text with the properties of the overlay moved under a branch."""
-    return text.replace(f"{ROOT}/", f"{branch}/")
+def on_branch(branch: str, text: str) -> str:
+    """Return the text with the sizes of an overlay, root/effect/parameter, moved under a branch.
+
+    A function that an earlier overlay added, root/function, stays where it is.
+    """
+    return re.sub(rf"{ROOT}/(?=[^/<>]+/)", f"{branch}/", text)

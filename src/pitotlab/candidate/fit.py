@@ -8,12 +8,14 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.special import chdtrc
 
-from pitotbench.calibration.height import height_guess
+from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.observations import Blocks, block_length, divide
 from pitotbench.calibration.prediction import WindPath, correlated, wind_by_circle
-from pitotbench.calibration.triangle import Triangle, height_equations, triangle
-from pitotbench.calibration.unknowns import UNKNOWN, Flight, Unknowns
-from pitotbench.estimation.linear_gaussian import (
+from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import Estimate, WindowWind
+from pitotbench.units import Array
+from pitotlab.candidate.heights import altitude_guess
+from pitotlab.candidate.linear_gaussian import (
     LinearGaussian,
     Mode,
     Normal,
@@ -22,10 +24,8 @@ from pitotbench.estimation.linear_gaussian import (
     mode_of,
     with_curvature,
 )
-from pitotbench.estimation.mixture import Posterior
-from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Estimate, WindowWind
-from pitotbench.units import Array
+from pitotlab.candidate.triangle import Triangle, height_equations, triangle
+from pitotlab.candidate.unknowns import UNKNOWN, Flight, Unknowns
 
 SEARCH = Search()
 _PASSES = 10
@@ -163,10 +163,10 @@ def fit(unknowns: Unknowns) -> Fit:
     mode = Mode(place, near.mode.curvature)
     nodes = drawn(point.problem, mode, SEARCH, near.best, len(flights) == 1)
     agreement = _agreement(point, nodes)
-    jumps = [(0.0, float("nan"))] * len(flights)
-    if unknowns.slow:
-        for number in range(len(flights)):
-            nodes, jumps[number] = _with_jump(unknowns, point, number, nodes)
+    jumps = []
+    for number in range(len(flights)):
+        nodes, jump = _with_jump(unknowns, point, number, nodes)
+        jumps.append(jump)
     winds = tuple(
         _wind_of(unknowns, point, number, nodes, jump) for number, jump in enumerate(jumps)
     )
@@ -175,48 +175,12 @@ def fit(unknowns: Unknowns) -> Fit:
     return Fit(unknowns, _posterior(nodes), np.exp(place), winds, agreement, float(chance), count)
 
 
-def covariance_given(unknowns: Unknowns, beta: Array, phi: Array) -> Array:
-    """Return the covariance (p, p) of the unknowns for a known noise φ (d,), linearized at β (p,).
-
-    It is the inverse information matrix and does not depend on the response.
-    """
-    blocks = [divide(f.observations, block_length(f.observations)) for f in unknowns.flights]
-    none: list[WindPath | None] = [None] * len(blocks)
-    point = _linearize(unknowns, blocks, beta, [0.0] * len(blocks), none)
-    return point.problem.solve(phi)[1]
-
-
 def _posterior(nodes: Sequence[Normal]) -> Posterior:
     return Posterior(
         np.array([node.weight for node in nodes]),
         np.stack([node.mean for node in nodes]),
         np.stack([node.covariance for node in nodes]),
     )
-
-
-_OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear
-
-
-def fit_heights(unknowns: Unknowns) -> Fit:
-    """Fit the heights of one flight alone: the curve of the static source, no wind.
-
-    Raises NoAnswerError where they do not determine it.
-    """
-    (flight,) = unknowns.flights
-    beta, guess = np.zeros(unknowns.count), _guess(unknowns)
-    for _ in range(_OF_HEIGHT):
-        equations = [height_equations(unknowns, flight, beta)]
-        problem = LinearGaussian(
-            equations, unknowns.count, unknowns.hypotheses(), unknowns.log_prior
-        )
-        mode = with_curvature(problem, mode_of(problem, guess, SEARCH, _SETTLED), SEARCH)
-        beta, _ = problem.solve(mode.place)
-    nodes = drawn(problem, mode, SEARCH)
-    none = np.full(2, np.nan)
-    wind = WindFit(none, np.full((2, 2), np.nan), (), None, 0.0, float("nan"))
-    rows = flight.heights
-    assert rows is not None
-    return Fit(unknowns, _posterior(nodes), np.exp(mode.place), (wind,), None, 0.0, len(rows))
 
 
 def _require_enough(unknowns: Unknowns, blocks: Sequence[Blocks]) -> None:
@@ -234,14 +198,12 @@ def _guess(unknowns: Unknowns) -> Array:
     place = np.log(unknowns.medians()[:, 0])
     for flight in unknowns.flights:
         if flight.heights is not None:
-            place[flight.height] = height_guess(flight.heights)
+            place[flight.height] = altitude_guess(flight.heights.rows)
     return np.asarray(place)
 
 
 def _paths(unknowns: Unknowns, point: _Point, phi: Array, beta: Array) -> list[WindPath | None]:
     """The slow wind of each flight as estimated under one noise, smoothed over five minutes."""
-    if not unknowns.slow:
-        return [None] * len(unknowns.flights)
     found: list[WindPath | None] = []
     for flight, own in zip(unknowns.flights, point.triangles, strict=True):
         part, level = own.equations, phi[flight.triangle]
@@ -374,24 +336,22 @@ def _means(
     p, count = len(node.mean), shares.shape[1]
     maps = np.zeros((count, 2, p))
     maps[:, [0, 1], flight.winds] = 1.0
-    if unknowns.slow:
-        layers = own.blocks.mean(flight.shear_basis(flight.observations.height()))
-        for axis, name in enumerate(("north", "east")):
-            at = [flight.at[f"shear_{name}_{i}"] for i in range(layers.shape[1])]
-            maps[:, axis, at] = shares.T @ layers
+    layers = own.blocks.mean(flight.shear_basis(flight.observations.height()))
+    for axis, name in enumerate(("north", "east")):
+        at = [flight.at[f"shear_{name}_{i}"] for i in range(layers.shape[1])]
+        maps[:, axis, at] = shares.T @ layers
     means = maps @ node.mean
     unknown = np.zeros((count, 2, 2))
-    if unknowns.slow:
-        variance = float(np.exp(2.0 * level[3]))
-        kernels = correlated(own.blocks, float(np.exp(level[4])), shares)
-        noise = part.noise_of.stack(level[None])
-        for place, kernel in enumerate(kernels.T):
-            crossed = -variance * kernel[:, None] * own.along
-            weighed = noise.weigh(crossed)[0]
-            means[place] += weighed.T @ (part.response - part.regressors @ node.mean[part.places])
-            maps[place][:, part.places] -= weighed.T @ part.regressors
-            rest = variance * float(shares[:, place] @ kernel) * np.eye(2) - crossed.T @ weighed
-            unknown[place] = _at_least(rest, _COARSE * variance)
+    variance = float(np.exp(2.0 * level[3]))
+    kernels = correlated(own.blocks, float(np.exp(level[4])), shares)
+    noise = part.noise_of.stack(level[None])
+    for place, kernel in enumerate(kernels.T):
+        crossed = -variance * kernel[:, None] * own.along
+        weighed = noise.weigh(crossed)[0]
+        means[place] += weighed.T @ (part.response - part.regressors @ node.mean[part.places])
+        maps[place][:, part.places] -= weighed.T @ part.regressors
+        rest = variance * float(shares[:, place] @ kernel) * np.eye(2) - crossed.T @ weighed
+        unknown[place] = _at_least(rest, _COARSE * variance)
     return means, maps @ node.covariance @ np.swapaxes(maps, 1, 2) + unknown
 
 

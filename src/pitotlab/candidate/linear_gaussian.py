@@ -33,10 +33,6 @@ class NoiseStack(Protocol):
         """ln|C| of each, (b,)."""
         ...
 
-    def products(self, data: Array) -> Array:
-        """Dᵀ C⁻¹ D of data D (rows, k) under each, (b, k, k)."""
-        ...
-
     def weigh(self, data: Array) -> Array:
         """C⁻¹ D under each, (b, rows, k)."""
         ...
@@ -230,7 +226,7 @@ class LinearGaussian:
             if regressors:
                 data = np.column_stack([data, part.regressors])
             noises = part.noise_of.stack(np.stack([*missing.values()]))
-            squares = noises.products(data)
+            squares = np.swapaxes(noises.weigh(data), 1, 2) @ data
             for key, d, s in zip(missing, noises.log_determinants, squares, strict=True):
                 self._known[key] = _Products(float(d), s)
         return [self._known[key] for key in keys]
@@ -354,36 +350,6 @@ def draws_of(
     z = np.concatenate([np.zeros((1, d)), half, -half])
     sides = search.wider * np.where(z >= 0.0, ahead, behind)
     return mode.place + (z * sides) @ axes.T, np.sum(0.5 * z**2 + np.log(sides), axis=1)
-
-
-def weighted_noises(
-    log_posterior: Callable[[Array], float], start: Array, search: Search
-) -> tuple[Array, Array]:
-    """Return values of φ around the mode of any log-posterior, (m, d), and their weights, (m,).
-
-    The weights add up to one; `start` is a first guess of the mode. Raises NoAnswerError where no
-    mode is found.
-    """
-    surface = _OfOne(log_posterior)
-    mode = mode_of(surface, start, search, search.settled)
-    phis, base = draws_of(surface, with_curvature(surface, mode, search), search)
-    heights = surface.heights(phis) + base
-    weights = np.exp(heights - np.max(heights))
-    return phis, np.asarray(weights / weights.sum())
-
-
-@dataclass(frozen=True, slots=True)
-class _OfOne:
-    """A log-posterior that takes one φ at a time."""
-
-    log_posterior: Callable[[Array], float]
-
-    @property
-    def owners(self) -> list[slice]:
-        return []
-
-    def heights(self, phis: Array, hypothesis: int = 0, /) -> Array:
-        return np.array([self.log_posterior(phi) for phi in phis])
 
 
 def _sides(

@@ -1,9 +1,6 @@
-"""What is known before a flight: the priors of a calibration, each with its unit and its source."""
+"""What is known before a flight: the priors of the candidate, each with its unit and its source."""
 
-from dataclasses import dataclass, field, fields
-
-from pitotbench.catalog import explain
-from pitotbench.records import BadInputError
+from dataclasses import dataclass, field
 
 
 def _prior(value: float, unit: str, usual: str, source: str) -> float:
@@ -28,9 +25,12 @@ class Priors:
     departure: float = _prior(0.002, "", "0.001 to 0.004", "curves of Gracey, NASA RP-1046 (1980)")
     departure_factor: float = _prior(2.5, "", "2 to 4", "the same")
     departure_length: float = _prior(0.7, "half ranges", "0.5 to 1", "the same")
-    published: float = _prior(0.3, "", "0.2 to 1", "wide enough not to be felt")
     # The curve of the total source, and the factor of the impact-pressure sensor.
-    total_slope: float = _prior(0.4, "", "0.2 to 1", "share of the stated error of its level")
+    total_level: float = _prior(
+        0.005, "", "0.005 to 0.01", "pitot tubes in straight flight, Gracey"
+    )
+    total_slope: float = _prior(0.002, "", "0.001 to 0.005", "the same")
+    scale: float = _prior(0.005, "", "0.003 to 0.01", "an air-data system within its tolerance")
     unknown_scale: float = _prior(0.3, "", "0.1 to 0.5", "sensors that nobody calibrated")
     unknown_zero: float = _prior(50.0, "Pa", "20 to 100", "the same")
     unknown_share: float = _prior(0.05, "", "0.01 to 0.5", "share of such sensors among logs")
@@ -51,19 +51,3 @@ class Priors:
     level_factor: float = _prior(4.0, "", "3 to 5", "of every level above its median")
     calm_factor: float = _prior(30.0, "", "10 to 100", "of every level below its median")
     length_factor: float = _prior(2.5, "", "2 to 4", "of lengths and times")
-
-    def __post_init__(self) -> None:
-        for f in fields(self):
-            if not 0.0 < getattr(self, f.name) < float("inf"):
-                raise BadInputError(
-                    f"prior {f.name}: give a number above zero, {f.metadata['usual']}"
-                )
-
-
-def priors_from(settings: dict[str, float]) -> Priors:
-    """Return the priors with some of them set by name. Raises BadInputError for an unknown name."""
-    known = [f.name for f in fields(Priors)]
-    for name in settings:
-        if name not in known:
-            raise BadInputError(explain("prior", name, known))
-    return Priors(**settings)

@@ -12,14 +12,14 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from pitotbench import air
-from pitotbench.calibration.height import HeightNoise
 from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.prediction import WindPath, pressure_ratio
-from pitotbench.calibration.unknowns import ZERO, Flight, Unknowns, step_columns
-from pitotbench.estimation.linear_gaussian import Equations
+from pitotbench.calibration.prediction import WindPath
 from pitotbench.estimation.noise import NORMAL, MarkovNoise, MarkovProcess
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array, MetersPerSecond, Pascal
+from pitotlab.candidate.heights import HeightNoise
+from pitotlab.candidate.linear_gaussian import Equations
+from pitotlab.candidate.unknowns import ZERO, Flight, Unknowns
 
 _NEWTON_STEPS, _LAST_STEP = 8, 1e-5  # at most; of the impact pressure
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
@@ -58,7 +58,7 @@ def predict(unknowns: Unknowns, flight: Flight, beta: Array, path: WindPath | No
     speed = ground + known.get("latency_s", 0.0) * late
     temperature = obs.probe_temperature - known.get("temperature_k", 0.0)
     heating = obs.probe_heating * (1.0 + known.get("recovery_factor", 0.0))
-    ratio, by_square = pressure_ratio(speed**2, temperature, heating)
+    ratio, by_square = _pressure_ratio(speed**2, temperature, heating)
     pressure = obs.static_pressure - known.get("static_pressure_pa", 0.0)
     zero = known.get(ZERO, 0.0)
     static, total = unknowns.static, unknowns.total
@@ -85,7 +85,6 @@ def predict(unknowns: Unknowns, flight: Flight, beta: Array, path: WindPath | No
         ZERO: 1.0 / slope,
         "wind_north": -along[:, 0],
         "wind_east": -along[:, 1],
-        "wind_down": -along[:, 2],
         # V = M √(γRT): the same ground velocity in colder air is a greater impact pressure.
         "temperature_k": 0.5 * speed / temperature,
         "recovery_factor": 0.1 * speed**3 / heat * (obs.probe_heating > 0.0),
@@ -102,11 +101,22 @@ def predict(unknowns: Unknowns, flight: Flight, beta: Array, path: WindPath | No
     return Prediction(q + zero, slope, speed, columns)
 
 
+def _pressure_ratio(squared: Array, temperature: Array, heating: float) -> tuple[Array, Array]:
+    """q_c/p of a squared true airspeed [m²/s²] and its derivative with respect to V².
+
+    From V² = M² γRT and T_t = T(1 + 0.2 r M²): M² = V²/(γR T_t − 0.2 r V²).
+    """
+    heat = air.HEAT_RATIO * air.GAS_CONSTANT * temperature
+    rest = heat - heating * squared
+    base = 1.0 + 0.2 * squared / rest
+    return base**3.5 - 1.0, 0.7 * base**2.5 * heat / (rest * rest)
+
+
 def _through_air(flight: Flight, beta: Array, path: WindPath | None) -> tuple[Array, Array]:
     """The velocity through the air, (n, 3) [m/s], and the height above the middle of each layer."""
     obs = flight.observations
     wind = np.zeros((len(obs), 3))
-    for axis, name in enumerate(("wind_north", "wind_east", "wind_down")):
+    for axis, name in enumerate(("wind_north", "wind_east")):
         wind[:, axis] = flight.value(name, beta)
     layers = flight.shear_basis(obs.height())
     for axis, name in enumerate(("north", "east")):
@@ -163,9 +173,6 @@ def triangle(
     columns = blocks.mean(seen.columns)
     response = blocks.mean((obs.impact_pressure - seen.reading) / seen.slope) + columns @ beta
     airspeed, slope = blocks.mean(seen.airspeed), blocks.mean(seen.slope)
-    calibrated = blocks.mean(air.calibrated_airspeed(obs.impact_pressure))
-    for name, column in step_columns(flight, blocks, airspeed / calibrated).items():
-        columns[:, at[name]] = column
     along = -columns[:, flight.winds]
     response -= gust**2 / airspeed
     if path is not None:
@@ -176,7 +183,7 @@ def triangle(
         instruments[:, at["latency_s"]] = np.where(np.abs(own) > _PLANNED, own, 0.0)
     moved = np.flatnonzero(np.any(columns != 0.0, axis=0))
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
-    noise = WindNoise(blocks, blocks.at_edges(airspeed), along[None], sensor, unknowns.slow)
+    noise = WindNoise(blocks, blocks.at_edges(airspeed), along[None], sensor)
     equations = Equations(
         response, columns[:, moved], instruments[:, moved], moved, noise, flight.triangle
     )
@@ -193,7 +200,7 @@ def _sensor_noise(obs: Observations) -> float:
 class WindNoise:
     """The map from φ to the covariance of the triangle.
 
-    φ = ln(gusts [m/s], their length [m], white noise [m/s] (, slow wind [m/s], its time [s])). The
+    φ = ln(gusts [m/s], their length [m], white noise [m/s], slow wind [m/s], its time [s]). The
     gusts are a horizontal vector whose components are first-order Gauss-Markov processes along the
     path, the slow wind is one in time. `airspeed` [m/s] holds at the edges of the blocks, `seen`
     (1, n, 2) are direction cosines, `sensor` (n,) [(m/s)²] the pressure sensor's noise.
@@ -203,15 +210,13 @@ class WindNoise:
     airspeed: MetersPerSecond
     seen: Array
     sensor: Array
-    slow: bool
 
     def stack(self, phis: Array) -> MarkovNoise:
         """Return the covariances for many φ, (b, d)."""
         sizes = np.exp(phis)
         winds = [MarkovProcess(sizes[:, 0], sizes[:, 1, None] / self.airspeed, self.seen)]
-        if self.slow:
-            time = np.broadcast_to(sizes[:, 4, None], (len(phis), len(self.airspeed)))
-            winds.append(MarkovProcess(sizes[:, 3], time, self.seen))
+        time = np.broadcast_to(sizes[:, 4, None], (len(phis), len(self.airspeed)))
+        winds.append(MarkovProcess(sizes[:, 3], time, self.seen))
         variance = self.sensor + sizes[:, 2, None] ** 2 + _WHITE_FLOOR
         return MarkovNoise(self.blocks.intervals, variance[:, None, :], winds)
 
@@ -221,8 +226,8 @@ def height_equations(unknowns: Unknowns, flight: Flight, beta: Array) -> Equatio
 
     Air data that trail the GPS see an older height: a latency shows in the climb rate.
     """
-    rows, at = flight.heights, flight.at
-    assert rows is not None
+    assert flight.heights is not None
+    own, rows, at = flight.heights, flight.heights.rows, flight.at
     flying, zero = rows.impact_pressure > 0.0, flight.value(ZERO, beta)
     q = np.where(flying, np.maximum(rows.impact_pressure - zero, 1.0), 0.0)
     static, total = unknowns.of_static, unknowns.of_total
@@ -237,8 +242,8 @@ def height_equations(unknowns: Unknowns, flight: Flight, beta: Array) -> Equatio
     effects = {
         ZERO: np.where(flying, -rows.gain * (f / rest + q * bend / rest**2), 0.0),
         "temperature_k": rows.warmth,
-        "latency_s": -rows.climb,
-        "height_latency_s": -rows.climb,
+        "latency_s": -own.climb,
+        "height_latency_s": -own.climb,
     }
     for name, effect in effects.items():
         if name in at:
@@ -249,7 +254,7 @@ def height_equations(unknowns: Unknowns, flight: Flight, beta: Array) -> Equatio
         ties = rows.tie[np.isfinite(rows.fix)]
         response = np.concatenate([response, ties])
         columns = np.concatenate([columns, np.zeros((len(ties), columns.shape[1]))])
-    columns[:, [at[f"height_{i}"] for i in range(rows.columns.shape[1])]] = rows.columns
+    columns[:, [at[f"height_{i}"] for i in range(own.columns.shape[1])]] = own.columns
     moved = np.flatnonzero(np.any(columns != 0.0, axis=0))
     seen = columns[:, moved]
     return Equations(response, seen, seen, moved, HeightNoise(rows), flight.height)

@@ -12,18 +12,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench import air
-from pitotbench.calibration.height import HeightRows, height_log_prior
-from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.options import AUTO, SMOOTH, WITHOUT_TEMPERATURE, CalibrationOptions
-from pitotbench.calibration.options import Accuracies as Accuracies
-from pitotbench.calibration.priors import Priors
-from pitotbench.estimation.linear_gaussian import Hypothesis
-from pitotbench.pressure_error import MODELS, laws
-from pitotbench.pressure_error.laws import Law
+from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
 from pitotbench.units import Array, Meters
+from pitotlab.candidate import laws
+from pitotlab.candidate.heights import HeightRows, height_log_prior
+from pitotlab.candidate.laws import Law
+from pitotlab.candidate.linear_gaussian import Hypothesis
+from pitotlab.candidate.priors import Priors
 
-STATIC, TOTAL, IMPACT = "static", "total", "impact"
 ZERO = "impact_pressure_zero_pa"
 SOUND, UNKNOWN = "sound", "unknown"  # hypotheses of the impact-pressure system
 _NEVER = 1e-7  # deviation of an unknown that a hypothesis takes for zero
@@ -67,8 +64,7 @@ class Flight:
 class Unknowns:
     """The laws of both sources, the flights, and the rival priors: name, probability, (p,) each.
 
-    `slow` states whether the wind changes slowly. φ holds the noise of each flight in turn, then
-    the size of the departures.
+    φ holds the noise of each flight in turn, then the size of the departures.
     """
 
     static: Law
@@ -77,7 +73,6 @@ class Unknowns:
     count: int
     rivals: tuple[tuple[str, float, Array], ...]
     departures: NDArray[np.bool_]
-    slow: bool
     priors: Priors
 
     @property
@@ -116,8 +111,7 @@ class Unknowns:
         p = self.priors
         level, length = (p.calm_factor, p.level_factor), (p.length_factor, p.length_factor)
         own = [(p.gust, *level), (p.gust_length, *length), (p.white, *level)]
-        if self.slow:
-            own += [(p.slow_wind, *level), (p.slow_time, *length)]
+        own += [(p.slow_wind, *level), (p.slow_time, *length)]
         found = np.full((self.parameters, 3), np.nan)
         for flight in self.flights:
             found[flight.triangle] = own
@@ -134,7 +128,7 @@ class Unknowns:
         total = -0.5 * np.sum((off / np.log(np.where(off < 0.0, below, above))) ** 2, axis=1)
         for flight in self.flights:
             if flight.heights is not None:
-                total += height_log_prior(flight.heights, phis[:, flight.height])
+                total += height_log_prior(flight.heights.rows, phis[:, flight.height])
         return np.asarray(total)
 
 
@@ -146,69 +140,50 @@ def flown_range(observed: Sequence[Observations]) -> tuple[float, float]:
 
 
 def sources_of(
-    options: CalibrationOptions,
-    stated: Accuracies,
-    share: float,
-    span: tuple[float, float],
-    q: float,
+    priors: Priors, share: float, span: tuple[float, float], reference_pressure: float
 ) -> tuple[Law, Law, dict[str, tuple[Array, Array]]]:
     """Return the laws of static and total source, and the deviations of both under each rival.
 
-    `share` is the probability of an uncalibrated impact system and `q` the reference pressure [Pa].
+    `share` is the probability of an uncalibrated impact system.
     """
-    priors, where = options.priors, options.error_location
-    level = 0.5 * float(np.hypot(stated.total_pressure, stated.impact_pressure_scale))
-    line = max(level, _NEVER), max(priors.total_slope * 0.5 * stated.total_pressure, _NEVER)
-    if options.model in (SMOOTH, AUTO):
-        law = laws.smooth(*span, q, priors.level, priors.slope, priors.departure_length)
-    else:
-        model = MODELS[options.model].spread_over(span[0] / q, span[1] / q)
-        law = laws.published(model, *span, q, priors.published)
-    static = laws.no_law() if where in (TOTAL, IMPACT) else law
-    rivals = share > 0.0 or where in (TOTAL, IMPACT)
-    total = law if rivals else laws.line(*span, *line)
-    if not rivals:
-        return static, total, {SOUND: (static.deviations, total.deviations)}
-    sound, wide, kept = np.full(len(total), _NEVER), total.deviations.copy(), static.deviations
-    if law.line:
-        sound[:2] = line
-        if where == AUTO:
-            wide[0] = priors.unknown_scale
-    else:
-        kept = np.full(len(static), _NEVER)  # one published law cannot stand at both sources
-    return static, total, {SOUND: (static.deviations, sound), UNKNOWN: (kept, wide)}
+    level = float(np.hypot(priors.total_level, priors.scale))
+    law = laws.smooth(
+        *span, reference_pressure, priors.level, priors.slope, priors.departure_length
+    )
+    if share == 0.0:
+        total = laws.line(*span, level, priors.total_slope)
+        return law, total, {SOUND: (law.deviations, total.deviations)}
+    sound, wide = np.full(len(law), _NEVER), law.deviations.copy()
+    sound[:2] = level, priors.total_slope
+    wide[0] = priors.unknown_scale
+    return law, law, {SOUND: (law.deviations, sound), UNKNOWN: (law.deviations, wide)}
 
 
 def unknowns_of(
-    options: CalibrationOptions,
     stated: Accuracies,
     flown: Sequence[tuple[Observations, HeightRows | None]],
     reference_pressure: float,
-    share: float,
+    priors: Priors,
 ) -> Unknowns:
     """Return the unknowns of one or several flights of one airplane.
 
-    Parameters: options; accuracies of the sensors, 2σ; the rows of each flight with its heights;
-    reference_pressure [Pa]; share, the probability of an uncalibrated impact-pressure system.
+    Parameters: accuracies of the sensors, 2σ; the rows of each flight with its heights;
+    reference_pressure [Pa]; priors.
     """
-    priors, slow = options.priors, options.wind != "constant"
-    if options.error_location in (TOTAL, IMPACT):
-        share = 1.0
-    elif options.error_location == STATIC:
-        share = 0.0
+    share = priors.unknown_share
     span = flown_range([obs for obs, _ in flown])
-    static, total, deviations = sources_of(options, stated, share, span, reference_pressure)
+    static, total, deviations = sources_of(priors, share, span, reference_pressure)
     first = len(static) + len(total)
-    common, sound_zero = _common(options, stated, [obs for obs, _ in flown], share)
+    common, sound_zero = _common(priors, stated, [obs for obs, _ in flown])
     shared = {name: first + i for i, name in enumerate(common)}
     others = [*common.values()]
     flights, place = [], 0
     for obs, heights in flown:
         layers = _layers_of(obs)
-        own = _own(options, stated, obs, heights, layers)
+        own = _own(priors, stated, obs, heights, layers)
         at = shared | {name: first + len(others) + i for i, name in enumerate(own)}
         others += own.values()
-        triangle = slice(place, place + (5 if slow else 3))
+        triangle = slice(place, place + 5)
         height = slice(triangle.stop, triangle.stop + (_HEIGHT_NOISE if heights is not None else 0))
         place = height.stop
         flights.append(Flight(obs, heights, layers, at, triangle, height))
@@ -222,94 +197,46 @@ def unknowns_of(
             rivals.append((name, chance, np.concatenate([*deviations[name], own_rest])))
     departures = np.concatenate([static.departure, total.departure, np.zeros(len(rest), np.bool_)])
     return Unknowns(
-        static, total, tuple(flights), first + len(rest), tuple(rivals), departures, slow, priors
+        static, total, tuple(flights), first + len(rest), tuple(rivals), departures, priors
     )
 
 
 def _common(
-    options: CalibrationOptions, stated: Accuracies, observed: Sequence[Observations], share: float
+    priors: Priors, stated: Accuracies, observed: Sequence[Observations]
 ) -> tuple[dict[str, float], float]:
     """The unknowns of the airplane with their deviations, and that of a sound sensor's zero [Pa]."""
-    zero, latency = 0.5 * stated.impact_pressure_zero_pa, 0.5 * stated.latency_s
-    if options.latency != "given":
-        latency = max(latency, options.priors.latency)
-    wide = options.error_location == AUTO and options.model in (SMOOTH, AUTO) and share > 0.0
-    total = any(obs.probe_heating > 0.0 for obs in observed)
+    zero = 0.5 * stated.impact_pressure_zero_pa
+    heated = any(obs.probe_heating > 0.0 for obs in observed)
     found = {
-        ZERO: max(zero, options.priors.unknown_zero) if wide else zero,
+        ZERO: max(zero, priors.unknown_zero) if priors.unknown_share > 0.0 else zero,
         "temperature_k": 0.0 if observed[0].standard_day else 0.5 * stated.temperature_k,
-        "recovery_factor": 0.5 * stated.recovery_factor if total else 0.0,
+        "recovery_factor": 0.5 * stated.recovery_factor if heated else 0.0,
         "static_pressure_pa": 0.5 * stated.static_pressure_pa,
-        "latency_s": latency,
+        "latency_s": max(0.5 * stated.latency_s, priors.latency),
     }
     return {name: value for name, value in found.items() if value > 0.0}, max(zero, _NEVER)
 
 
 def _own(
-    options: CalibrationOptions,
+    priors: Priors,
     stated: Accuracies,
     obs: Observations,
     heights: HeightRows | None,
     layers: Meters,
 ) -> dict[str, float]:
     """The unknowns of one flight with their deviations."""
-    priors = options.priors
     found = {"wind_north": priors.wind, "wind_east": priors.wind}
-    if options.wind_down:
-        found["wind_down"] = priors.wind
-    if options.wind != "constant":
-        thickness = max(float(layers[1] - layers[0]), _THICK)
-        shear = priors.shear * float(np.sqrt(_THICK / thickness))
-        found |= {
-            f"shear_{axis}_{i}": shear for axis in ("north", "east") for i in range(len(layers) - 1)
-        }
+    thickness = max(float(layers[1] - layers[0]), _THICK)
+    shear = priors.shear * float(np.sqrt(_THICK / thickness))
+    found |= {
+        f"shear_{axis}_{i}": shear for axis in ("north", "east") for i in range(len(layers) - 1)
+    }
     if obs.standard_day:
         found["temperature_k"] = 0.5 * max(stated.temperature_k, WITHOUT_TEMPERATURE)
-    for name, step, (_, count) in _steps(obs):
-        found |= {f"{name}_{i}": step / float(np.sqrt(12.0)) for i in range(count)}
     if heights is not None:
-        if options.latency != "given":
-            found["height_latency_s"] = priors.height_latency
+        found["height_latency_s"] = priors.height_latency
         found |= {f"height_{i}": float(each) for i, each in enumerate(heights.deviations)}
     return found
-
-
-_MOST_STEPS = 40  # columns of one display
-
-
-def _steps(obs: Observations) -> list[tuple[str, float, tuple[NDArray[np.intp], int]]]:
-    """The displays that round: name, step [m/s], and the step that each row shows of how many.
-
-    A reading that stands still is wrong by the same part of a step for as long as it stands, so
-    each displayed value has an error of its own, uniform over the step. Above 40 values neighbors
-    share one.
-    """
-    shown = {
-        "airspeed_step": air.calibrated_airspeed(obs.impact_pressure),
-        "ground_speed_step": np.hypot(obs.velocity_north, obs.velocity_east),
-    }
-    found = []
-    for (name, value), step in zip(shown.items(), obs.steps, strict=True):
-        if step > 0.0:
-            number = np.round(value / step).astype(np.intp)
-            number -= number.min()
-            number //= 1 + int(number.max()) // _MOST_STEPS
-            places, index = np.unique(number, return_inverse=True)
-            found.append((name, step, (index, len(places))))
-    return found
-
-
-def step_columns(flight: Flight, blocks: Blocks, ratio: Array) -> dict[str, Array]:
-    """Return the effect of each displayed step on the true airspeed of the blocks, (n,) [-].
-
-    `ratio` (n,) is true over calibrated airspeed, by which an error of the reading grows.
-    """
-    columns = {}
-    for name, _, (index, count) in _steps(flight.observations):
-        gain = ratio if name == "airspeed_step" else -np.ones_like(ratio)
-        for i in range(count):
-            columns[f"{name}_{i}"] = gain * blocks.mean((index == i).astype(np.float64))
-    return columns
 
 
 def _layers_of(obs: Observations) -> Meters:
@@ -317,18 +244,3 @@ def _layers_of(obs: Observations) -> Meters:
     high = max(high, low + 1.0)
     count = min(max(int((high - low) / _LAYER), 1), _MOST_LAYERS)
     return np.linspace(low, high, count + 1)
-
-
-def reference_of(observed: Sequence[Observations]) -> float:
-    """Return the usual reference pressure [Pa], or for fast airplanes the median of the data,
-    rounded.
-    """
-    from pitotbench.pressure_error import REFERENCE_PRESSURE
-
-    middle = float(np.median(np.concatenate([obs.impact_pressure for obs in observed])))
-    if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
-        return REFERENCE_PRESSURE
-    return float(round(middle, -3))
-
-
-_FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data

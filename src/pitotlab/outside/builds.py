@@ -21,7 +21,7 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.calibration import Calibration
+from pitotbench.records.log import FlightLog
 from pitotlab.outside.judge import (
     COMMAND_DEFAULTS,
     NAN,
@@ -32,6 +32,8 @@ from pitotlab.outside.judge import (
 )
 from pitotlab.outside.physics import KNOT, Array
 from pitotlab.outside.written import TRUTH
+
+Calibrate = Callable[[FlightLog, CalibrationOptions], Any]
 
 Z_AT = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the range of airspeeds
 WRONG_BELOW = 0.5  # share of the curve inside its bound
@@ -80,7 +82,9 @@ def options_known(stated: Mapping[str, Any]) -> tuple[CalibrationOptions, str]:
     return CalibrationOptions(**known), json.dumps(known, sort_keys=True)
 
 
-def judge_log(path: Path, truth: Mapping[str, Any], options: CalibrationOptions) -> dict[str, Any]:
+def judge_log(
+    path: Path, truth: Mapping[str, Any], options: CalibrationOptions, calibrate: Calibrate
+) -> dict[str, Any]:
     """Read and calibrate a log, and hold the answer against its truth: entries of a `BuildRow`."""
     log, begun = None, 0.0
     try:
@@ -95,7 +99,7 @@ def judge_log(path: Path, truth: Mapping[str, Any], options: CalibrationOptions)
     return {"outcome": "answered", "cpu_s": round(seconds, 4), **held(found, truth)}
 
 
-def held(found: Calibration, truth: Mapping[str, Any]) -> dict[str, Any]:
+def held(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
     """The curve and the wind of an answer against the truth."""
     at = np.array(truth["indicated_airspeed_kt"])
     curve = found.curve
@@ -124,7 +128,9 @@ def held(found: Calibration, truth: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
+def judge_folder(
+    folder: Path, out: Path, stated: Mapping[str, Any], calibrate: Calibrate = calibrate
+) -> None:
     """Judge the logs under a folder that the file has no row of yet, and append a row each.
 
     Raises BadInputError for a folder without written logs.
@@ -152,10 +158,10 @@ def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
             done.add((truth["set"], truth["seed"], words))
             log = path.with_name(path.name.removesuffix(TRUTH) + ".csv")
             if not warm:  # what loads with the first calibration is not its time
-                judge_log(log, truth, options)
+                judge_log(log, truth, options, calibrate)
                 warm = True
             named = {name: truth[name] for name in ("set", "seed", "maneuver", "gps_hz")}
-            row = BuildRow(**named, options=words, **judge_log(log, truth, options))
+            row = BuildRow(**named, options=words, **judge_log(log, truth, options, calibrate))
             writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
             file.flush()
             print(f"{row.set} {row.seed} {row.maneuver}: {row.outcome}", file=sys.stderr)
@@ -168,12 +174,20 @@ def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None
     parser.add_argument("folder", type=Path)
     parser.add_argument("--out", type=Path, required=True, help="one row a log (CSV)")
     parser.add_argument("--calibrate", default="{}", help="choices of the calibration (JSON)")
+    parser.add_argument(
+        "--candidate", action="store_true", help="the laboratory's candidate, not the product"
+    )
     choice = parser.parse_args(words)
     try:
         stated = json.loads(choice.calibrate)
     except json.JSONDecodeError as error:
         parser.error(f"--calibrate {choice.calibrate!r}: {error}")
-    judge_folder(choice.folder, choice.out, stated)
+    if choice.candidate:
+        from pitotlab import candidate  # an older build of the product does not carry it
+
+        judge_folder(choice.folder, choice.out, stated, candidate.calibrate)
+    else:
+        judge_folder(choice.folder, choice.out, stated)
 
 
 def wilson(count: int, of: int) -> tuple[float, float]:

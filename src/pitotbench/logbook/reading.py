@@ -1,5 +1,6 @@
 """Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
+from collections import abc
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from pitotbench.records.log import FlightLog
 def read_log(
     path: Path | str,
     mapping: Path | str | None = None,
-    parameters: Parameters | None = None,
+    parameters: abc.Mapping[str, float] | None = None,
 ) -> FlightLog:
     """Read a flight log from a file.
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -12,7 +11,6 @@ from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.observations import Blocks, block_length, divide
 from pitotbench.calibration.prediction import WindPath, correlated, wind_by_circle
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Estimate, WindowWind
 from pitotbench.units import Array
 from pitotlab.candidate.heights import altitude_guess
 from pitotlab.candidate.linear_gaussian import (
@@ -40,7 +38,7 @@ _JUMP_TIMES = 24
 
 @dataclass(frozen=True, slots=True)
 class WindFit:
-    """The wind of one flight: mean over the flight, (2,) with covariance (2, 2), and by windows.
+    """The wind of one flight: its mean, (2,) with covariance (2, 2).
 
     `path` is the slow wind less its mean, `jump` the probability of a front and `jump_time` its
     likeliest time [s].
@@ -48,7 +46,6 @@ class WindFit:
 
     mean: Array
     covariance: Array
-    windows: tuple[WindowWind, ...]
     path: WindPath | None
     jump: float
     jump_time: float
@@ -284,12 +281,11 @@ def _with_jump(
     return scaled, (jump, float(times[np.argmax(shares)]))
 
 
-# The wind of a flight is W + w(t), with w a Gauss-Markov process. The data determine its mean over
-# a window far better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ)
-# to the estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science
-# 6, 1991).
+# The wind of a flight is W + w(t), with w a Gauss-Markov process. The data determine its mean far
+# better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the
+# estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6,
+# 1991).
 
-_WINDOW, _SHORTEST_WINDOW, _GAP = 600.0, 60.0, 60.0  # s: longest and shortest; a gap that ends one
 _COARSE = 5e-5  # of the variance: error of treating blocks as points, 0.7 cm/s at 1 m/s
 
 
@@ -301,79 +297,41 @@ def _wind_of(
     jump: tuple[float, float],
 ) -> WindFit:
     flight, own = unknowns.flights[number], point.triangles[number]
-    windows = _windows(own.blocks)
-    shares = np.zeros((len(own.blocks.count), 1 + len(windows)))
-    shares[:, 0] = own.blocks.count / own.blocks.count.sum()
-    for place, window in enumerate(windows, start=1):
-        shares[window, place] = own.blocks.count[window] / own.blocks.count[window].sum()
     heaviest = _heaviest(nodes)
     weights = np.array([node.weight for node in heaviest]) / sum(n.weight for n in heaviest)
-    found = [_means(unknowns, flight, own, node, shares) for node in heaviest]
-    means = np.einsum("m,mwa->wa", weights, np.stack([mean for mean, _ in found]))
-    within = np.einsum("m,mwab->wab", weights, np.stack([spread for _, spread in found]))
-    offset = np.stack([mean for mean, _ in found]) - means
-    covariances = within + np.einsum("m,mwa,mwb->wab", weights, offset, offset)
-    time = own.blocks.mean(flight.observations.time)
-    height = own.blocks.mean(flight.observations.height())
-    told = []
-    for place, window in enumerate(windows, start=1):
-        sizes = 2.0 * np.sqrt(np.diag(covariances[place]))
-        north, east = (
-            Estimate(axis, float(means[place, i]), float(sizes[i]))
-            for i, axis in enumerate(("north", "east"))
-        )
-        span = float(time[window][0]), float(time[window][-1])
-        told.append(WindowWind(*span, float(shares[:, place] @ height), north, east))
-    return WindFit(means[0], covariances[0], tuple(told), own.path, *jump)
+    found = [_mean(flight, own, node) for node in heaviest]
+    means = np.stack([mean for mean, _ in found])
+    mean = weights @ means
+    within = np.einsum("m,mab->ab", weights, np.stack([spread for _, spread in found]))
+    offset = means - mean
+    covariance = within + np.einsum("m,ma,mb->ab", weights, offset, offset)
+    return WindFit(mean, covariance, own.path, *jump)
 
 
-def _means(
-    unknowns: Unknowns, flight: Flight, own: Triangle, node: Normal, shares: Array
-) -> tuple[Array, Array]:
-    """The mean wind under one noise over each set of shares of the blocks (n, w): (w, 2) and its
-    covariance, (w, 2, 2)."""
+def _mean(flight: Flight, own: Triangle, node: Normal) -> tuple[Array, Array]:
+    """The mean wind of a flight under one noise, (2,), and its covariance, (2, 2)."""
     part, level = own.equations, node.noise[flight.triangle]
-    p, count = len(node.mean), shares.shape[1]
-    maps = np.zeros((count, 2, p))
-    maps[:, [0, 1], flight.winds] = 1.0
-    layers = own.blocks.mean(flight.shear_basis(flight.observations.height()))
+    share = own.blocks.count / own.blocks.count.sum()
+    of_level = np.zeros((2, len(node.mean)))
+    of_level[[0, 1], flight.winds] = 1.0
+    layers = share @ own.blocks.mean(flight.shear_basis(flight.observations.height()))
     for axis, name in enumerate(("north", "east")):
-        at = [flight.at[f"shear_{name}_{i}"] for i in range(layers.shape[1])]
-        maps[:, axis, at] = shares.T @ layers
-    means = maps @ node.mean
-    unknown = np.zeros((count, 2, 2))
+        of_level[axis, [flight.at[f"shear_{name}_{i}"] for i in range(len(layers))]] = layers
     variance = float(np.exp(2.0 * level[3]))
-    kernels = correlated(own.blocks, float(np.exp(level[4])), shares)
-    noise = part.noise_of.stack(level[None])
-    for place, kernel in enumerate(kernels.T):
-        crossed = -variance * kernel[:, None] * own.along
-        weighed = noise.weigh(crossed)[0]
-        means[place] += weighed.T @ (part.response - part.regressors @ node.mean[part.places])
-        maps[place][:, part.places] -= weighed.T @ part.regressors
-        rest = variance * float(shares[:, place] @ kernel) * np.eye(2) - crossed.T @ weighed
-        unknown[place] = _at_least(rest, _COARSE * variance)
-    return means, maps @ node.covariance @ np.swapaxes(maps, 1, 2) + unknown
+    kernel = correlated(own.blocks, float(np.exp(level[4])), share[:, None])[:, 0]
+    crossed = -variance * kernel[:, None] * own.along
+    weighed = part.noise_of.stack(level[None]).weigh(crossed)[0]
+    left = part.response - part.regressors @ node.mean[part.places]
+    mean = of_level @ node.mean + weighed.T @ left
+    of_level[:, part.places] -= weighed.T @ part.regressors
+    rest = variance * float(share @ kernel) * np.eye(2) - crossed.T @ weighed
+    return mean, of_level @ node.covariance @ of_level.T + _at_least(rest, _COARSE * variance)
 
 
 def _at_least(matrix: Array, floor: float) -> Array:
     """A symmetric matrix with eigenvalues raised to a floor."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
-
-
-def _windows(blocks: Blocks) -> list[slice]:
-    """Divide the blocks into windows of ten minutes or less, none across a gap of a minute."""
-    middle = blocks.middle()
-    ends = [0, *(np.flatnonzero(np.diff(middle) > _GAP) + 1), len(middle)]
-    found = []
-    for first, end in pairwise(ends):
-        lasting = middle[end - 1] - middle[first]
-        if lasting >= _SHORTEST_WINDOW:
-            parts = int(np.ceil(lasting / _WINDOW)) + 1
-            edges = np.linspace(middle[first], middle[end - 1], parts)[1:-1]
-            cuts = [first, *np.searchsorted(middle, edges), end]
-            found += [slice(int(a), int(b)) for a, b in pairwise(cuts)]
-    return found
 
 
 _LEAST_GAINED = 0.01  # share of a variance: of a direction that gains less, small errors decide

@@ -21,7 +21,6 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.log import FlightLog
 from pitotlab.outside.judge import (
     COMMAND_DEFAULTS,
     NAN,
@@ -33,7 +32,7 @@ from pitotlab.outside.judge import (
 from pitotlab.outside.physics import KNOT, Array
 from pitotlab.outside.written import TRUTH
 
-Calibrate = Callable[[FlightLog, CalibrationOptions], Any]
+Calibrate = Callable[[Any, CalibrationOptions], Any]  # a log and its options to an answer
 
 Z_AT = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the range of airspeeds
 WRONG_BELOW = 0.5  # share of the curve inside its bound
@@ -183,9 +182,10 @@ def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None
     except json.JSONDecodeError as error:
         parser.error(f"--calibrate {choice.calibrate!r}: {error}")
     if choice.candidate:
-        from pitotlab import candidate  # an older build of the product does not carry it
+        # loaded here, since an older build of the product does not carry it
+        from pitotlab.candidate import calibrate as of_candidate
 
-        judge_folder(choice.folder, choice.out, stated, candidate.calibrate)
+        judge_folder(choice.folder, choice.out, stated, of_candidate)
     else:
         judge_folder(choice.folder, choice.out, stated)
 

@@ -14,6 +14,9 @@ from tests.test_pages_run import KEPT, require_the_readme_to_hold
 import pitotlab
 from pitotbench.cli.app import main as bench
 from pitotbench.reconciliation.null_distribution import read_distribution
+from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.case_file import write_case
+from pitotbench.simulation.modified import install_variant
 from pitotlab.__main__ import COMMANDS, main
 from pitotlab.speed import ratios
 from pitotlab.speed.commands import Line
@@ -124,21 +127,18 @@ def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monke
 
 
 def test_a_patched_airplane_is_reconciled_and_patched_again(tmp_path, monkeypatch, capsys):
-    """Each patch leaves no gap on the flight that it was found on."""
+    """What it hides beside its patch is found and applied; with both in its file no gap is left."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
-    card = 'maneuver = "circle"\nturbulence = "none"\n[card]\nspeeds_kt = [150.0, 110.0]\n'
-    aircraft = "navajo"
-    for name, hidden in (
-        ("pod", 'name = "belly_pod"\nparameters = { drag_area_m2 = 0.15 }'),
-        ("weak", 'name = "power_deficit"\nparameters = { left_fraction = 0.06, right_fraction = 0.0 }'),
-    ):
-        case = f'aircraft = "{aircraft}"\n{card}[[effects]]\n{hidden}\n'
-        Path("case.toml").write_text(case, encoding="utf-8")
-        assert bench(["fly", "case.toml", "-o", "log.csv"]) == 0
-        assert bench(["reconcile", "log.csv", "--aircraft", aircraft, "--apply", name]) == 0
-        assert "no significant gap" not in capsys.readouterr().out.splitlines()[0]
-        aircraft += f"+{name}"
-        assert bench(["reconcile", "log.csv", "--aircraft", aircraft]) == 0
-        assert capsys.readouterr().out.splitlines()[0] == "no significant gap"
-    assert aircraft == "navajo+pod+weak"
+    weak = EffectSpec("power_deficit", {"left_fraction": 0.06, "right_fraction": 0.0})
+    install_variant("navajo", "pod", [EffectSpec("belly_pod", {"drag_area_m2": 0.15})])
+    install_variant("navajo+pod", "weak", [weak])
+    card = {"maneuver": "circle", "turbulence": "none", "card": {"speeds_kt": [150.0, 110.0]}}
+    case = Case(aircraft="navajo+pod", effects=(weak,), **card)
+    Path("case.toml").write_text(write_case(case), encoding="utf-8")
+    assert bench(["fly", "case.toml", "-o", "log.csv"]) == 0
+    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod", "--apply", "found"]) == 0
+    assert "power deficit (left fraction 0.06" in capsys.readouterr().out
+    assert (tmp_path / "aircraft" / "navajo+pod+found").is_dir()
+    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod+weak"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "no significant gap"

@@ -59,7 +59,7 @@ def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(
 def test_spikes_are_no_wander(flight: Flight, null: NullDistribution) -> None:
     """As a busy hand on the throttle makes them in what the engines tell, here in the height."""
     log = sensed_anew(flight, 124)
-    spikes = np.where(np.random.default_rng(1).random(len(log)) < 0.003, 30.0, 0.0)
+    spikes = np.where(np.random.default_rng(1).random(len(log)) < 0.003, 120.0, 0.0)
     before = lay_out(log, None, SETTING)
     moved = lay_out(replace(log, altitude=log.altitude + spikes), None, SETTING)
     lasting = np.where(log.time % 5.0 < 1.0, 30.0, 0.0)

@@ -53,6 +53,11 @@ class Table:
         return self.columns[self.names.index(name)]
 
 
+def plain_name(name: str) -> str:
+    """Return a column's name as recorders spell it alike: in lower case, with single blanks."""
+    return " ".join(name.lower().replace("_", " ").split())
+
+
 def numbers(name: str, column: Column) -> NDArray[np.float64]:
     """Return a column as floats, with NaN for empty cells.
 
@@ -85,6 +90,33 @@ def _no_number(cell: object) -> str:
     if _DECIMAL_COMMA.fullmatch(text):
         return f"{text!r} has a decimal comma; write decimal points in the whole file"
     return f"{text!r} is not a number; correct or remove that row"
+
+
+_POSITION = re.compile(r"\s*([+-]?\d{1,2}\.\d{3,})[\s,;]+([+-]?\d{1,3}\.\d{3,})\s*")
+
+
+def split_positions(table: Table) -> Table:
+    """Return a table whose columns of positions, `latitude longitude` [°] in one cell, are two
+    columns each, named after the quantity. Cells of anything else are NaN.
+    """
+    names, columns, units = [], [], []
+    stated = table.units or ("",) * len(table.names)
+    for name, column, unit in zip(table.names, table.columns, stated, strict=True):
+        first = next((cell for cell in column if cell), "") if column.dtype.kind == "O" else ""
+        if not _POSITION.fullmatch(str(first)):
+            names.append(name)
+            columns.append(column)
+            units.append(unit)
+            continue
+        found = [_POSITION.fullmatch(str(cell)) for cell in column]
+        for place, axis in enumerate(("latitude", "longitude"), 1):
+            names.append(f"{name} {axis}")
+            columns.append(np.array([float(cell[place]) if cell else np.nan for cell in found]))
+            units.append("deg")
+    if len(names) == len(table.names):
+        return table
+    kept = tuple(units) if table.units else ()
+    return Table(tuple(names), tuple(columns), table.header, table.warnings, kept)
 
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:
@@ -168,6 +200,7 @@ CONVERTED = (
     Channel("", "air", 0.0, 1.0, essential=True, name="mach"),
     Channel("m", "air", 0.0, 32e3, essential=True, name="pressure_altitude"),
     Channel("m", "air", 0.0, 32e3, essential=True, name="indicated_altitude"),
+    Channel("m", "air", 0.0, 32e3, essential=True, name="height_above_takeoff"),
     Channel("pa", "air", 80e3, 120e3, essential=True, name="altimeter_setting"),
     Channel("mps", "gps", 0.0, 700.0, essential=True, name="ground_speed"),
     Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="track"),
@@ -248,6 +281,7 @@ CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the l
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
+DAY = "temperature_c"  # header entry: the stated temperature of the day, such as "18±2@ground"
 PARAMETERS = "parameters"  # header entry: the airspeed parameters with which an autopilot showed the log's airspeed
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 

@@ -294,6 +294,16 @@ TOPIC_READERS = {
 }
 
 
+def topics_of(path: Path) -> TopicReader | None:
+    """Return the reader of a log that holds topics; None for another, as of a .log that is a table."""
+    reader = TOPIC_READERS.get(path.suffix.lower())
+    if reader is not None and path.suffix.lower() == ".log" and path.is_file():
+        with path.open("rb") as file:
+            begin = file.read(len(_TEXT))
+        return reader if begin.startswith(_MAGIC) or begin == _TEXT else None
+    return reader
+
+
 # Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra
 # pitotbench[hdf5].
 
@@ -369,6 +379,8 @@ _DIMENSIONS = 5  # miINT32: the kind of the element that holds the dimensions of
 _NUMERIC = range(6, 16)  # classes of a variable: double to unsigned integers of 64 bits
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of a number of each kind
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
+_RATES = ("rate", "samplerate", "sample_rate", "fs")  # its samples a second
+_ROUNDING = 1e-6  # of a sample
 
 
 def read_mat(path: Path) -> Table:
@@ -376,7 +388,8 @@ def read_mat(path: Path) -> Table:
 
     A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array
     `fdata` of SIDPAC the other variables, which hold no samples, are left out. A struct with a
-    field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
+    field `data` (and `units`, `Rate`) is one channel; channels of several rates come at the middle
+    one of these. Single numbers and texts beside the vectors are left
     out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of
     different lengths.
     """
@@ -398,6 +411,8 @@ def read_mat(path: Path) -> Table:
     if warnings and not found:
         raise BadInputError(f"{'; '.join(warnings)}; save each channel as a vector of numbers")
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
+    if len({len(column) for column, _ in vectors.values()}) > 1:
+        vectors = _on_one_clock(vectors, _rates(variables))
     lengths = {
         len(column): name for name, (column, _) in reversed(vectors.items())
     }  # the first name of each
@@ -406,6 +421,35 @@ def read_mat(path: Path) -> Table:
         raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
     columns, units = zip(*vectors.values(), strict=True) if vectors else ((), ())
     return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())
+
+
+def _rates(variables: Mapping[str, Any]) -> dict[str, float]:
+    """Return the samples a second of the channels that state them, by name."""
+    found = {}
+    for name, value in variables.items():
+        stated = {k.lower(): v for k, v in value.items()} if isinstance(value, dict) else {}
+        rate = next((stated[key] for key in _RATES if key in stated), None)
+        if isinstance(rate, int | float | np.number) and rate > 0.0:
+            found[name] = float(rate)
+    return found
+
+
+def _on_one_clock(
+    vectors: dict[str, tuple[Column, str]], rates: Mapping[str, float]
+) -> dict[str, tuple[Column, str]]:
+    """Return channels of several rates at the middle one of these, with their time: each with the
+    last sample before it. Channels without a rate are left out; all stay where none states it.
+    """
+    if not rates:
+        return vectors
+    base = sorted(rates.values())[len(rates) // 2]
+    kept = {name: pair for name, pair in vectors.items() if name in rates}
+    seconds = min(len(column) / rates[name] for name, (column, _) in kept.items())
+    time = np.arange(int(seconds * base + _ROUNDING)) / base
+    found: dict[str, tuple[Column, str]] = {"time_s": (time, "s")}
+    for name, (column, unit) in kept.items():
+        found[name] = (column[(time * rates[name] + _ROUNDING).astype(np.intp)], unit)
+    return found
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -494,7 +538,8 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
     matrix.
     """
     if isinstance(value, dict):
-        unit = next((str(value[key]) for key in _UNITS if key in value), "")
+        stated = {key.lower(): found for key, found in value.items()}
+        unit = next((str(stated[key]) for key in _UNITS if key in stated), "")
         value = value.get(_DATA)
         return {} if _is_mixed(value) else {name: (_vector(name, value), unit)}
     if _is_mixed(value):
@@ -555,6 +600,9 @@ FORMATS: Catalog[Format] = Catalog(
 
 # Files that are read and never written.
 READ_ONLY: dict[str, Callable[[Path], Table]] = {
+    ".txt": read_csv,
+    ".tsv": read_csv,
+    ".log": read_csv,
     ".csv.gz": read_csv,
     ".igc": read_igc,
     ".igc.gz": read_igc,
@@ -578,7 +626,7 @@ def format_of(path: Path) -> Format:
         raise BadInputError(
             f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or "
             "convert it "
-            f"(read only: {', '.join([*READ_ONLY, *TOPIC_READERS])})"
+            f"(read only: {', '.join(dict.fromkeys([*READ_ONLY, *TOPIC_READERS]))})"
         )
     return FORMATS[suffix]
 

@@ -110,9 +110,7 @@ def test_one_table_a_message_reads_as_the_binary_log():
 def test_a_folder_with_one_table_a_message_is_one_log():
     folder = shared_case("10-ardupilot-csv-with-old-ratio")
     first = shared_case("10-ardupilot-csv-with-old-ratio", "x_ARSP.csv")
-    np.testing.assert_array_equal(
-        read_log(folder).impact_pressure, read_log(first).impact_pressure
-    )
+    np.testing.assert_array_equal(read_log(folder).impact_pressure, read_log(first).impact_pressure)
 
 
 def test_each_variable_of_an_airliner_has_its_rate():

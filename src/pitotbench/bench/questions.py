@@ -316,7 +316,9 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
 
     name, channels = "in memory", {} if log is None else log.channels()
     if isinstance(source, str | Path):
-        name, digest = Path(source).name, file_sha256(Path(source))
+        path = Path(source)  # of a file in a .zip, the digest is that of the .zip
+        there = next((each for each in (path, *path.parents) if each.exists()), path)
+        name, digest = path.name, file_sha256(there)
     else:
         digest = sha256(
             b"".join(key.encode() + array.tobytes() for key, array in channels.items())

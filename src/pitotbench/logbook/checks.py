@@ -49,18 +49,27 @@ _AIRPLANE = (
 _NAMED = re.compile(rf"\b({'|'.join(_AIRPLANE)})\s*[=:]\s*\"?([^\",]+)")
 
 
+def _names_of(log: FlightLog) -> list[tuple[str, str]]:
+    """What names the airplane of a log, with the entries that do."""
+    case, lines = log.header.get("case"), log.header.get("comments", ())
+    named = [(key, str(log.header[key])) for key in _AIRPLANE if key in log.header]
+    named += _NAMED.findall("\n".join(map(str, lines if isinstance(lines, list) else ())))
+    if isinstance(case, Mapping):  # an airplane with a patch is the same
+        named.append(("case", str(case.get("aircraft", "")).partition("+")[0]))
+    return [(key, name.strip()) for key, name in named if name.strip()]
+
+
+def airplane_of(log: FlightLog) -> str:
+    """Return the airplane as the header of a log names it; empty where it does not."""
+    return next((name for _, name in _names_of(log)), "")
+
+
 def require_one_airplane(logs: Sequence[FlightLog]) -> None:
     """Raise BadInputError where the headers of logs that are to be joined name two airplanes."""
     known: dict[str, str] = {}
     for log in logs:
-        case, lines = log.header.get("case"), log.header.get("comments", ())
-        named = [(key, log.header[key]) for key in _AIRPLANE if key in log.header]
-        named += _NAMED.findall("\n".join(map(str, lines if isinstance(lines, list) else ())))
-        if isinstance(case, Mapping):  # an airplane with a patch is the same
-            named.append(("case", str(case.get("aircraft", "")).partition("+")[0]))
-        for key, value in named:
-            name = str(value).strip()
-            other = known.setdefault(key, name) if name else name
+        for key, name in _names_of(log):
+            other = known.setdefault(key, name)
             if other.casefold() != name.casefold():
                 raise BadInputError(
                     f"the logs are of two airplanes, {other!r} and {name!r} ({key} of their "

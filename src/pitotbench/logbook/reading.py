@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.assembly import log_of
+from pitotbench.logbook.bundle import flights_held, is_bundle, logs_in, opened
 from pitotbench.logbook.columns import (
     CALIBRATE,
     DAY,
@@ -21,7 +22,7 @@ from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import FlightLog, HeldFlight
 
 
 def read_log(
@@ -30,7 +31,8 @@ def read_log(
     parameters: abc.Mapping[str, float] | None = None,
     temperature_c: str | None = None,
 ) -> FlightLog:
-    """Read a flight log from a file.
+    """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
+    a .zip (`card.zip/flight.csv`).
 
     `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
@@ -45,17 +47,57 @@ def read_log(
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        stated = dict(parameters or {})
-        table = (
-            table_of(source, stated)
-            if named is None
-            else _advised(read_mapped(source, named, read_table, stated), named)
-        )
+        with opened(source) as place:
+            stated = dict(parameters or {})
+            table = (
+                table_of(_only_log(place, source) if is_bundle(place) else place, stated)
+                if named is None
+                else _advised(read_mapped(place, named, read_table, stated), named)
+            )
         if temperature_c is not None:
             table = replace(table, header={**table.header, DAY: temperature_c})
         return log_of(table)
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
+
+
+def flights_of(path: Path) -> list[HeldFlight]:
+    """Return the flights of a folder or a .zip file, with what refuses the files that are none.
+
+    Raises BadInputError for a .zip file that cannot be unpacked.
+    """
+    with opened(path) as folder:
+        return flights_held(folder, logs_in(folder), read_log)
+
+
+def _only_log(folder: Path, source: Path) -> Path:
+    """Return the file of the only log of a folder, which the user named as `source`. Raises
+    BadInputError, with the flights, where there are others.
+    """
+    files = logs_in(folder)
+    if len(files) == 1:
+        return files[0]
+    held = flights_held(folder, files, read_log)
+    whole = list(dict.fromkeys(flight.file for flight in held if not flight.refusal))
+    if len(whole) == 1:
+        return folder / whole[0]
+    held.sort(key=lambda flight: bool(flight.refusal))  # those that were read come first
+    shown = "; ".join(map(str, held[:_SHOWN_FLIGHTS]))
+    more = f"; and {len(held) - _SHOWN_FLIGHTS} more" if len(held) > _SHOWN_FLIGHTS else ""
+    if not held:
+        raise BadInputError("a folder without a log; name a log")
+    if not whole:
+        raise BadInputError(
+            f"a folder, and no file in it is a log ({shown}{more}); name a log, or give the "
+            "mapping of a log in several files"
+        )
+    raise BadInputError(
+        f"a folder of {len(whole)} logs; name one, such as {source / whole[0]}, or several of one "
+        f"airplane: {shown}{more}"
+    )
+
+
+_SHOWN_FLIGHTS = 12
 
 
 def table_of(path: Path, stated: Parameters | None = None) -> Table:
@@ -129,10 +171,6 @@ def read_table(path: Path) -> Table:
     """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or
     holds no row.
     """
-    if path.is_dir():
-        raise BadInputError(
-            "a folder, not a log; name its file, or give the mapping of a log in several files"
-        )
     read = reader_of(path)
     require_regular(path)
     try:

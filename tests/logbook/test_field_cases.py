@@ -122,7 +122,7 @@ def test_each_variable_of_an_airliner_has_its_rate():
 
 def test_a_recording_without_gps_is_refused_with_its_reason(capsys):
     path = shared_case("21-dynon-d180-no-gps.csv")
-    with pytest.raises(BadInputError, match="Dynon.*no GPS.*fixed-speed"):
+    with pytest.raises(BadInputError, match=r"Dynon.*no GPS.*fixed-speed"):
         read_log(path)
     assert main(["calibrate", str(path)]) == 2
     assert "no ground speed and no position" in capsys.readouterr().err

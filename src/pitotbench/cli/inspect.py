@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
 
     require_page(options.report, [options.log])
     if is_bundle(options.log) and options.mapping is None:
-        from pitotbench.logbook.reading import flights_of
+        from pitotbench.bench.contents import flights_of
         from pitotbench.show.inspection import held_json, print_held
 
         held = flights_of(options.log)

@@ -3,20 +3,14 @@ flights these are.
 """
 
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
-from pitotbench import air
-from pitotbench.logbook.checks import airplane_of, flights_in
-from pitotbench.logbook.columns import START
 from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog, HeldFlight
 
 ZIP = ".zip"
 _MOST_BYTES = 2 << 30  # of an unpacked .zip: more fits no card's month of flights
@@ -73,35 +67,12 @@ def logs_in(folder: Path) -> list[Path]:
         raise BadInputError(
             f"a folder of {len(files):,} logs, where {_MOST_FILES} are the most: give a part of it"
         )
-    several = [find_mapping(name).files for name in shipped() if len(find_mapping(name).files) > 1]
     parts: set[Path] = set()
-    for entries in several:
-        for first in files:
-            if first.match(entries[0].pattern):
-                lead = first.name.removesuffix(entries[0].pattern.removeprefix("*"))
-                names = {p.replace("*", lead) for entry in entries for p in entry.patterns}
-                beside = {p for p in files if p.parent == first.parent and p.name in names}
-                parts |= beside - {first}
-                parts |= {p for p in files if p.name == f"{lead}PARM.csv"}
+    for entries in (find_mapping(name).files for name in shipped()):
+        lead, *others = [pattern for entry in entries for pattern in entry.patterns] or [""]
+        for first in files if others else ():
+            if first.match(lead):
+                prefix = first.name.removesuffix(lead.removeprefix("*"))
+                beside = [*others, "*PARM.csv"]
+                parts |= {first.with_name(pattern.replace("*", prefix)) for pattern in beside}
     return [path for path in files if path not in parts]
-
-
-def flights_held(
-    folder: Path, files: Iterable[Path], read: Callable[[Path], FlightLog]
-) -> list[HeldFlight]:
-    """Return the flights of the files of a folder, and for a file that cannot be read its refusal."""
-    found = []
-    for path in files:
-        name = str(path.relative_to(folder))
-        try:
-            log = read(path)
-        except BadInputError as error:
-            found.append(HeldFlight(name, str(error).removeprefix(f"{path}: ")))
-            continue
-        for flight in flights_in(log):
-            speed = air.calibrated_airspeed(np.maximum(flight.impact_pressure, 0.0))
-            low, high = (float(each) for each in np.quantile(speed, (0.05, 0.95)))
-            seconds = float(flight.time[-1] - flight.time[0])
-            start = str(log.header.get(START, ""))
-            found.append(HeldFlight(name, "", start, airplane_of(log), seconds, (low, high)))
-    return found

@@ -80,6 +80,25 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
     return values
 
 
+_FEW_TEXTS = 0.05  # share of cells that hold a word in a column of numbers
+
+
+def almost_numbers(column: Column) -> NDArray[np.float64] | None:
+    """Return a column as floats where nearly all of its cells are numbers: NaN for a blank and for
+    a word, which is a slip there. None for any other column, and for one that is blank.
+    """
+    if column.dtype.kind in "fiu":
+        return np.asarray(column, dtype=np.float64)
+    values, words = np.full(len(column), np.nan), 0
+    for row, cell in enumerate(column if column.dtype.kind in "OU" else ()):
+        try:
+            values[row] = float(cell) if cell is not None and str(cell).strip() else np.nan
+        except (TypeError, ValueError):
+            words += 1
+    few = words <= _FEW_TEXTS * len(column)
+    return values if few and np.isfinite(values).any() else None
+
+
 def _no_number(cell: object) -> str:
     """Return why a cell is not a number, and what to write instead."""
     text = str(cell)
@@ -99,24 +118,21 @@ def split_positions(table: Table) -> Table:
     """Return a table whose columns of positions, `latitude longitude` [°] in one cell, are two
     columns each, named after the quantity. Cells of anything else are NaN.
     """
-    names, columns, units = [], [], []
-    stated = table.units or ("",) * len(table.names)
-    for name, column, unit in zip(table.names, table.columns, stated, strict=True):
+    kept: list[tuple[str, Column, str]] = []
+    units = table.units or ("",) * len(table.names)
+    for name, column, unit in zip(table.names, table.columns, units, strict=True):
         first = next((cell for cell in column if cell), "") if column.dtype.kind == "O" else ""
         if not _POSITION.fullmatch(str(first)):
-            names.append(name)
-            columns.append(column)
-            units.append(unit)
+            kept.append((name, column, unit))
             continue
         found = [_POSITION.fullmatch(str(cell)) for cell in column]
         for place, axis in enumerate(("latitude", "longitude"), 1):
-            names.append(f"{name} {axis}")
-            columns.append(np.array([float(cell[place]) if cell else np.nan for cell in found]))
-            units.append("deg")
-    if len(names) == len(table.names):
+            angles = np.array([float(cell[place]) if cell else np.nan for cell in found])
+            kept.append((f"{name} {axis}", angles, "deg"))
+    if len(kept) == len(table.names):
         return table
-    kept = tuple(units) if table.units else ()
-    return Table(tuple(names), tuple(columns), table.header, table.warnings, kept)
+    names, columns, units = zip(*kept, strict=True)
+    return Table(names, columns, table.header, table.warnings, units if table.units else ())
 
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:

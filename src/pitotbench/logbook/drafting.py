@@ -19,6 +19,7 @@ from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
     Table,
+    almost_numbers,
     clock_seconds,
     is_clock,
     numbers,
@@ -50,7 +51,6 @@ _OF_A_BOX = frozenset((
 _BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
-_FEW_TEXTS = 0.05  # share of cells that hold a word in a column of numbers
 _FEW_REPEATS = 0.01  # share of stamps that an even clock may repeat now and then
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
@@ -66,7 +66,7 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
         with suppress(BadInputError):
             score = _EXACT + _evenness(clock_seconds(name, column))
         return [Guess(name, "time", ("s",), score, True)] if score > 0.0 else _date(name)
-    values = _numbers(column)
+    values = almost_numbers(column)
     if values is None:
         return _date(name)
     words, written = _words(name, unit)
@@ -179,22 +179,6 @@ _RANGES = {
     "pressure_altitude": (0.0, 18e3),
     "altitude": (0.0, 20e3),
 }
-
-
-def _numbers(column: Column) -> Array | None:
-    if column.dtype.kind in "fiu":
-        return np.asarray(column, dtype=np.float64)
-    if column.dtype.kind not in "OU":
-        return None
-    values = np.full(len(column), np.nan)
-    texts = 0
-    for row, cell in enumerate(column):
-        try:
-            values[row] = float(cell) if cell is not None and str(cell).strip() else np.nan
-        except (TypeError, ValueError):
-            texts += 1
-    few = texts <= _FEW_TEXTS * len(column)  # a word in a column of numbers is a slip
-    return values if few and np.isfinite(values).any() else None
 
 
 def _plain(name: str) -> str:
@@ -418,6 +402,12 @@ def draft_mapping(table: Table) -> DraftedMapping:
             "keep those of air data and GPS"
         )
     table = first_of_each(table)
+    plain = [almost_numbers(c) if c.dtype.kind == "O" else None for c in table.columns]
+    columns = [
+        column if values is None else values
+        for column, values in zip(table.columns, plain, strict=True)
+    ]
+    table = replace(table, columns=tuple(columns))
     units = table.units or ("",) * len(table.names)
     offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
     chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
@@ -436,7 +426,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
 
 def _range_of(column: Column) -> str:
     """Return in words what a column holds: its range and the smallest step of its numbers."""
-    values = _numbers(column)
+    values = almost_numbers(column)
     if values is None:
         return "no numbers"
     different = np.unique(values[np.isfinite(values)])
@@ -602,38 +592,33 @@ def fill_units(table: Table) -> Table:
     Each is tried on the whole log, as by `draft_mapping`. A column whose values fit several units
     is left as it is, except one that the log needs: it gets the likeliest, and a remark says so.
     """
-    bare: dict[str, Guess] = {}
-    others: list[Guess] = []
+    chosen: list[Guess] = []
     for name, column in zip(table.names, table.columns, strict=True):
         quantity = QUANTITIES.get(name)
-        if quantity is not None and quantity.unit:
-            if name == "time" and is_clock(column):
-                bare[name] = Guess(name, name, ("s",), _EXACT, True)
-            elif (values := _numbers(column)) is not None:
-                found = _with_units(name, quantity, _EXACT, 1.0, "", values)
-                bare |= {guess.theirs: guess for guess in found}
-            continue
-        with suppress(BadInputError):
-            parsed = parse_column(name)
-            if parsed is not None:
-                others.append(Guess(name, parsed[0].name, (parsed[1],), _EXACT, True))
-    chosen = [*bare.values(), *others]
+        if quantity is None:
+            with suppress(BadInputError):
+                if parsed := parse_column(name):
+                    chosen.append(Guess(name, parsed[0].name, (parsed[1],), _EXACT, True))
+        elif name == "time" and is_clock(column):
+            chosen.append(Guess(name, name, ("s",), _EXACT, True))
+        elif quantity.unit and (values := almost_numbers(column)) is not None:
+            chosen += _with_units(name, quantity, _EXACT, 1.0, "", values)
     if any(len(guess.units) > 1 for guess in chosen) and not _missing(chosen):
         chosen = _fit_units(table, chosen)[0]
-    named = {
-        guess.theirs: guess
-        for guess in chosen
-        if guess.theirs in bare and (len(guess.units) == 1 or QUANTITIES[guess.theirs].essential)
-    }
-    notes = []
-    for name, guess in named.items():
-        others_too = f", or else {' or '.join(guess.units[1:])}" if len(guess.units) > 1 else ""
-        notes.append(f"column {name!r} states no unit: by its values {guess.units[0]}{others_too}")
-    return replace(
-        table,
-        names=tuple(named[name].target() if name in named else name for name in table.names),
-        warnings=(*table.warnings, *notes),
-    )
+    named: dict[str, str] = {}
+    notes = list(table.warnings)
+    for guess in chosen:
+        unit, *others = guess.units
+        if (
+            guess.theirs in QUANTITIES
+            and unit
+            and not (others and not QUANTITIES[guess.theirs].essential)
+        ):
+            named[guess.theirs] = guess.target()
+            more = f", or else {' or '.join(others)}" if others else ""
+            notes.append(f"column {guess.theirs!r} states no unit: by its values {unit}{more}")
+    names = tuple(named.get(name, name) for name in table.names)
+    return replace(table, names=names, warnings=tuple(notes))
 
 
 _SHOWN = 40  # columns left over that are listed

@@ -6,7 +6,7 @@ import os
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import BufferedReader, FileIO, StringIO
@@ -32,6 +32,9 @@ from pitotbench.logbook.mapping import MappedFile
 from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
+from pitotbench.records.outputs import PAGES as PAGES
+from pitotbench.records.outputs import require_file as require_file
+from pitotbench.records.outputs import require_folder as require_folder
 
 # A compressed file may unpack to far more than the memory holds. Its own metadata tell how much,
 # before it is read.
@@ -412,7 +415,7 @@ def read_mat(path: Path) -> Table:
         raise BadInputError(f"{'; '.join(warnings)}; save each channel as a vector of numbers")
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
     if len({len(column) for column, _ in vectors.values()}) > 1:
-        vectors = _on_one_clock(vectors, _rates(variables))
+        vectors = _on_one_clock(vectors, variables)
     lengths = {
         len(column): name for name, (column, _) in reversed(vectors.items())
     }  # the first name of each
@@ -423,32 +426,28 @@ def read_mat(path: Path) -> Table:
     return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())
 
 
-def _rates(variables: Mapping[str, Any]) -> dict[str, float]:
-    """Return the samples a second of the channels that state them, by name."""
-    found = {}
-    for name, value in variables.items():
-        stated = {k.lower(): v for k, v in value.items()} if isinstance(value, dict) else {}
-        rate = next((stated[key] for key in _RATES if key in stated), None)
-        if isinstance(rate, int | float | np.number) and rate > 0.0:
-            found[name] = float(rate)
-    return found
-
-
 def _on_one_clock(
-    vectors: dict[str, tuple[Column, str]], rates: Mapping[str, float]
+    vectors: dict[str, tuple[Column, str]], variables: Mapping[str, Any]
 ) -> dict[str, tuple[Column, str]]:
     """Return channels of several rates at the middle one of these, with their time: each with the
     last sample before it. Channels without a rate are left out; all stay where none states it.
     """
+    structs = {name: value for name, value in variables.items() if isinstance(value, dict)}
+    rates = {
+        name: float(rate)
+        for name, value in structs.items()
+        for key, rate in value.items()
+        if key.lower() in _RATES and isinstance(rate, int | float | np.number) and rate > 0.0
+    }
     if not rates:
         return vectors
     base = sorted(rates.values())[len(rates) // 2]
-    kept = {name: pair for name, pair in vectors.items() if name in rates}
-    seconds = min(len(column) / rates[name] for name, (column, _) in kept.items())
+    seconds = min(len(vectors[name][0]) / rate for name, rate in rates.items())
     time = np.arange(int(seconds * base + _ROUNDING)) / base
     found: dict[str, tuple[Column, str]] = {"time_s": (time, "s")}
-    for name, (column, unit) in kept.items():
-        found[name] = (column[(time * rates[name] + _ROUNDING).astype(np.intp)], unit)
+    for name, rate in rates.items():
+        column, unit = vectors[name]
+        found[name] = (column[(time * rate + _ROUNDING).astype(np.intp)], unit)
     return found
 
 
@@ -631,8 +630,7 @@ def format_of(path: Path) -> Format:
     return FORMATS[suffix]
 
 
-# Write a FlightLog to a file, and check the places where a command will write before its work
-# begins.
+# Write a FlightLog to a file.
 
 
 def write_log(log: FlightLog, path: Path | str) -> Path:
@@ -650,77 +648,3 @@ def write_log(log: FlightLog, path: Path | str) -> Path:
     with atomic(target) as temporary:
         kind.write(temporary, columns, log.header)
     return target
-
-
-# Check the places where a command will write, before its work begins. An output is never one of the
-# inputs.
-
-PAGES = (".html", ".htm")
-
-
-def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless a file can be written to `path`.
-
-    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist
-    and be writable, and `path` must not be a folder or a device.
-    """
-    known = tuple(suffixes)
-    if path.is_dir():
-        raise BadInputError(
-            f"{path}: a folder; name a file in it that ends in {' or '.join(known)}"
-        )
-    if path.suffix.lower() not in known:
-        raise BadInputError(f"{path}: the name must end in {' or '.join(known)}")
-    _require_no_input(path, inputs)
-    if path.exists() and not path.is_file():
-        raise BadInputError(
-            f"{path}: not a regular file, so it cannot be replaced; choose another name"
-        )
-    if not path.parent.is_dir():
-        raise BadInputError(
-            f"{path}: the folder {path.parent} does not exist; make it or choose another"
-        )
-    _require_takes_files(path.parent, path)
-
-
-def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless files can be written to the folder `path`, which may not exist
-    yet.
-
-    `names` are the files that will be written there; none of them may be one of the `inputs`.
-    """
-    inputs = tuple(inputs)
-    for name in names:
-        _require_no_input(path / name, inputs)
-        if (path / name).is_dir():
-            raise BadInputError(
-                f"{path / name}: a folder where a file is to be written; choose another folder"
-            )
-    nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
-    if not nearest.is_dir():
-        raise BadInputError(f"{path}: {nearest} is a file, not a folder; choose another folder")
-    _require_takes_files(nearest, path)
-
-
-def _require_no_input(path: Path, inputs: Iterable[Path]) -> None:
-    for source in inputs:
-        if path.resolve() == source.resolve() or (
-            path.exists() and source.exists() and path.samefile(source)
-        ):
-            raise BadInputError(
-                f"{path}: this is an input and would be overwritten; choose another name"
-            )
-
-
-def _require_takes_files(folder: Path, path: Path) -> None:
-    """Raise BadInputError where a folder cannot take files."""
-    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or
-    # virtual disk.
-    try:
-        with TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        raise BadInputError(
-            f"{path}: cannot be written: {reason}; choose another folder"
-        ) from error

@@ -18,6 +18,7 @@ from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
     Table,
+    almost_numbers,
     clock_seconds,
     is_clock,
     numbers,
@@ -150,7 +151,7 @@ def rename(table: Table, entry: MappedFile) -> Table:
     here = {plain_name(name): name for name in reversed(table.names)}
     present = {quantities[target] for target in entry.columns if plain_name(target.theirs) in here}
     found: dict[Channel, tuple[str, Column]] = {}
-    lost = []
+    lost, words = [], []
     for target, quantity in quantities.items():
         theirs = target.theirs
         if theirs not in table.names:
@@ -164,12 +165,17 @@ def rename(table: Table, entry: MappedFile) -> Table:
         column = table.column(theirs)
         if quantity in found:
             continue
+        values = almost_numbers(column) if column.dtype.kind == "O" else None
+        if values is not None and quantity.kind == "number":
+            words.append(theirs)
+            column = values
         if target.factor != 1.0 or target.offset != 0.0:
             column = numbers(target.theirs, column) * target.factor + target.offset
         found[quantity] = (target.name, column)
     warnings = (
         *table.warnings,
         *(f"the mapping's column {name!r} is not in the file" for name in lost),
+        *(f"column {name!r} holds words among its numbers: they count as blank" for name in words),
     )
     names, columns = zip(*found.values(), strict=True) if found else ((), ())
     return replace(table, names=names, columns=columns, warnings=warnings, units=())

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.assembly import log_of
-from pitotbench.logbook.bundle import flights_held, is_bundle, logs_in, opened
+from pitotbench.logbook.bundle import is_bundle, logs_in, opened
 from pitotbench.logbook.columns import (
     CALIBRATE,
     DAY,
@@ -16,13 +16,15 @@ from pitotbench.logbook.columns import (
     require_regular,
     split_positions,
 )
-from pitotbench.logbook.derived import derive
-from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.records.log import FlightLog
+
+
+class UnusableRecorderError(BadInputError):
+    """The recorder is known, and what it records cannot be calibrated."""
 
 
 def read_log(
@@ -61,43 +63,20 @@ def read_log(
         raise type(error)(f"{source}: {error}") from error
 
 
-def flights_of(path: Path) -> list[HeldFlight]:
-    """Return the flights of a folder or a .zip file, with what refuses the files that are none.
-
-    Raises BadInputError for a .zip file that cannot be unpacked.
-    """
-    with opened(path) as folder:
-        return flights_held(folder, logs_in(folder), read_log)
-
-
 def _only_log(folder: Path, source: Path) -> Path:
     """Return the file of the only log of a folder, which the user named as `source`. Raises
-    BadInputError, with the flights, where there are others.
+    BadInputError, with the way to the flights, where there are others.
     """
     files = logs_in(folder)
-    if len(files) == 1:
-        return files[0]
-    held = flights_held(folder, files, read_log)
-    whole = list(dict.fromkeys(flight.file for flight in held if not flight.refusal))
-    if len(whole) == 1:
-        return folder / whole[0]
-    held.sort(key=lambda flight: bool(flight.refusal))  # those that were read come first
-    shown = "; ".join(map(str, held[:_SHOWN_FLIGHTS]))
-    more = f"; and {len(held) - _SHOWN_FLIGHTS} more" if len(held) > _SHOWN_FLIGHTS else ""
-    if not held:
+    if not files:
         raise BadInputError("a folder without a log; name a log")
-    if not whole:
+    if len(files) > 1:
         raise BadInputError(
-            f"a folder, and no file in it is a log ({shown}{more}); name a log, or give the "
-            "mapping of a log in several files"
+            f"a folder of {len(files)} files; name one, such as "
+            f"{source / files[0].relative_to(folder)}: `pitotbench inspect {source}` lists the "
+            "flights in them"
         )
-    raise BadInputError(
-        f"a folder of {len(whole)} logs; name one, such as {source / whole[0]}, or several of one "
-        f"airplane: {shown}{more}"
-    )
-
-
-_SHOWN_FLIGHTS = 12
+    return files[0]
 
 
 def table_of(path: Path, stated: Parameters | None = None) -> Table:
@@ -119,7 +98,7 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
     else:
         name, known = topics.mapping, find_mapping(topics.mapping)
     if known.refuse:
-        raise BadInputError(f"{known.title}: {known.refuse}")
+        raise UnusableRecorderError(f"{known.title}: {known.refuse}")
     if topics is None and len(known.files) == 1:
         table = mapped(table, name)
     else:
@@ -153,16 +132,16 @@ def needs_mapping(path: Path) -> str:
     """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it.
     Empty where it does.
 
-    Raises BadInputError for a file that cannot be read.
+    Raises BadInputError for a file that cannot be read, and UnusableRecorderError.
     """
-    table = table_of(path)
-    if MAPPING in table.header:
-        return table.warnings[0]
-    draft = draft_of(table)
-    derive(draft, {})
     try:
-        require(draft)
-    except MissingColumnsError:
+        table = table_of(path)
+        if MAPPING in table.header:
+            return table.warnings[0]
+        log_of(table)
+    except UnusableRecorderError:
+        raise
+    except BadInputError:  # what is wrong shows in the draft
         return ""
     return "its columns are those of a flight log; no mapping is needed"
 

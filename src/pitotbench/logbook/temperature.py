@@ -67,22 +67,16 @@ def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:
     if static is None:
         return
     height: Meters = np.asarray(air.pressure_altitude(static))
-    known = height[np.isfinite(height)]
-    reference = day.height
-    if reference is None:
-        reference = float(np.min(known, initial=np.inf)) if len(known) else 0.0
+    reference = float(np.nanmin(height)) if day.height is None else day.height
     standard: Kelvin = np.asarray(air.standard_temperature(height))
     lapsed = day.temperature + standard - float(air.standard_temperature(reference))
-    own = [name for name in ("total_temperature", "air_temperature") if name in draft.channels]
     words = f"the temperature of the day, {text} °C, is lapsed with height from {reference:.0f} m"
-    if own:
-        words += f"; column {draft.columns[own[0]]!r} is not used"
+    for name in {"total_temperature", "air_temperature"} & draft.channels.keys():
+        draft.leave_out(name, "the temperature of the day is stated")
     draft.warnings.append(words)
-    for name in own:
-        del draft.channels[name]
     draft.channels["air_temperature"] = lapsed
     draft.columns["air_temperature"], draft.suffixes["air_temperature"] = "temperature_c", "k"
-    climbed = float(np.median(np.abs(known - reference))) if len(known) else 0.0
+    climbed = float(np.nanmedian(np.abs(height - reference)))
     bound = float(np.hypot(day.two_sigma, LAPSE_SPREAD * climbed))
     stated = header.get("accuracy")
     header["accuracy"] = {**(stated if isinstance(stated, dict) else {}), "temperature_k": bound}

@@ -293,7 +293,7 @@ def foreign(f: Mapping) -> dict:
         "Lat": f["latitude"],
         "Lon": f["longitude"],
         "Airspeed": np.round(f["ias"] * KNOT, 2),
-        "PressAlt": np.round(f["height"], 1),
+        "PressAlt (m)": np.round(f["height"], 1),
         "OAT": np.round(f["celsius"], 2),
     }
 
@@ -419,7 +419,7 @@ def test_lines_of_prose_above_the_names_are_skipped(tmp_path):
     path = table(tmp_path / "0012.log", columns, above=above)
     found = draft_mapping(read_table(path))
     assert not found.unusable
-    assert {line.guess.theirs for line in found.lines} >= {"Milliseconds", "Airspeed", "PressAlt"}
+    assert {line.guess.theirs for line in found.lines} >= {"Milliseconds", "Airspeed", "PressAlt (m)"}
 
 
 def test_a_folder_and_a_zip_list_their_flights(tmp_path, capsys):

@@ -62,7 +62,8 @@ def judged(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
 
 
 def _movement(table: Table, found: Mapping[str, Guess]) -> Movement | None:
-    held = {name: found[name].values(table) for name in _MOVES if name in found}
+    certain = [name for name in _MOVES if name in found and len(found[name].units) == 1]
+    held = {name: found[name].values(table) for name in certain}
     if "time" not in held or len(held["time"]) < _FEWEST:
         return None
     time = held["time"]

@@ -412,6 +412,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
     offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
     chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
+    fitted = judged(table, fitted)  # now that more units are known
     beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = tuple(
         DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside))

@@ -419,7 +419,11 @@ def test_lines_of_prose_above_the_names_are_skipped(tmp_path):
     path = table(tmp_path / "0012.log", columns, above=above)
     found = draft_mapping(read_table(path))
     assert not found.unusable
-    assert {line.guess.theirs for line in found.lines} >= {"Milliseconds", "Airspeed", "PressAlt (m)"}
+    assert {line.guess.theirs for line in found.lines} >= {
+        "Milliseconds",
+        "Airspeed",
+        "PressAlt (m)",
+    }
 
 
 def test_a_folder_and_a_zip_list_their_flights(tmp_path, capsys):

@@ -17,7 +17,8 @@ _BASE = 2.0  # s to either side over which positions and heights are differenced
 _MOVING = 5.0  # m/s, above which a course is known
 _FEWEST = 16  # rows that show what a column does
 _SAME_SPEED = 0.07  # of the speed; units of speed differ by 9 % or more
-_SAME_COURSE = 2.5  # degrees: whole degrees, and a receiver that smooths
+_SAME_COURSE = 1.5  # degrees rms: whole degrees, and positions to a meter
+_MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _DELAYED = 4.0  # degrees: half a second in a turn of 6 to 8 degrees a second
 _STEADY = 5.0  # degrees about a constant, the magnetic variation
 _CLIMBING = 0.5  # correlation with the change of height above which a vertical speed is one
@@ -55,9 +56,10 @@ def judged(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
         look = _LOOKS.get(guess.quantity)
         if look is not None:
             values = numbers(guess.theirs, table.column(guess.theirs)) * guess.factor
-            guess = look(guess, values, movement)
-        if guess.quantity not in found or found[guess.quantity].theirs == guess.theirs:
-            kept.append(guess)  # else it has become what another column is already
+            seen = look(guess, values, movement)
+            # In light wind a heading is nearly the track, for which another column stands.
+            guess = guess if seen.quantity != guess.quantity and seen.quantity in found else seen
+        kept.append(guess)
     return kept
 
 
@@ -97,7 +99,7 @@ _MOVES = (
 
 
 def _rate(time: Array, values: Array) -> Array:
-    """The change of values a second over twice `_BASE`, or from row to row of a slower log, (n,)."""
+    """The change of values a second over twice `_BASE`, or between rows of a slower log, (n,)."""
     rows = np.arange(len(time))
     after = np.maximum(np.searchsorted(time, time + _BASE), rows + 1).clip(max=len(time) - 1)
     before = np.minimum(np.searchsorted(time, time - _BASE), rows - 1).clip(min=0)
@@ -127,7 +129,7 @@ def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess
     turn = np.exp(1j * (to_si(values[rows], guess.units[0]) - np.arctan2(east, north)[rows]))
     middle = np.median(turn.real) + 1j * np.median(turn.imag)
     apart = abs(float(np.angle(middle))) / DEGREE
-    scatter = float(np.median(np.abs(np.angle(turn / middle)))) / DEGREE
+    scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (_MEDIAN_OF_NORMAL * DEGREE)
     if apart < _DELAYED and scatter < _SAME_COURSE:
         return replace(guess, quantity="track")
     if guess.quantity.endswith("heading") or not movement.absolute:

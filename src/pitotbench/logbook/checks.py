@@ -391,8 +391,8 @@ _RESTART = 5.0  # s after the first moment of the file at which a recorder's clo
 def _after_restarts(draft: Draft, time: Seconds) -> Seconds:
     """Return the moments of rows whose clock begins anew with each recording, one after another.
 
-    Between two recordings lie twice `BETWEEN_FLIGHTS`: what really passed is not known. A clock that
-    falls to another moment than that of its beginning was set, and stays as it is.
+    Between two recordings lie twice `BETWEEN_FLIGHTS`: what really passed is not known. A clock
+    that falls to another moment than that of its beginning was set, and stays as it is.
     """
     starts = np.flatnonzero(np.diff(time, prepend=-np.inf) < 0.0)
     lengths = np.diff(starts, append=len(time))

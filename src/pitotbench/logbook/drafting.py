@@ -28,7 +28,15 @@ from pitotbench.logbook.columns import (
 from pitotbench.logbook.guess import Guess
 from pitotbench.logbook.joining import first_of_each, rename
 from pitotbench.logbook.mapping import MappedFile, Renamed
-from pitotbench.logbook.synonyms import ANGLES, RATES, SCALED, SYNONYMS, UNIT_WORDS, USUAL_UNITS
+from pitotbench.logbook.synonyms import (
+    ANGLES,
+    AS_INTEGERS,
+    RATES,
+    SCALED,
+    SYNONYMS,
+    UNIT_WORDS,
+    USUAL_UNITS,
+)
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, to_si
 
@@ -45,8 +53,9 @@ _NOT_MEASURED = frozenset((
 ))  # fmt: skip
 # Words of a temperature that is that of a box, an engine or a cabin, or of a number of satellites.
 _OF_A_BOX = frozenset((
-    "internal", "int", "imu", "gyro", "baro", "board", "cpu", "mcu", "fc", "esc", "motor", "battery", "batt", "bat",
-    "engine", "eng", "oil", "cht", "egt", "coolant", "water", "cabin", "num", "sats", "satellites", "mag", "fet",
+    "internal", "int", "imu", "gyro", "baro", "board", "cpu", "mcu", "fc", "esc", "motor", "mag",
+    "battery", "batt", "bat", "engine", "eng", "oil", "cht", "egt", "coolant", "water", "cabin",
+    "num", "sats", "satellites", "fet",
 ))  # fmt: skip
 _BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
@@ -140,6 +149,9 @@ def _with_units(
         )
     usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)
     possible = tuple(s for s in usual if s in quantity.suffixes and _plausible(quantity, values, s))
+    suffix, factor = AS_INTEGERS.get(quantity.name, ("", 0.0))
+    if not possible and factor and _plausible(quantity, factor * values, suffix):
+        return [Guess(name, quantity.name, (suffix,), score, False, sign * factor)]
     return [Guess(name, quantity.name, possible, score, False, sign)] if possible else []
 
 

@@ -298,7 +298,7 @@ TOPIC_READERS = {
 
 
 def topics_of(path: Path) -> TopicReader | None:
-    """Return the reader of a log that holds topics; None for another, as of a .log that is a table."""
+    """Return the reader of a log that holds topics; None for another, as a .log that is a table."""
     reader = TOPIC_READERS.get(path.suffix.lower())
     if reader is not None and path.suffix.lower() == ".log" and path.is_file():
         with path.open("rb") as file:
@@ -434,10 +434,10 @@ def _on_one_clock(
     """
     structs = {name: value for name, value in variables.items() if isinstance(value, dict)}
     rates = {
-        name: float(rate)
+        name: float(np.ravel(rate)[0])  # of version 7.3 a number is a matrix
         for name, value in structs.items()
         for key, rate in value.items()
-        if key.lower() in _RATES and isinstance(rate, int | float | np.number) and rate > 0.0
+        if key.lower() in _RATES and np.asarray(rate).dtype.kind in "fiu" and np.all(rate)
     }
     if not rates:
         return vectors

@@ -68,15 +68,13 @@ def _only_log(folder: Path, source: Path) -> Path:
     BadInputError, with the way to the flights, where there are others.
     """
     files = logs_in(folder)
-    if not files:
-        raise BadInputError("a folder without a log; name a log")
-    if len(files) > 1:
-        raise BadInputError(
-            f"a folder of {len(files)} files; name one, such as "
-            f"{source / files[0].relative_to(folder)}: `pitotbench inspect {source}` lists the "
-            "flights in them"
-        )
-    return files[0]
+    if len(files) == 1:
+        return files[0]
+    first = source / (files[0].relative_to(folder) if files else "flight.csv")
+    raise BadInputError(
+        f"a folder of {len(files)} logs; name one, such as {first}: `pitotbench inspect {source}` "
+        "lists the flights of several"
+    )
 
 
 def table_of(path: Path, stated: Parameters | None = None) -> Table:

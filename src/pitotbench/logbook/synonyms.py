@@ -10,7 +10,8 @@ from pitotbench.units import SUFFIXES
 # Quantity: names without unit, in lower case, words without separators. The first is the plainest.
 # A name with a minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
-    "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc milliseconds totltime missntime "
+    "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc "
+    "milliseconds totltime missntime "
     "utctime gpstime "
     "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow "
     "utcsec missntime "
@@ -30,7 +31,8 @@ SYNONYMS: dict[str, str] = {
     "baropressure ambientpressure barometricpressure abspressure absolutepressure p press pressure "
     "psrvsm psfrd "
     "pamb",
-    "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts aspd airspd indairspeed "
+    "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts "
+    "aspd airspd indairspeed "
     "airspeedic "
     "airspeed vindkias vind viadc",
     "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal "
@@ -58,33 +60,40 @@ SYNONYMS: dict[str, str] = {
     "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb "
     "temperature airtemp "
     "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
-    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velocityworldz gpsvelned0 velned0 navvel0 "
+    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln "
+    "velocityworldz gpsvelned0 velned0 navvel0 "
     "velnorth nvel vns "
     "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn "
     "vngps",
-    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew velocityworldx gpsvelned1 velned1 navvel1 "
+    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew "
+    "velocityworldx gpsvelned1 velned1 navvel1 "
     "ewvel ewvelocity "
     "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
-    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin -velocityu -velocityworldy "
+    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin "
+    "-velocityu -velocityworldy "
     "downspeed gpsveld "
     "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
-    "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog groundvelocity groundspd "
+    "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog "
+    "groundvelocity groundspd "
     "gpsgroundspeed "
     "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
-    "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog hpathtrue hpath "
+    "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
+    "hpathtrue hpath "
     "courseoverground course truecourse coursetrue gcrs gpstrack gpscourse groundcourse tk tka "
     "gpsgroundcourse "
     "gpsgroundtrack ttrk trackangletr",
     "magnetic_track": "magnetictrack magneticcourse coursemag coursemagnetic magcourse trackmag "
     "trkm trkmag "
     "magtrack trackmagnetic trackanglemag",
-    "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin hdingtrue hding "
+    "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin "
+    "hdingtrue hding "
     "hdggin",
     "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag hdingmag "
     "headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
     "latitude": "latitude gpscoord0 lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
-    "longitude": "longitude gpscoord1 lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo",
+    "longitude": "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo "
+    "gpscoord1",
     "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl "
     "geometricaltitude "
     "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
@@ -170,6 +179,13 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
     "total_temperature": ("degc", "k", "degf"),
     "air_temperature": ("degc", "k", "degf"),
     "mass": ("kg", "lb"),
+}
+# What a drone writes as whole numbers where no usual unit fits: the unit, and their size in it.
+AS_INTEGERS: dict[str, tuple[str, float]] = {
+    "indicated_airspeed": ("mps", 0.01),
+    "ground_speed": ("mps", 0.01),
+    "latitude": ("deg", 1e-7),
+    "longitude": ("deg", 1e-7),
 }
 ANGLES = ("deg", "rad")
 RATES = ("degps", "radps")

@@ -1,5 +1,6 @@
-"""The temperature of the day, as a weather report or a thermometer on the ground states it, for logs
-without a probe of the air.
+"""The temperature of the day, as a weather report or a thermometer on the ground states it.
+
+It is for logs without a probe of the air.
 """
 
 import re

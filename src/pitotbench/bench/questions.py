@@ -56,8 +56,9 @@ def logs_of(
     from pandas import DataFrame  # slow, and not needed for a log
 
     if isinstance(given, DataFrame):
+        from pitotbench.logbook.assembly import log_of
         from pitotbench.logbook.columns import Table
-        from pitotbench.logbook.reading import log_of, mapped
+        from pitotbench.logbook.reading import mapped
 
         names = tuple(str(name) for name in given.columns)
         table = Table(names, tuple(given[name].to_numpy() for name in given.columns))

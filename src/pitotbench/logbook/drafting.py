@@ -22,7 +22,6 @@ from pitotbench.logbook.columns import (
     almost_numbers,
     clock_seconds,
     is_clock,
-    numbers,
     parse_column,
 )
 from pitotbench.logbook.guess import Guess
@@ -307,11 +306,10 @@ def _close(
     table: Table, guess: Guess, unit: str, shown: Guess, converted: Callable[[Array], Array]
 ) -> bool:
     """Return whether a pressure in a unit agrees with a display in one of its possible units."""
-    pressure = to_si(numbers(guess.theirs, table.column(guess.theirs)) * guess.factor, unit)
     with np.errstate(all="ignore"):
-        expected = converted(pressure)
-    written = numbers(shown.theirs, table.column(shown.theirs)) * shown.factor
-    return any(_near(expected, to_si(written, suffix), guess.quantity) for suffix in shown.units)
+        expected = converted(replace(guess, units=(unit,)).values(table))
+    written = (replace(shown, units=(each,)).values(table) for each in shown.units)
+    return any(_near(expected, each, guess.quantity) for each in written)
 
 
 def _near(one: Array, other: Array, pressure: str) -> bool:

@@ -90,8 +90,9 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
         if stated:
             table = replace(table, header={**table.header, PARAMETERS: stated})
         found = recognized(table.names)
-        if found is None:
-            return _filled(table)
+        several = () if found is None else find_mapping(found).files[1:]
+        if found is None or (several and not path.match(find_mapping(found).files[0].pattern)):
+            return _filled(table)  # of a log in several files, only the first leads to the others
         name, known = found, find_mapping(found)
     else:
         name, known = topics.mapping, find_mapping(topics.mapping)

@@ -12,11 +12,11 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import BadInputError
-from pitotbench.units import Kelvin, Meters, to_si
+from pitotbench.units import Meters, to_si
 
 REPORT = 2.0  # K, 2σ: a weather report of a field nearby, in whole degrees
 LAPSE_SPREAD = 2e-3  # K/m, 2σ: lapse of the lower air about the standard one (6.5 K/km)
-GROUND = "ground"
+LOWEST = 0.01  # quantile of the heights that stands for the ground: a glitch lies below it
 _STATED = re.compile(
     r"(?P<celsius>[+-]?\d+(\.\d+)?)\s*((±|\+-|\+/-|/)\s*(?P<spread>\d+(\.\d+)?))?\s*"
     r"(@\s*(ground|(?P<height>-?\d+(\.\d+)?)\s*(?P<unit>ft|m)))?"
@@ -68,14 +68,13 @@ def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:
     if static is None:
         return
     height: Meters = np.asarray(air.pressure_altitude(static))
-    reference = float(np.nanmin(height)) if day.height is None else day.height
-    standard: Kelvin = np.asarray(air.standard_temperature(height))
-    lapsed = day.temperature + standard - float(air.standard_temperature(reference))
+    reference = float(np.nanquantile(height, LOWEST)) if day.height is None else day.height
+    warmer = day.temperature - float(air.standard_temperature(reference))
     words = f"the temperature of the day, {text} °C, is lapsed with height from {reference:.0f} m"
     for name in {"total_temperature", "air_temperature"} & draft.channels.keys():
         draft.leave_out(name, "the temperature of the day is stated")
     draft.warnings.append(words)
-    draft.channels["air_temperature"] = lapsed
+    draft.channels["air_temperature"] = np.asarray(air.standard_temperature(height) + warmer)
     draft.columns["air_temperature"], draft.suffixes["air_temperature"] = "temperature_c", "k"
     climbed = float(np.nanmedian(np.abs(height - reference)))
     bound = float(np.hypot(day.two_sigma, LAPSE_SPREAD * climbed))

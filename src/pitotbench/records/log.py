@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pitotbench.channels import CHANNELS, Recorded, numbers_from
 from pitotbench.records import RecordError, Shown, check_lengths, freeze
 from pitotbench.timeline import fresh_fixes
-from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds
+from pitotbench.units import KNOT, Array, Booleans
 
 # A warning, to which the finding behind it is attached.
 
@@ -232,8 +232,8 @@ class HeldFlight:
     refusal: str = ""
     start: str = ""
     airplane: str = ""
-    seconds: Seconds = 0.0
-    airspeeds: tuple[MetersPerSecond, MetersPerSecond] = (0.0, 0.0)
+    seconds: float = 0.0
+    airspeeds: tuple[float, float] = (0.0, 0.0)
 
     def __str__(self) -> str:
         if self.refusal:

@@ -36,6 +36,7 @@ _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as o
 _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
 _GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
+_NEAR = 2.0  # times the impact pressure needed: a unit that is farther off than this is not tried
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
 _SCALE_SPREAD = (
     10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
@@ -237,7 +238,7 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
-    fits = _fits(draft, flown)
+    fits = _fits(draft, flown, factor)
     words = (
         f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken "
         "off: "
@@ -252,29 +253,28 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     draft.warnings.append(words)
 
 
-def _fits(draft: Draft, flown: FlownRows) -> list[str]:
-    """The mistakes of unit that fit, with the columns to write: each is tried with a new fit of the
-    wind.
+def _fits(draft: Draft, flown: FlownRows, factor: Factor) -> list[str]:
+    """The mistakes of unit that fit, with the columns to write. One of the velocity, where it may
+    fit, is tried with a new fit of the wind; one of the impact pressure leaves the wind as it is.
     """
     fits = []
+    needed = 1.0 + float(factor.excess[1])
     for suffix, times in other_units(draft, "velocity_north"):
-        if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
+        # The impact pressure needed goes about with the square of the speed.
+        if not 1.0 / _NEAR < needed * times**2 < _NEAR:
+            continue
+        other = replace(flown, north=flown.north * times, east=flown.east * times)
+        if abs(float(find_factor(other).excess[1])) < LIMITS.unit_fits:
             columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
             fits.append(f"these look like {SUFFIXES[suffix].words}: name the columns {columns}")
     column = draft.columns["impact_pressure"]
     if not column.startswith("impact_pressure"):
         return fits  # formed from a total pressure: another unit of it would have been refused
-    for suffix, times in other_units(draft, "impact_pressure"):
-        if _explains(replace(flown, impact=flown.impact * times)):
-            fits.append(
-                f"{column!r} looks like {SUFFIXES[suffix].words}: name the column "
-                f"impact_pressure_{suffix}"
-            )
-    return fits
-
-
-def _explains(flown: FlownRows) -> bool:
-    return abs(float(find_factor(flown).excess[1])) < LIMITS.unit_fits
+    return fits + [
+        f"{column!r} looks like {SUFFIXES[suffix].words}: name the column impact_pressure_{suffix}"
+        for suffix, times in other_units(draft, "impact_pressure")
+        if abs(needed / times - 1.0) < LIMITS.unit_fits
+    ]
 
 
 def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:

@@ -1,6 +1,10 @@
-"""Flights that many tests look at, each flown once a worker and only if asked for."""
+"""Flights that many tests look at, each flown once a run and only if asked for."""
 
+import os
+import pickle
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -35,15 +39,28 @@ def one_process() -> Iterator[None]:
 
 
 class Flights(Mapping[str, Flight]):
-    """Maneuver name to its flight in one turbulence, flown on first use."""
+    """Maneuver name to its flight in one turbulence, flown on first use.
 
-    def __init__(self, turbulence: str) -> None:
+    The workers of a run share `folder`: what one has flown, the others read.
+    """
+
+    def __init__(self, turbulence: str, folder: Path) -> None:
         self.turbulence = turbulence
+        self.folder = folder
         self._flown: dict[str, Flight] = {}
 
     def __getitem__(self, maneuver: str) -> Flight:
         if maneuver not in self._flown:
-            self._flown[maneuver] = fly(Case(maneuver=maneuver, turbulence=self.turbulence))
+            file = self.folder / f"{self.turbulence}-{maneuver}.pickle"
+            with suppress(FileNotFoundError):
+                self._flown[maneuver] = Flight(*pickle.loads(file.read_bytes()))
+        if maneuver not in self._flown:
+            flight = fly(Case(maneuver=maneuver, turbulence=self.turbulence))
+            kept = (flight.case, dict(flight.channels), flight.segment, flight.on_condition)
+            part = file.with_suffix(f".{os.getpid()}")
+            part.write_bytes(pickle.dumps(kept))
+            part.replace(file)
+            self._flown[maneuver] = flight
         return self._flown[maneuver]
 
     def __iter__(self) -> Iterator[str]:
@@ -54,12 +71,23 @@ class Flights(Mapping[str, Flight]):
 
 
 @pytest.fixture(scope="session")
-def smooth_flights() -> Flights:
-    """Every maneuver in 15 kt of wind without turbulence."""
-    return Flights("none")
+def shared_folder(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Iterator[Path]:
+    """A folder that all workers of a run share."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own if worker_id == "master" else own.parent) / "flights"
+    folder.mkdir(exist_ok=True)
+    yield folder
+    for file in folder.glob("*.pickle"):  # gigabytes; who still wants one flies it
+        file.unlink(missing_ok=True)
 
 
 @pytest.fixture(scope="session")
-def light_flights() -> Flights:
+def smooth_flights(shared_folder: Path) -> Flights:
+    """Every maneuver in 15 kt of wind without turbulence."""
+    return Flights("none", shared_folder)
+
+
+@pytest.fixture(scope="session")
+def light_flights(shared_folder: Path) -> Flights:
     """Every maneuver in 15 kt of wind and light turbulence."""
-    return Flights("light")
+    return Flights("light", shared_folder)

@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from pitotbench import air
 from pitotbench.calibration.observations import Observations
@@ -52,6 +51,8 @@ def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> Carried
     """Compute the height of each stretch separately, with fixes `latency` seconds earlier than
     stamped.
     """
+    from scipy.interpolate import CubicSpline  # slow to load
+
     assert log.altitude is not None
     fresh = log.fresh_fixes()
     part = stretch_numbers(log.time, pauses(log.time))
@@ -88,6 +89,8 @@ def _integrated(
     knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool
 ) -> tuple[Meters, Meters]:
     """The integral [m] of a climb rate given at knots, at the knots and at other times."""
+    from scipy.interpolate import CubicSpline  # slow to load
+
     if dense:
         rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
         return rises, np.interp(time, knots, rises)

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pitotbench import bench
-from pitotbench.bench.flights import rms
+from pitotbench.bench.flights import rms, sense, wind_toward
 from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.calibration import calibrate
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -37,7 +37,7 @@ from pitotbench.simulation.aircraft import (
     read_record,
 )
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
-from pitotbench.simulation.sortie import scaled_case
+from pitotbench.simulation.sortie import fly, scaled_case
 from pitotlab import experiment as lab
 from pitotlab.tables import markdown_table
 
@@ -82,8 +82,8 @@ def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
     row = trial.cell | {"aircraft": aircraft}
     try:
         case = scaled_case(replace(lab.random_case(trial), aircraft=aircraft))
-        flight = bench.fly(case)
-        found = bench.calibrate(bench.sense(flight, SYSTEM))
+        flight = fly(case)
+        found = calibrate(sense(flight, SYSTEM))
     except (BadInputError, NoAnswerError) as error:
         return row | {"failed": " ".join(str(error).split())}
     judged = np.char.startswith(flight.segment, MANEUVERS[trial.maneuver].kind)
@@ -91,7 +91,7 @@ def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
         "minutes": flight.duration / 60.0,
         "on_condition": float(flight.on_condition[judged].mean()),
     }
-    wind = bench.wind_toward(case.wind)[:2]
+    wind = wind_toward(case.wind)[:2]
     return row | {"failed": "", **times, **lab.compared(found, case.pressure_error, wind)}
 
 
@@ -243,7 +243,7 @@ def taken_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--aircraft", default=TAKEN, help="comma list (default: %(default)s)")
     for name in parser.parse_args(words).aircraft.split(","):
         try:
-            log = bench.sense(bench.fly(Case(aircraft=name, maneuver="rapid_decel")), "20/20")
+            log = sense(fly(Case(aircraft=name, maneuver="rapid_decel")), "20/20")
             print(f"{name}: {_taken_by_reconcile(name, log)}", flush=True)
         except BadInputError as error:
             print(f"{name}: {error}", flush=True)

@@ -10,14 +10,17 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pitotbench import air, bench
-from pitotbench.bench.flights import compare_curve, compare_wind, rms
+from pitotbench import air
+from pitotbench.bench.flights import compare_curve, compare_wind, rms, sense, wind_toward
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import (
     Budget,
@@ -37,7 +40,7 @@ def figures(result: Calibration, flight: Flight) -> dict[str, float]:
     and the mean 2σ and the rms error of the curve and of the wind [kt].
     """
     curve = compare_curve(result.curve, flight.case.pressure_error)
-    wind = compare_wind(result.known_wind, bench.wind_toward(flight.case.wind)[:2])
+    wind = compare_wind(result.known_wind, wind_toward(flight.case.wind)[:2])
     return {
         "coverage_percent": 100.0 * curve.inside,
         "wind_coverage_percent": 100.0 * wind.inside,
@@ -48,14 +51,12 @@ def figures(result: Calibration, flight: Flight) -> dict[str, float]:
     }
 
 
-def figures_of_log(
-    log: FlightLog, options: bench.CalibrationOptions, flight: Flight
-) -> dict[str, float]:
+def figures_of_log(log: FlightLog, options: CalibrationOptions, flight: Flight) -> dict[str, float]:
     """Return the figures of a log calibrated with these options; none where it does not determine
     the answer.
     """
     try:
-        return figures(bench.calibrate(log, options), flight)
+        return figures(calibrate(log, options), flight)
     except NoAnswerError:
         return {}
 
@@ -140,7 +141,7 @@ def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
     """Fly once, sense with every true curve, calibrate with `auto` and with Inverse+; return one
     row for each.
     """
-    flight = bench.fly(random_case(trial))
+    flight = fly(random_case(trial))
     rows: list[Row] = []
     for name in truths:
         case = replace(flight.case, pressure_error=truth_of(name, trial.seed))
@@ -149,10 +150,10 @@ def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
 
 
 def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[Row]:
-    log = bench.sense(flight, das)
+    log = sense(flight, das)
     for model in MODELS:
         row = trial.cell | {"truth": name, "model": model}
-        yield row | figures_of_log(log, bench.CalibrationOptions(model=model), flight)
+        yield row | figures_of_log(log, CalibrationOptions(model=model), flight)
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pitotbench import air, bench
-from pitotbench.bench.flights import compare_curve, rms, scored
+from pitotbench import air
+from pitotbench.bench.flights import compare_curve, rms, scored, sense, wind_toward
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
 from pitotbench.logbook.columns import write_text
@@ -22,6 +23,7 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT, Array
 from pitotlab import experiment as lab
 
@@ -53,7 +55,7 @@ class Scoring:
 
 def steady(flight: Flight, seed: int) -> tuple[Flight, Array]:
     """Return the flight unchanged, in the wind of its case."""
-    return flight, bench.wind_toward(flight.case.wind)[:2]
+    return flight, wind_toward(flight.case.wind)[:2]
 
 
 def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
@@ -67,7 +69,7 @@ def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
     change = np.stack([np.interp(elapsed, np.arange(walk.shape[1]), part) for part in walk])
     names = ("velocity_north", "velocity_east")
     moved = {name: flight[name] + part for name, part in zip(names, change, strict=True)}
-    mean = bench.wind_toward(flight.case.wind)[:2] + change.mean(axis=1)
+    mean = wind_toward(flight.case.wind)[:2] + change.mean(axis=1)
     return replace(flight, channels={**flight.channels, **moved}), mean
 
 
@@ -120,19 +122,19 @@ def score_trial(
     row for each.
     """
     case = lab.random_case(trial)
-    flight = bench.fly(case) if store is None else store.fly(case)
+    flight = fly(case) if store is None else store.fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
 
 
 def _rows(trial: lab.Trial, flight: Flight, scoring: Scoring) -> Iterator[lab.Row]:
     flown, wind = scoring.in_wind(flight, trial.seed)
     for system in scoring.systems:
-        log = scoring.with_errors(bench.sense(flown, system), trial.seed)
+        log = scoring.with_errors(sense(flown, system), trial.seed)
         base = trial.cell | {"scoring": scoring.name, "das": system}
         try:
-            ours = bench.calibrate(log, scoring.options)
+            ours = calibrate(log, scoring.options)
             paper = (
-                bench.calibrate(log, CalibrationOptions(method="paper"))
+                calibrate(log, CalibrationOptions(method="paper"))
                 if scoring.against_paper
                 else ours
             )

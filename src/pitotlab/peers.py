@@ -16,11 +16,14 @@ import numpy as np
 import pandas as pd
 from scipy.signal import fftconvolve
 
-from pitotbench import air, bench
+from pitotbench import air
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import Comparison, compare_curve, rms, scored
+from pitotbench.bench.flights import Comparison, compare_curve, rms, scored, sense, true_correction
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.calibration.observations import Observations, observe
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.output_error import airspeed_outputs, fit_scalar
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
 from pitotbench.estimation.restricted_likelihood import solve
@@ -28,6 +31,7 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.simulation import sortie
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import FIRST_SCORED_SEED, FlightStore, Row, Trial, random_case
@@ -110,12 +114,12 @@ def peer_rows(flight: Flight, das: str) -> list[Row]:
     """Return the coverage and the bound of each peer and of our fit on one flight: one row each,
     speeds in m/s.
     """
-    log = bench.sense(flight, das)
-    ours = bench.calibrate(log)
+    log = sense(flight, das)
+    ours = calibrate(log)
     speeds, inside = ours.curve.indicated_airspeed, scored(ours.curve)
-    truth = bench.true_correction(flight.case.pressure_error, speeds)
+    truth = true_correction(flight.case.pressure_error, speeds)
     model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
-    obs = observe(log, bench.CalibrationOptions())
+    obs = observe(log, CalibrationOptions())
     theta, case = _white_case(model, obs)
     curve = CurveMap(model, speeds)
     gradient = _gradient(curve, theta)
@@ -139,7 +143,7 @@ def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
     a speed on enough headings.
     """
     try:
-        points = [point for point in bench.fixed_speed_points(log) if point.spread is not None]
+        points = [point for point in fixed_speed_points(log) if point.spread is not None]
     except NoAnswerError:
         return []
     if not points:
@@ -213,18 +217,18 @@ class _Fitted:
 
 
 def _fitted(flight: Flight, das: str) -> _Fitted:
-    log = bench.sense(flight, das)
-    ours = bench.calibrate(log)
+    log = sense(flight, das)
+    ours = calibrate(log)
     speeds = ours.curve.indicated_airspeed[scored(ours.curve)]
     model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
-    obs = observe(log, bench.CalibrationOptions())
+    obs = observe(log, CalibrationOptions())
     fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
     curve = CurveMap(model, speeds)
     return _Fitted(
         fit,
         _gradient(curve, fit.theta),
         curve,
-        bench.true_correction(flight.case.pressure_error, speeds),
+        true_correction(flight.case.pressure_error, speeds),
     )
 
 
@@ -281,7 +285,7 @@ def _maneuver_rows(
     maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...], store: FlightStore | None
 ) -> list[Row]:
     """Return the rows of all flights of one maneuver, and those of the estimator with known noise."""
-    fly = bench.fly if store is None else store.fly
+    fly = sortie.fly if store is None else store.fly
     rows: list[Row] = []
     fitted: dict[str, list[_Fitted]] = {das: [] for das in systems}
     for seed in range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + seeds):

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pitotbench import air, bench
-from pitotbench.bench.flights import Comparison, rms, scored, true_correction
+from pitotbench import air
+from pitotbench.bench.flights import Comparison, rms, scored, sense, true_correction
 from pitotbench.bench.planner import PlanRequest, forecast
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
 from pitotbench.records.calibration import ErrorCurve
@@ -26,6 +27,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT, Meters, MetersPerSecond
 from pitotlab import experiment as lab
 
@@ -132,14 +134,14 @@ def flown_bounds(trial: lab.Trial, systems: tuple[str, ...]) -> list[lab.Row]:
 
 def _flown(request: PlanRequest, trial: lab.Trial) -> Flight:
     case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
-    return bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
+    return fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
 
 
 def _calibrated(
     request: PlanRequest, flight: Flight, das: str | DataSystem, options: CalibrationOptions
 ) -> tuple[lab.Row, FlightLog, ErrorCurve]:
-    log = bench.sense(flight, das)
-    curve = bench.calibrate(log, options).curve
+    log = sense(flight, das)
+    curve = calibrate(log, options).curve
     found = compare_curve_at(curve, flight.case.pressure_error, request.airspeeds)
     row: lab.Row = {"minutes": flight.duration / 60.0, "two_sigma_kt": found.mean_two_sigma / KNOT}
     return row | {"error_kt": found.rms_error / KNOT, "coverage": found.inside}, log, curve

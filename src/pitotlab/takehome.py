@@ -11,8 +11,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from pitotbench import air, bench
-from pitotbench.bench.flights import rms
+from pitotbench import air
+from pitotbench.bench.flights import rms, sense
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.hand_card import reduce_fly_bys
 from pitotbench.calibration.options import Accuracies, options_from
 from pitotbench.logbook.autopilot import autopilot_settings
@@ -25,7 +26,7 @@ from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.simulation.plant import SimulationError
-from pitotbench.simulation.sortie import scaled_case
+from pitotbench.simulation.sortie import fly, scaled_case
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 from pitotlab.blind.score import wilson
 from pitotlab.experiment import CENTER, FIRST_SCORED_SEED, SPREAD, Row
@@ -89,7 +90,7 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
     )  # fmt: skip
     case = scaled_case(case)
     try:
-        log = bench.sense(bench.fly(case), SYSTEM)
+        log = sense(fly(case), SYSTEM)
     except SimulationError:  # the autopilot of the bench loses the small airplane in a gust
         return []
     old = {
@@ -116,7 +117,7 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
                     "model": model,
                 }
             )
-            found = autopilot_settings(bench.calibrate(flown, choice), name)
+            found = autopilot_settings(calibrate(flown, choice), name)
         except (BadInputError, NoAnswerError) as reason:
             rows.append(row | {"failed": " ".join(str(reason).split())})
             continue

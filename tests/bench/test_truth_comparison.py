@@ -6,11 +6,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench import Case, UnknownNameError, air, bench
-from pitotbench.bench.flights import Comparison, compare_curve, compare_wind, rms, scored
+from pitotbench import Case, UnknownNameError, air
+from pitotbench.bench.flights import (
+    Comparison,
+    compare_curve,
+    compare_wind,
+    rms,
+    score,
+    scored,
+    sense,
+    true_correction,
+    wind_toward,
+)
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.records.calibration import Estimate, WindEstimate
 from pitotbench.records.case import EffectSpec, PressureErrorSpec, Wind
 from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, KNOT
 from pitotlab.fixed_speed import compare_points
 from pitotlab.plan_check import compare_altitude, compare_curve_at, true_altitude_correction
@@ -19,7 +32,7 @@ from pitotlab.plan_check import compare_altitude, compare_curve_at, true_altitud
 @pytest.fixture(scope="module")
 def calibrated(smooth_flights):
     flight = smooth_flights["rapid_decel"]
-    return flight, bench.calibrate(bench.sense(flight, "20/1"))
+    return flight, calibrate(sense(flight, "20/1"))
 
 
 def test_figures_are_those_of_the_errors_and_an_error_that_is_no_number_is_not_inside():
@@ -39,16 +52,16 @@ def test_figures_are_those_of_the_errors_and_an_error_that_is_no_number_is_not_i
 def test_a_curve_shifted_by_a_knot_is_a_knot_wrong(calibrated):
     flight, result = calibrated
     truth, curve = flight.case.pressure_error, result.curve
-    exact = replace(curve, correction=bench.true_correction(truth, curve.indicated_airspeed) + KNOT)
+    exact = replace(curve, correction=true_correction(truth, curve.indicated_airspeed) + KNOT)
     found = compare_curve(exact, truth)
     assert len(found.error) == scored(exact).sum() < len(exact.correction)
     assert np.mean(found.error) == pytest.approx(KNOT)
     between = compare_curve_at(exact, truth, np.array([101.0, 133.3]) * KNOT)
     np.testing.assert_allclose(between.error, KNOT, rtol=1e-2)
     # The score is the comparison.
-    score, found = bench.score(result, flight), compare_curve(curve, truth)
-    assert (score.curve_rms_error, score.curve_coverage) == (found.rms_error, found.inside)
-    assert score.two_sigma == found.mean_two_sigma
+    compared, found = score(result, flight), compare_curve(curve, truth)
+    assert (compared.curve_rms_error, compared.curve_coverage) == (found.rms_error, found.inside)
+    assert compared.two_sigma == found.mean_two_sigma
 
 
 def test_a_wind_is_compared_by_component():
@@ -60,7 +73,7 @@ def test_a_wind_is_compared_by_component():
 
 def test_points_are_compared_at_their_airspeeds(smooth_flights):
     flight = smooth_flights["four_leg"]
-    points = bench.fixed_speed_points(bench.sense(flight, "50/50"))
+    points = fixed_speed_points(sense(flight, "50/50"))
     found = compare_points(points, flight.case.pressure_error)
     assert found.error.shape == (len(points),)
     assert np.abs(found.error).max() < 0.2 * KNOT
@@ -76,7 +89,7 @@ def test_the_altitude_correction_is_held_against_the_true_static_pressure(calibr
     """
     spec = replace(calibrated[0].case.pressure_error, location="static")
     airspeed, indicated = np.array([120.0 * KNOT]), 80000.0
-    impact = air.impact_pressure(airspeed + bench.true_correction(spec, airspeed))
+    impact = air.impact_pressure(airspeed + true_correction(spec, airspeed))
     true = indicated - (impact - air.impact_pressure(airspeed))
     higher = air.pressure_altitude(true) - air.pressure_altitude(indicated)
     curve = calibrated[1].curve
@@ -95,30 +108,30 @@ def test_the_altitude_correction_is_held_against_the_true_static_pressure(calibr
 @pytest.mark.parametrize("maneuver", list(MANEUVERS))
 def test_the_injected_curve_comes_back_in_calm_air(maneuver, smooth_flights):
     flight = smooth_flights[maneuver]
-    result = bench.calibrate(bench.sense(flight, "50/50"))
-    score = bench.score(result, flight)
-    assert score.curve_rms_error <= 0.05 * KNOT
-    assert score.wind_error <= 0.05 * KNOT
+    result = calibrate(sense(flight, "50/50"))
+    compared = score(result, flight)
+    assert compared.curve_rms_error <= 0.05 * KNOT
+    assert compared.wind_error <= 0.05 * KNOT
     # The score compares with the flight's own truth: another truth gives another score.
     shifted = replace(
         flight.case, pressure_error=PressureErrorSpec(parameters=(-0.04, 0.006, 0.06))
     )
     assert (
-        bench.score(result, replace(flight, case=shifted)).curve_rms_error
-        > 10.0 * score.curve_rms_error
+        score(result, replace(flight, case=shifted)).curve_rms_error
+        > 10.0 * compared.curve_rms_error
     )
 
 
 @pytest.mark.parametrize("maneuver", ["four_leg", "circle"])
 def test_light_turbulence_stays_inside_three_sigma(maneuver, light_flights):
     flight = light_flights[maneuver]
-    result = bench.calibrate(bench.sense(flight, "20/1"))
-    truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
+    result = calibrate(sense(flight, "20/1"))
+    truth = true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
     assert np.all(np.abs(result.curve.correction - truth) <= 1.5 * result.curve.two_sigma)
 
 
 def test_wind_blows_from_where_it_is_said_and_an_unknown_effect_is_refused():
-    north, east, down = bench.wind_toward(Wind(speed=10.0, from_direction=90.0 * DEGREE, up=1.0))
+    north, east, down = wind_toward(Wind(speed=10.0, from_direction=90.0 * DEGREE, up=1.0))
     assert (north, east, down) == pytest.approx((0.0, -10.0, -1.0), abs=1e-12)
     with pytest.raises(UnknownNameError, match=r"effect.*belly_pod"):
-        bench.fly(Case(effects=(EffectSpec("jelly_pod"),)))
+        fly(Case(effects=(EffectSpec("jelly_pod"),)))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from tests.calibration import static_flights as fixture
 
-from pitotbench import CalibrationOptions, bench
+from pitotbench import CalibrationOptions
+from pitotbench.bench.flights import sense
 from pitotbench.calibration import average as model_average
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
@@ -45,7 +46,7 @@ def turns(light_flights):
     """
     flight = light_flights["circle"]
     spec = replace(flight.case.pressure_error, location="static")
-    log = bench.sense(replace(flight, case=replace(flight.case, pressure_error=spec)), "20/1")
+    log = sense(replace(flight, case=replace(flight.case, pressure_error=spec)), "20/1")
     return replace(log, header={"accuracy": fixture.EXACT})
 
 

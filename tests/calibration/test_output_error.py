@@ -9,12 +9,14 @@ import pytest
 from scipy.optimize import least_squares
 from tests.calibration import trajectories as fixture
 
-from pitotbench import CalibrationOptions, NoAnswerError, bench
+from pitotbench import CalibrationOptions, NoAnswerError
+from pitotbench.bench.flights import sense, true_correction
 from pitotbench.calibration import calibrate, prediction
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.output_error import airspeed_outputs, fit_output_error
 from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.experiment import Trial, random_case
 
@@ -80,9 +82,9 @@ def test_a_first_step_far_too_long_is_brought_back(seed, das):
     """In moderate turbulence the first step may leave the model's domain, or land where the curve
     bends back on itself; undamped, with six steps to the indicated pressure, none of these was
     answered."""
-    flight = bench.fly(random_case(Trial("step_decrease", "moderate", seed)))
-    result = calibrate(bench.sense(flight, das), CalibrationOptions(method="paper"))
-    truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
+    flight = fly(random_case(Trial("step_decrease", "moderate", seed)))
+    result = calibrate(sense(flight, das), CalibrationOptions(method="paper"))
+    truth = true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
     assert np.sqrt(np.mean((result.curve.correction - truth) ** 2)) < 1.5 * KNOT
 
 

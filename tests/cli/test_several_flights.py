@@ -10,7 +10,10 @@ from io import StringIO
 import numpy as np
 import pytest
 
-from pitotbench import FlightLog, bench, write_log
+from pitotbench import FlightLog, write_log
+from pitotbench.bench.flights import sense, true_correction
+from pitotbench.calibration import calibrate, calibrate_flights
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import DONE, main
 from pitotbench.units import KNOT
 
@@ -32,7 +35,7 @@ def after(first: FlightLog, second: FlightLog, pause: float) -> FlightLog:
 
 @pytest.fixture(scope="module")
 def flights(light_flights):
-    first, second = (bench.sense(light_flights[name], "20/1") for name in ("rapid_decel", "circle"))
+    first, second = (sense(light_flights[name], "20/1") for name in ("rapid_decel", "circle"))
     more = {
         "velocity_north": second.velocity_north + NORTH,
         "velocity_east": second.velocity_east + EAST,
@@ -68,10 +71,10 @@ def test_one_curve_covers_and_is_narrower_than_that_of_each_alone(
         np.array([point[key] for point in first["curve"]])
         for key in ("indicated_airspeed_kt", "correction_kt", "two_sigma_kt")
     )
-    truth = bench.true_correction(light_flights["circle"].case.pressure_error, speed * KNOT) / KNOT
+    truth = true_correction(light_flights["circle"].case.pressure_error, speed * KNOT) / KNOT
     assert np.mean(np.abs(correction - truth) <= bound) >= 0.9
     for log in flights:
-        alone = bench.calibrate(log).curve
+        alone = calibrate(log).curve
         assert np.mean(bound) < np.mean(alone.two_sigma) / KNOT
 
 
@@ -107,7 +110,7 @@ def test_a_flight_that_determines_nothing_is_left_out_and_said(flights):
     first, second = flights
     leg = second.select(np.arange(60 * 20))
     three = after(after(first, leg, PAUSE), second, PAUSE)
-    found = bench.calibrate_flights([three])
+    found = calibrate_flights([three])
     assert [(each.number, each.count, each.joined) for each in found] == [(1, 3, 2), (3, 3, 2)]
     assert all(
         any("flight 2 of this log" in text for text in each.calibration.warnings) for each in found
@@ -120,13 +123,11 @@ def test_legs_that_are_recorded_apart_are_one_flight(flights):
     track = np.arctan2(log.velocity_east, log.velocity_north)
     out, back = (np.flatnonzero(sign * np.cos(track - track[0]) > 0.97) for sign in (1.0, -1.0))
     parted = after(log.select(out[out < back[0]]), log.select(back), PAUSE)
-    (found,) = bench.calibrate_flights([parted])
+    (found,) = calibrate_flights([parted])
     assert (found.number, found.count, len(found.log)) == (1, 1, len(parted))
 
 
 def test_models_are_weighed_for_each_flight_alone(flights):
-    found = bench.calibrate_flights(
-        [after(*flights, PAUSE)], bench.CalibrationOptions(model="auto")
-    )
+    found = calibrate_flights([after(*flights, PAUSE)], CalibrationOptions(model="auto"))
     assert [each.joined for each in found] == [1, 1]
     assert all(any("its own curve" in text for text in each.calibration.warnings) for each in found)

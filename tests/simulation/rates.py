@@ -13,8 +13,10 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pitotbench import Case, Flight, PlanRequest, bench, fly
+from pitotbench import Case, Flight, PlanRequest, fly
 from pitotbench.bench import planner as forecasting
+from pitotbench.bench.flights import sense
+from pitotbench.calibration import calibrate
 from pitotbench.records.case import USUAL_RATE, DataSystem
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.sensing.sampling import data_system
@@ -52,7 +54,7 @@ def exact(system: DataSystem) -> DataSystem:
 
 def corrections(flight: Flight, system: DataSystem) -> tuple[Array, Array]:
     """Return the calibrated correction and its 2σ [kt] at the airspeeds."""
-    curve = bench.calibrate(bench.sense(flight, system)).curve
+    curve = calibrate(sense(flight, system)).curve
     at = curve.indicated_airspeed
     return tuple(np.interp(AIRSPEEDS, at, y) / KNOT for y in (curve.correction, curve.two_sigma))  # type: ignore[return-value]
 

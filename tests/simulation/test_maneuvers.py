@@ -5,9 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from pitotbench import BadInputError, Case, Flight, UnknownNameError, bench
+from pitotbench import BadInputError, Case, Flight, UnknownNameError
 from pitotbench.simulation.card import override
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
 
 
@@ -171,7 +172,7 @@ def test_figure_eight_turns_as_far_to_one_side_as_to_the_other(smooth_flights):
 def test_power_stays_and_pitch_holds_the_airspeed():
     """One circle in smooth air by the autopilot, with the airspeed held by throttle and by pitch."""
     cards = [{"speeds_kt": [140.0], "fixed_power": power} for power in (0, 1)]
-    flights = [bench.fly(Case(maneuver="circle", turbulence="none", card=card)) for card in cards]
+    flights = [fly(Case(maneuver="circle", turbulence="none", card=card)) for card in cards]
     circles = [np.char.startswith(flight.segment, "circle") for flight in flights]
     flight, on = flights[1], circles[1]
     power = flight["manifold_pressure_left"][on] / INCH_OF_MERCURY
@@ -183,7 +184,7 @@ def test_power_stays_and_pitch_holds_the_airspeed():
     )
     assert pitch > 3.0 * throttle  # the altitude wanders
     with pytest.raises(BadInputError, match="0 or 1"):
-        bench.fly(Case(maneuver="circle", card={"fixed_power": 2}))
+        fly(Case(maneuver="circle", card={"fixed_power": 2}))
 
 
 CARD = MANEUVERS["step_decrease"].card

@@ -10,9 +10,11 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from pitotbench import bench
+from pitotbench.bench import flights
 from pitotbench.bench.digests import aircraft_digest, code_digest
-from pitotbench.bench.flights import sense
+from pitotbench.bench.flights import sense, true_correction
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import cross_check
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.formats import write_log
 from pitotbench.records import BadInputError, NoAnswerError
@@ -24,6 +26,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import LOG_CHANNELS
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.markup import Section
+from pitotbench.simulation.sortie import fly
 
 SCHEMA = 2  # of a stored result
 KEEP_LOGS = ("none", "failed", "all")
@@ -135,7 +138,7 @@ def perform_task(task: Task) -> TaskOutcome:
     that stays.
     """
     cpu, begun = time.process_time(), time.perf_counter()
-    flight = bench.fly(task.case, channels=CHANNELS)
+    flight = fly(task.case, channels=CHANNELS)
     rows: list[Row] = []
     sections: list[Section] = []
     failures: list[str] = []
@@ -144,12 +147,12 @@ def perform_task(task: Task) -> TaskOutcome:
         log, results, before = sense(flight, system), Found(), len(failures)
         for label, options in task.calibrations:
             try:
-                result = bench.calibrate(log, options)
+                result = calibrate(log, options)
             except (NoAnswerError, BadInputError) as error:
                 failures.append(f"{task.name} {system.label} {_mark(label, options)}: {error}")
                 continue
             results.append((label, options, result))
-            case, score = flight.case, bench.score(result, flight)
+            case, score = flight.case, flights.score(result, flight)
             rows.append(
                 Row(
                     case.maneuver,
@@ -201,12 +204,10 @@ def _section(
 
     spec = flight.case.pressure_error
     fits = {_mark(label, options): result for label, options, result in results}
-    truth = {
-        name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in fits.items()
-    }
+    truth = {name: true_correction(spec, r.curve.indicated_airspeed) for name, r in fits.items()}
     # The flight is the same for every data system: it is drawn once.
-    tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
+    tolerances = flights.tolerances(flight.case) if system == task.systems[0] else None
     for name, first in [*fits.items()][:1]:
-        points = bench.cross_check(log, task.calibrations[0][1], first)
+        points = cross_check(log, task.calibrations[0][1], first)
         fits[name] = replace(first, points=points)
     return flight_section(flight, system.label, fits, truth, tolerances)

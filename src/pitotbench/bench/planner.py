@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench import air, bench
+from pitotbench import air
+from pitotbench.bench.flights import sense, wind_toward
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.effects.air import LENGTH as LENGTH_FT
@@ -25,7 +27,7 @@ from pitotbench.simulation.aircraft import find_aircraft, read_record
 from pitotbench.simulation.card import override
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.plant import SimulationError
-from pitotbench.simulation.sortie import speed_range, with_usual_curve
+from pitotbench.simulation.sortie import fly, speed_range, with_usual_curve
 from pitotbench.timeline import gaps, interval
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array, MetersPerSecond, from_si
 
@@ -279,7 +281,7 @@ def smooth_flight(
 
 @lru_cache(_KEPT_FLIGHTS)
 def _flown(case: str) -> Flight:
-    return bench.fly(read_case(case), channels=_CHANNELS)
+    return fly(read_case(case), channels=_CHANNELS)
 
 
 def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSecond:
@@ -288,7 +290,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
     """
     level = gust_deviation(request.base)
     theta = np.concatenate(
-        [np.array(request.base.pressure_error.parameters), bench.wind_toward(request.base.wind)[:2]]
+        [np.array(request.base.pressure_error.parameters), wind_toward(request.base.wind)[:2]]
     )
     das = request.das
     noise = ExpectedNoise(
@@ -304,7 +306,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
         location == AUTO
     ):  # the calibrator finds the place from the height, or assumes the published one
         location = request.base.pressure_error.location
-    log = bench.sense(flight, das)
+    log = sense(flight, das)
     options = replace(request.options, error_location=location)
     return expected_two_sigma(log, options, theta, noise, request.airspeeds)
 
@@ -313,8 +315,8 @@ def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
     """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor
     noise.
     """
-    log = bench.sense(with_gusts(flight, request.base.turbulence, seed), request.das)
-    curve = bench.calibrate(log, request.options).curve
+    log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
+    curve = calibrate(log, request.options).curve
     return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)
 
 

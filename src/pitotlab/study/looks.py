@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pitotbench import bench
+from pitotbench.bench.flights import wind_toward
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
@@ -89,7 +89,7 @@ def vertical_speed(flight: Flight, times: float) -> Flight:
     """Return the flight at the same airspeed with the vertical speed multiplied and less ground
     speed.
     """
-    wind = bench.wind_toward(flight.case.wind)
+    wind = wind_toward(flight.case.wind)
     north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
     down = flight["velocity_down"]
     level, steeper = np.hypot(north, east), np.clip(times * down, -20.0, 20.0)

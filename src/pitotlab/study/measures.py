@@ -6,8 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench import air, bench
-from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
+from pitotbench import air
+from pitotbench.bench.flights import (
+    compare_curve,
+    compare_wind,
+    rms,
+    score,
+    scored,
+    true_correction,
+    wind_toward,
+)
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import cross_check
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
@@ -15,6 +26,7 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array
 from pitotlab.experiment import Row
 from pitotlab.study.looks import TURNING, Look, Sortie, sense_look
@@ -118,19 +130,19 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
                 "failed": "",
                 **_outputs(fit_velocity(log, look.options)),
             }, None
-        result = bench.calibrate(log, look.options)
+        result = calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
         return {**look_row(look), "failed": str(error)}, None
-    score = bench.score(result, flight)
+    scored = score(result, flight)
     row: Row = {
         **look_row(look),
         "failed": "",
-        "samples": score.samples,
-        "residual_two_sigma_kt": score.residual_two_sigma / KNOT,
+        "samples": scored.samples,
+        "residual_two_sigma_kt": scored.residual_two_sigma / KNOT,
         "smooth_two_sigma_kt": 2.0 * float(np.std(result.residuals.airspeed)) / KNOT,
-        "two_sigma_kt": score.two_sigma / KNOT,
-        "rms_error_kt": score.curve_rms_error / KNOT,
-        "coverage": score.curve_coverage,
+        "two_sigma_kt": scored.two_sigma / KNOT,
+        "rms_error_kt": scored.curve_rms_error / KNOT,
+        "coverage": scored.curve_coverage,
         **_error_parts(result, flight),
         **_criteria(result),
     }
@@ -154,7 +166,7 @@ def _error_parts(result: Calibration, flight: Flight) -> Row:
     error = compare_curve(result.curve, flight.case.pressure_error).error
     slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
     tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
-    north, east = compare_wind(result.known_wind, bench.wind_toward(flight.case.wind)[:2]).error
+    north, east = compare_wind(result.known_wind, wind_toward(flight.case.wind)[:2]).error
     return {
         "mean_error_kt": float(np.mean(error)) / KNOT,
         "tilt_kt": tilt / KNOT,
@@ -213,7 +225,7 @@ def density_rows(flight: Flight) -> list[Row]:
     ]
 
 
-_PUBLISHED = bench.CalibrationOptions(error_location="impact")
+_PUBLISHED = CalibrationOptions(error_location="impact")
 _DATA_POINTS = 600  # of a picture
 
 
@@ -222,7 +234,7 @@ def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
     truth.
     """
     curve = result.curve
-    truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
+    truth = true_correction(flight.case.pressure_error, curve.indicated_airspeed)
     columns = zip(curve.indicated_airspeed, curve.correction, curve.two_sigma, truth, strict=True)
     residual = result.residual_two_sigma / KNOT
     return [
@@ -284,7 +296,7 @@ def fixed_speed_rows(log: FlightLog) -> list[Row]:
             "airspeed_kt": point.indicated_airspeed / KNOT,
             "correction_kt": point.correction / KNOT,
         }
-        for point in bench.cross_check(log, _PUBLISHED)
+        for point in cross_check(log, _PUBLISHED)
         if point.method == "four_leg"
     ]
 
@@ -311,7 +323,7 @@ class Measured:
 def measure_sortie(sortie: Sortie) -> Measured:
     """Fly, sense, fit and measure a sortie. Raises BadInputError where the case cannot be flown."""
     case = sortie.case
-    flight = bench.fly(case, channels=_CHANNELS)
+    flight = fly(case, channels=_CHANNELS)
     key: Row = {
         "setting": sortie.setting,
         "variant": sortie.variant,

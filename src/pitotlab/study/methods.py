@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from pitotbench import air, bench
+from pitotbench import air
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import Comparison, compare_curve, rms, true_correction
+from pitotbench.bench.flights import Comparison, compare_curve, rms, sense, true_correction
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import USUAL
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.calibration import Calibration
@@ -26,6 +27,7 @@ from pitotbench.show.columns import frame_rows
 from pitotbench.show.style import BLUE, ORANGE, SKY, canvas
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.simulation.properties import HORSEPOWER
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import Row, made_with
 from pitotlab.study.conventional import (
@@ -91,25 +93,25 @@ def measure_seed(seed: int) -> Tables:
     for bank in BANKS:
         rows["banks"].append(_bank_row(seed, bank, level))
     for maneuver, flight in flights.items():
-        smooth = bench.calibrate(bench.sense(_fly(seed, maneuver, "smooth"), SYSTEM), PAPER)
-        log = bench.sense(flight, SYSTEM)
+        smooth = calibrate(sense(_fly(seed, maneuver, "smooth"), SYSTEM), PAPER)
+        log = sense(flight, SYSTEM)
         row: Row = {"method": maneuver, "minutes": _minutes(flight)}
         row["smooth_residual_kt"] = smooth.residual_two_sigma / KNOT
         off = with_constant_errors(log, np.random.default_rng([seed, 35]))
         for look, options in LOOKS.items():
-            result = bench.calibrate(off if look.startswith("usual") else log, options)
+            result = calibrate(off if look.startswith("usual") else log, options)
             row |= _scored(look, compare_curve(result.curve, STATIC))
             row |= {"residual_kt": result.residual_two_sigma / KNOT} if look == "paper" else {}
         rows["methods"].append(row)
         rows["systems"].append({"maneuver": maneuver, **two_systems(flight)})
     low = replace(case_of("light", "race_track", seed, card={"dwell_s": 20.0}), altitude=FLY_BY)
-    fly_by = bench.fly(replace(low, pressure_error=STATIC), channels=_CHANNELS)
+    fly_by = fly(replace(low, pressure_error=STATIC), channels=_CHANNELS)
     flown = (fly_by, flights["race_track"], flights["race_track"], flights["step_decrease"])
     for number, (method, read, flight) in enumerate(
         zip(OLDER, (tower, pacer, cone, cone), flown, strict=True)
     ):
         rng = np.random.default_rng([seed, number, 34])
-        answer = fit_points(read(flight, bench.sense(flight, SYSTEM), rng))
+        answer = fit_points(read(flight, sense(flight, SYSTEM), rng))
         row = {"method": method, "minutes": _minutes(flight)}
         rows["methods"].append(row | _scored("usual speed", against_truth(answer, STATIC)))
     return {name: [{"seed": seed, **row} for row in each] for name, each in rows.items()}
@@ -134,7 +136,7 @@ def with_constant_errors(log: FlightLog, rng: np.random.Generator) -> FlightLog:
 
 def _fly(seed: int, maneuver: str, setting: str = "light", **card: float) -> Flight:
     case = case_of(setting, maneuver, seed, card=card, pressure_error=STATIC)
-    return bench.fly(case, channels=_CHANNELS)
+    return fly(case, channels=_CHANNELS)
 
 
 def _minutes(flight: Flight) -> float:
@@ -179,9 +181,9 @@ def _bank_row(seed: int, bank: float, level: Array) -> Row:
         "out_percent": 100.0 * workload(flight).out_of_tolerance,
         "bank_wander_deg": float(np.std(held)),
     }
-    log = bench.sense(flight, SYSTEM)
-    row["residual_kt"] = bench.calibrate(log, PAPER).residual_two_sigma / KNOT
-    return row | _scored("speed", compare_curve(bench.calibrate(log, SPEED).curve, STATIC))
+    log = sense(flight, SYSTEM)
+    row["residual_kt"] = calibrate(log, PAPER).residual_two_sigma / KNOT
+    return row | _scored("speed", compare_curve(calibrate(log, SPEED).curve, STATIC))
 
 
 def two_systems(flight: Flight) -> Row:
@@ -197,15 +199,15 @@ def two_systems(flight: Flight) -> Row:
     other = replace(
         flight, case=replace(case, pressure_error=SECOND, sensor_seed=case.sensor_seed + 1000)
     )
-    one, two = bench.sense(flight, SYSTEM), bench.sense(other, SYSTEM)
+    one, two = sense(flight, SYSTEM), sense(other, SYSTEM)
     two = replace(one, impact_pressure=two.impact_pressure, static_pressure=two.static_pressure)
-    alone = [bench.calibrate(log, SPEED) for log in (one, two)]
+    alone = [calibrate(log, SPEED) for log in (one, two)]
     half = replace(
         one,
         impact_pressure=0.5 * (one.impact_pressure + two.impact_pressure),
         static_pressure=0.5 * (one.static_pressure + two.static_pressure),
     )
-    middle = bench.calibrate(half, SPEED)
+    middle = calibrate(half, SPEED)
     difference, its_two_sigma = system_difference(one, two)
     row: Row = {}
     for name, result, truth, sign in zip("ab", alone, (STATIC, SECOND), (0.5, -0.5), strict=True):

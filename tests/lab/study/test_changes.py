@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench import bench
+from pitotbench.bench.flights import wind_toward
 from pitotbench.catalog import UnknownNameError
 from pitotbench.units import FOOT, KNOT
 from pitotlab.study.looks import CHANGES, COVERING, SIDESLIP_ERROR, Look, sense_look
@@ -16,7 +16,7 @@ def flight(light_flights):
 
 
 def _air_speed(flight):
-    wind = bench.wind_toward(flight.case.wind)
+    wind = wind_toward(flight.case.wind)
     north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
     return np.sqrt(north**2 + east**2 + flight["velocity_down"] ** 2)
 

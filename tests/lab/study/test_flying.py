@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories
 
-from pitotbench import bench
+from pitotbench.bench.flights import sense, true_correction
+from pitotbench.calibration import calibrate
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.study import measures
 from pitotlab.study.conduct import EXPLAINED, fly_sorties, plan_sorties
@@ -28,7 +30,7 @@ def test_a_control_reverses_twice_a_period_if_it_is_felt():
 
 
 def test_a_person_works_more_than_the_autopilot(smooth_flights):
-    person = workload(bench.fly(Case(maneuver="rapid_decel", turbulence="none", pilot="busy")))
+    person = workload(fly(Case(maneuver="rapid_decel", turbulence="none", pilot="busy")))
     autopilot = workload(smooth_flights["rapid_decel"])
     assert sum(person.reversals.values()) > 2.0 * sum(autopilot.reversals.values())
     assert person.duty > autopilot.duty
@@ -43,8 +45,8 @@ def test_density_and_times_are_the_flight(light_flights):
 def test_a_sortie_gives_what_the_bench_gives():
     case = Case(maneuver="rapid_decel", turbulence="none")
     measured = measures.measure_sortie(Sortie("smooth", case, (Look("20/1"),), track=True))
-    log = bench.sense(bench.fly(case), "20/1")
-    expected = bench.calibrate(log, PAPER).residual_two_sigma / KNOT
+    log = sense(fly(case), "20/1")
+    expected = calibrate(log, PAPER).residual_two_sigma / KNOT
     assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)
     assert len(measured.tracks) > 100
     assert sum(row["seconds"] for row in measured.density) == pytest.approx(
@@ -57,10 +59,10 @@ def test_the_papers_case_takes_no_default_of_the_calibrator(light_flights):
     not.
     """
     flight = light_flights["rapid_decel"]
-    log = bench.sense(flight, "50/50")
-    assert bench.calibrate(log).diagnostics.static_probability is not None
+    log = sense(flight, "50/50")
+    assert calibrate(log).diagnostics.static_probability is not None
     for options in (PAPER, COVERING):
-        found = bench.calibrate(log, options)
+        found = calibrate(log, options)
         assert found.error_location == "impact"
         assert found.diagnostics.static_probability is found.diagnostics.height is None
         assert all(each.two_sigma == 0.0 for each in found.assumptions)
@@ -101,7 +103,7 @@ def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
     """
     flight, look = smooth_flights["race_track"], Look("20/1", replace(PAPER, on_condition=True))
     _, log = sense_look(flight, look)
-    result = bench.calibrate(log, look.options)
+    result = calibrate(log, look.options)
     rows = measures.data_rows(log, look, result)
     speed, gained = (
         np.array([row[name] for row in rows]) for name in ("airspeed_kt", "correction_kt")
@@ -121,15 +123,15 @@ def test_a_case_that_cannot_be_flown_is_named():
 
 def test_fixed_speed_points_lie_on_the_truth(smooth_flights):
     flight = smooth_flights["four_leg"]
-    points = fixed_speed_rows(bench.sense(flight, "50/50"))
+    points = fixed_speed_rows(sense(flight, "50/50"))
     assert sorted(round(p["airspeed_kt"], -1) for p in points) == [100.0, 120.0, 140.0, 160.0]
     speed = np.array([p["airspeed_kt"] for p in points]) * KNOT
-    truth = bench.true_correction(flight.case.pressure_error, speed) / KNOT
+    truth = true_correction(flight.case.pressure_error, speed) / KNOT
     np.testing.assert_allclose([p["correction_kt"] for p in points], truth, atol=0.1)
 
 
 def test_fixed_speed_needs_four_legs(smooth_flights):
-    assert fixed_speed_rows(bench.sense(smooth_flights["rapid_decel"], "50/50")) == []
+    assert fixed_speed_rows(sense(smooth_flights["rapid_decel"], "50/50")) == []
 
 
 @pytest.mark.parametrize("seeds", [1, 6])

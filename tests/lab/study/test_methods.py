@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench import air, bench
+from pitotbench import air
+from pitotbench.bench.flights import sense
 from pitotbench.sensing.recorder import known_curve
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.study import conventional, methods
 from pitotlab.study.conventional import AIRSPEEDS, Points, against_truth, fit_points
@@ -58,13 +60,13 @@ class _Still:
 @pytest.fixture(scope="module")
 def flight():
     case = case_of("smooth", "race_track", 3, card={"dwell_s": 20.0}, pressure_error=STATIC)
-    return bench.fly(case, channels=methods._CHANNELS)
+    return fly(case, channels=methods._CHANNELS)
 
 
 @pytest.mark.parametrize("name", ["tower", "pacer", "cone"])
 def test_a_method_whose_instruments_are_exact_finds_the_curve(name, flight):
     read = getattr(conventional, name)
-    found = against_truth(fit_points(read(flight, bench.sense(flight, SYSTEM), _Still())), STATIC)
+    found = against_truth(fit_points(read(flight, sense(flight, SYSTEM), _Still())), STATIC)
     assert found.rms_error < 0.15 * KNOT
     assert found.mean_two_sigma > 0.1 * KNOT  # the stated errors of the method stay in its bound
 
@@ -80,9 +82,9 @@ def test_two_systems_differ_by_what_they_were_given(flight):
 
 
 def test_a_system_does_not_differ_from_itself(flight):
-    log = bench.sense(flight, SYSTEM)
+    log = sense(flight, SYSTEM)
     assert np.abs(methods.system_difference(log, log)[0]).max() == 0.0
-    other = bench.sense(replace(flight, case=replace(flight.case, pressure_error=SECOND)), SYSTEM)
+    other = sense(replace(flight, case=replace(flight.case, pressure_error=SECOND)), SYSTEM)
     there, back = (methods.system_difference(*pair)[0] for pair in ((log, other), (other, log)))
     assert np.allclose(there, -back, atol=1e-9)
     assert len(there) == len(AIRSPEEDS)

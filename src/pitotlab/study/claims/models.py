@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from pitotbench import air, bench
-from pitotbench.bench.flights import rms
+from pitotbench import air
+from pitotbench.bench.flights import rms, true_correction
 from pitotbench.pressure_error import MODELS, PAPER_MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT, Array
@@ -194,7 +194,7 @@ def _apart(slowest: float, fastest: float) -> float:
     nearest = np.linalg.lstsq(MODELS["quadratic"].basis(flown), wanted, rcond=None)[0]
     other = PressureErrorSpec(model="quadratic", parameters=tuple(nearest.tolist()))
     speed = np.linspace(slowest, fastest, 121) * KNOT
-    gap = bench.true_correction(truth, speed) - bench.true_correction(other, speed)
+    gap = true_correction(truth, speed) - true_correction(other, speed)
     return float(np.max(np.abs(gap))) / KNOT
 
 

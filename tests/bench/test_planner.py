@@ -16,14 +16,13 @@ from pitotbench import (
     Case,
     NoAnswerError,
     PlanRequest,
-    bench,
     read_case,
     write_case,
 )
+from pitotbench.bench.flights import sense, wind_toward
 from pitotbench.bench.planner import (
     _dryden,
     best_card,
-    forecast,
     free_numbers,
     gust_deviation,
     known_noise_two_sigma,
@@ -36,8 +35,8 @@ from pitotbench.cli.plan import request_of
 from pitotbench.sensing.sampling import has_velocity_down
 from pitotbench.show.plan import plan_columns, remark
 from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT
-from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 
 REQUEST = PlanRequest(Case(), draws=4, maneuvers=("step_decrease", "decel_circle"))
 THETA = np.array([-0.06, 0.006, 0.06, -3.9, 6.7])
@@ -50,7 +49,7 @@ def plan():
 
 
 def known(flight, level):
-    log = bench.sense(flight, "20/1")
+    log = sense(flight, "20/1")
     return expected_two_sigma(
         log, CalibrationOptions(), THETA, ExpectedNoise(level, 400.0, 1e-4), SPEEDS
     )
@@ -63,7 +62,7 @@ def test_a_bound_is_proportional_to_the_gusts(smooth_flights):
 
 def test_one_heading_gives_no_forecast(smooth_flights):
     flight = smooth_flights["step_decrease"]
-    log = bench.sense(flight, "20/1")
+    log = sense(flight, "20/1")
     north = np.cos(flight["heading"]) > 0.99
     one = log.select(np.flatnonzero(log.time < flight["time"][np.flatnonzero(~north)[0]]))
     with pytest.raises(NoAnswerError, match="wind is not observable"):
@@ -79,43 +78,6 @@ def test_the_decelerating_circle_has_about_half_the_bound_of_step_decrease(plan)
     assert plan.gentle is step
     for each in plan.forecasts:  # not knowing the noise widens the bound
         assert 1.0 < each.widening < 1.7
-
-
-def test_a_forecast_foretells_the_bound_of_flights():
-    """Three flights in the simulator's turbulence against the forecast: `python -m pitotlab plan`,
-    in small.
-    """
-    expected = forecast(replace(REQUEST, draws=10), "decel_circle").mean
-    case = Case(maneuver="decel_circle")
-    flights = [bench.fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
-    flown = [bench.score(bench.calibrate(bench.sense(f, "20/1")), f).two_sigma for f in flights]
-    assert expected == pytest.approx(np.mean(flown), rel=0.2)
-
-
-@pytest.mark.parametrize(("velocity", "expected"), [("recorded", 0.49), ("missing", 0.64)])
-def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity, expected):
-    """`expected`: flown and calibrated in the simulator's turbulence by `python -m pitotlab plan`."""
-    joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
-    assert has_velocity_down(joint.das) == (velocity == "recorded")
-    flight = smooth_flight(joint, "step_decrease")
-    known = [
-        np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))
-    ]
-    drawn = [
-        forecast(replace(each, draws=4), "step_decrease").mean
-        for each in (joint, request_with(TRIANGLE))
-    ]
-    assert known[0] / known[1] == pytest.approx(expected, rel=0.15)
-    assert drawn[0] / drawn[1] == pytest.approx(expected, rel=0.15)
-
-
-def test_an_error_of_the_impact_pressure_is_not_seen_by_the_height():
-    static = request_with(VELOCITY)
-    flight = smooth_flight(static, "step_decrease")
-    impact = replace(static, options=CalibrationOptions(error_location="impact"))
-    assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(
-        known_noise_two_sigma(static, flight)
-    )
 
 
 def test_information_adds_up(plan):
@@ -232,11 +194,10 @@ def test_level_is_that_of_the_simulator(turbulence, light_flights):
     """The level by the standard's figure, against the simulator's own turbulence at the same
     height.
     """
-    from pitotbench import bench
 
     case = Case(maneuver="circle", turbulence=turbulence)
-    flight = light_flights["circle"] if turbulence == "light" else bench.fly(case)
-    mean = bench.wind_toward(case.wind)
+    flight = light_flights["circle"] if turbulence == "light" else fly(case)
+    mean = wind_toward(case.wind)
     parts = [flight[f"wind_{axis}"] - w for axis, w in zip(("north", "east"), mean, strict=False)]
     assert np.sqrt(np.mean(np.square(parts))) == pytest.approx(gust_deviation(case), rel=0.25)
     # Still air has no gusts, and high air fewer.

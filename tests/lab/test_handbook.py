@@ -1,0 +1,42 @@
+"""The performance of the navajo's file against the handbook of the airplane that it stands for."""
+
+import pytest
+
+from pitotbench.simulation.performance import COLUMNS, find_performance
+from pitotbench.units import POUND
+from pitotlab.reference_figures import published_figures
+
+
+def test_the_handbook_of_the_navajo_is_met_within_its_tolerances(tmp_path):
+    columns = {
+        "level speed": "true_airspeed_kt",
+        "climb": "climb_rate_fpm",
+        "stall": "calibrated_airspeed_kt",
+    }
+    names = {"level speed": "cruise", "climb": "climb", "stall": "stall", "ceiling": "ceiling"}
+    published = [figure for figure in published_figures("navajo") if figure.maneuver in names]
+    lines = [",".join(COLUMNS)]
+    for figure in published:
+        row = dict.fromkeys(COLUMNS, "")
+        row |= {"figure": names[figure.maneuver], "weight_lb": f"{figure.weight_lb}"}
+        row[columns.get(figure.maneuver, "ceiling_ft")] = f"{figure.value}"
+        if figure.maneuver != "ceiling":
+            row["altitude_ft"] = f"{figure.altitude_ft}"
+        if figure.maneuver == "stall":
+            row["flaps_percent"] = f"{100.0 * figure.flap}"
+        if figure.maneuver == "level speed" and figure.power < 1.0:
+            row["power_hp"] = f"{figure.power * 620.0}"
+        lines.append(",".join(row[name] for name in COLUMNS))
+    table = tmp_path / "handbook.csv"
+    table.write_text("\n".join(lines), encoding="utf-8")
+    found = find_performance("navajo", table)
+    for figure, row in zip(published, found.figures, strict=False):
+        allowed = (
+            figure.tolerance / 100.0 * figure.value
+            if figure.tolerance_unit == "%"
+            else figure.tolerance
+        )
+        assert row.published == figure.value
+        assert abs(row.difference) <= allowed, (figure.name, row)
+    # A heavier airplane of the handbook does not change the figures at the weight of the file.
+    assert found.mass / POUND == pytest.approx(5990.0, abs=1.0)

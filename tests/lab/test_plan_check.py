@@ -1,0 +1,51 @@
+"""A forecast of the planner against flights and calibrations: `python -m pitotlab plan`, in small."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench import CalibrationOptions, Case, PlanRequest
+from pitotbench.bench.flights import score, sense
+from pitotbench.bench.planner import forecast, known_noise_two_sigma, smooth_flight
+from pitotbench.calibration import calibrate
+from pitotbench.sensing.sampling import has_velocity_down
+from pitotbench.simulation.sortie import fly
+from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
+
+
+def test_a_forecast_foretells_the_bound_of_flights():
+    """Three flights in the simulator's turbulence against the forecast."""
+    expected = forecast(
+        PlanRequest(Case(), draws=10, maneuvers=("decel_circle",)), "decel_circle"
+    ).mean
+    case = Case(maneuver="decel_circle")
+    flights = [fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
+    flown = [score(calibrate(sense(f, "20/1")), f).two_sigma for f in flights]
+    assert expected == pytest.approx(np.mean(flown), rel=0.2)
+
+
+@pytest.mark.parametrize(("velocity", "expected"), [("recorded", 0.49), ("missing", 0.64)])
+def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity, expected):
+    """`expected`: flown and calibrated in the simulator's turbulence by `python -m pitotlab plan`."""
+    joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
+    assert has_velocity_down(joint.das) == (velocity == "recorded")
+    flight = smooth_flight(joint, "step_decrease")
+    known = [
+        np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))
+    ]
+    drawn = [
+        forecast(replace(each, draws=4), "step_decrease").mean
+        for each in (joint, request_with(TRIANGLE))
+    ]
+    assert known[0] / known[1] == pytest.approx(expected, rel=0.15)
+    assert drawn[0] / drawn[1] == pytest.approx(expected, rel=0.15)
+
+
+def test_an_error_of_the_impact_pressure_is_not_seen_by_the_height():
+    static = request_with(VELOCITY)
+    flight = smooth_flight(static, "step_decrease")
+    impact = replace(static, options=CalibrationOptions(error_location="impact"))
+    assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(
+        known_noise_two_sigma(static, flight)
+    )

@@ -4,12 +4,16 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint clean
+.PHONY: demo test test-product test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
 
-test: lint
+# The types are checked by one process, which would leave a core idle: the tests run beside it.
+test: $(STAMP)
+	$(MAKE) --jobs 2 lint test-product
+
+test-product: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore tests/lab
 
 # The laboratory's own tests: it proves the product, and no user runs it.

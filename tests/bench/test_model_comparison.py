@@ -122,20 +122,19 @@ def test_several_differences_are_told_apart_and_those_without_effect_as_such(tmp
 
 def test_an_engine_further_out_yaws_the_airplane_by_its_thrust(tmp_path):
     place = '<location unit="IN"> <x> 72.0 </x> <y> {} </y>'
-    found = compare_models(
-        str(OLD), str(edited(tmp_path, (place.format("-74.0"), place.format("-84.0"))))
-    )
+    new = edited(tmp_path, (place.format("-74.0"), place.format("-84.0")))
+    found = compare_models(str(OLD), str(new), "rapid_decel")
     (term,) = found.terms
     assert (term.old, term.new, term.unit) == (-74.0, -84.0, "IN")
     yaw = next(each for each in found.channels if each.channel == "yaw moment")
-    flight = fly(Case(aircraft=str(OLD), maneuver="diagnostic"), channels=("thrust_left",))
+    flight = fly(Case(aircraft=str(OLD), maneuver="rapid_decel"), channels=("thrust_left",))
     thrust = float(np.max(flight["thrust_left"])) / (POUND * STANDARD_GRAVITY)
     assert yaw.largest == pytest.approx(10.0 / 12.0 * thrust, rel=0.03)
 
 
 def test_parts_that_do_not_load_one_by_one_are_judged_together(tmp_path):
     renamed = edited(tmp_path, ("aero/lift-clean", "aero/lift-wing"))
-    found = compare_models(str(OLD), str(renamed))
+    found = compare_models(str(OLD), str(renamed), "rapid_decel")
     assert found.channels == ()
     assert any("do not load one by one" in term.name for term in found.terms)
     assert "Nothing changed in flight" in comparison_sentences(found)[0]

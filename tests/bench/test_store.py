@@ -31,7 +31,10 @@ from pitotbench.bench.result_table import (
 from pitotbench.bench.store import ResultStore, StoreError
 from pitotbench.cli.app import main
 
-SHORT = Case(card={"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0})
+SHORT = Case(
+    card={"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0},
+    integration_rate=40.0,
+)
 
 
 @pytest.fixture
@@ -183,7 +186,7 @@ def test_the_same_command_again_flies_nothing_and_makes_what_is_damaged_byte_for
 
 def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campaign, tmp_path):
     out = tmp_path / "out"
-    request = replace(campaign, out=out)
+    request = replace(campaign, out=out, report=False)
     run_campaign(request)
     assert not (out / "logs").exists()
     again = run_campaign(replace(request, keep_logs="all"))
@@ -198,7 +201,7 @@ def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campai
 
 
 def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeypatch, capsys):
-    request = replace(campaign, out=tmp_path / "out", progress="lines")
+    request = replace(campaign, out=tmp_path / "out", progress="lines", report=False)
     run_campaign(request)
     for module in ("campaign_task", "campaign", "store"):
         monkeypatch.setattr(f"pitotbench.bench.{module}.code_digest", lambda: "other")
@@ -258,7 +261,7 @@ def test_a_part_of_a_wrong_shape_that_was_sealed_by_hand_costs_one_flight(
     assert store.find(key) is None
     assert main(["results", str(out)]) == 0
     assert "1 damaged" in capsys.readouterr().out
-    again = run_campaign(replace(campaign, seeds=2, out=out))
+    again = run_campaign(replace(campaign, seeds=2, out=out, report=False))
     assert (again.found, again.flown) == (1, 1)
 
 

@@ -1,6 +1,7 @@
 """The force meter against a flight of the same aircraft, and the mass that is aboard."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -66,9 +67,15 @@ def motion_of(flight, rows):
     return Motion(**{name: flight[name][rows].copy() for name in STATES}, mach=mach[rows].copy())
 
 
+@cache
+def flown(fuel=1.0, ballast=0.0):
+    case = Case(maneuver="rapid_decel", turbulence="light", truth_seed=5)
+    return fly(replace(case, fuel=fuel, ballast=ballast))
+
+
 @pytest.fixture(scope="module", params=LOADINGS.values(), ids=LOADINGS.keys())
 def pair(request):
-    flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5, **request.param))
+    flight = flown(**request.param)
     motion = motion_of(flight, slice(None, None, EVERY))
     return flight, motion, felt_by_the_model(motion)
 
@@ -122,8 +129,7 @@ AT_THE_ENDS = [
 @pytest.fixture(scope="module")
 def few():
     """A quarter of a minute of a flight with full tanks, a state every half second."""
-    flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5))
-    return motion_of(flight, slice(0, 1500, 5 * EVERY))
+    return motion_of(flown(), slice(0, 1500, 5 * EVERY))
 
 
 def react(motion: Motion, name: str, sizes: dict[str, float]) -> Reaction:
@@ -221,7 +227,9 @@ def test_an_aircraft_as_loaded_weighs_its_structure_crew_and_fuel():
 
 @pytest.mark.parametrize(("fuel", "ballast"), [(1.0, 0.0), (0.4, 0.0), (1.0, 250.0), (0.5, -100.0)])
 def test_a_flight_begins_at_the_mass_of_its_case(fuel: float, ballast: float) -> None:
-    flight = fly(Case(maneuver="rapid_decel", turbulence="none", fuel=fuel, ballast=ballast))
+    short = {"repeats": 1, "dwell_s": 5.0}
+    case = Case(maneuver="rapid_decel", card=short, turbulence="none", fuel=fuel, ballast=ballast)
+    flight = fly(case)
     assert 0.0 < mass_of("navajo", Loading(fuel, ballast)) - flight["mass"][0] < BURNT
 
 
@@ -243,7 +251,7 @@ def test_the_mass_of_another_airplane_is_refused(mass: float) -> None:
 
 
 def test_a_lift_slope_that_does_not_change_is_a_zero_lift():
-    motion = motion_of(fly(Case(maneuver="rapid_decel")), slice(None, None, 2000))
+    motion = motion_of(flown(), slice(None, None, 2000))
     baseline = read_baseline(find_aircraft("navajo"))
     felt = [
         measure(

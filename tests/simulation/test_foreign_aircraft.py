@@ -19,7 +19,12 @@ OPENINGS = (
     '<output type="SOCKET" name="127.0.0.1" port="5998"/><input port="5997"/>'
 )
 POD = EffectSpec("belly_pod", {"drag_area_m2": 0.1})
-SHORT = {"maneuver": "rapid_decel", "turbulence": "none"}
+SHORT = {
+    "maneuver": "rapid_decel",
+    "turbulence": "none",
+    "card": {"repeats": 1, "dwell_s": 5.0, "settle_s": 5.0},
+    "integration_rate": 50.0,
+}
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -26,15 +26,20 @@ from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY
 SHORT = Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]}, turbulence="light")
 
 
-def test_one_case_is_one_flight_bit_for_bit():
-    first, second = fly(SHORT), fly(SHORT)
+@pytest.fixture(scope="module")
+def short():
+    return fly(SHORT)
+
+
+def test_one_case_is_one_flight_bit_for_bit(short):
+    first, second = short, fly(SHORT)
     assert digest(first) == digest(second)
     assert (first.segment == second.segment).all()
     assert digest(fly(replace(SHORT, truth_seed=2))) != digest(first)
     assert digest(fly(replace(SHORT, sensor_seed=2))) == digest(first)
 
 
-def test_another_process_flies_the_same():
+def test_another_process_flies_the_same(short):
     script = (
         "import hashlib\n"
         "from pitotbench.records.case import Case\n"
@@ -47,7 +52,7 @@ def test_another_process_flies_the_same():
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
-    assert done.stdout.split() == [digest(fly(SHORT))]  # and JSBSim's banner stays silent
+    assert done.stdout.split() == [digest(short)]  # and JSBSim's banner stays silent
 
 
 @pytest.mark.parametrize("name", MANEUVERS)
@@ -132,8 +137,8 @@ def test_an_impossible_speed_or_height_is_refused_in_its_set_up(changes, says):
         fly(replace(SHORT, turbulence="none", **changes))
 
 
-def test_the_flight_does_not_depend_on_the_channels_that_are_recorded():
-    whole, part = fly(SHORT), fly(SHORT, channels=("total_pressure", "specific_force_z"))
+def test_the_flight_does_not_depend_on_the_channels_that_are_recorded(short):
+    whole, part = short, fly(SHORT, channels=("total_pressure", "specific_force_z"))
     assert set(part.channels) == {"time", "mass", "total_pressure", "specific_force_z"}
     for name, values in part.channels.items():
         np.testing.assert_array_equal(values, whole[name])

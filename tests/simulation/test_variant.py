@@ -15,7 +15,11 @@ from pitotbench.simulation.variant import write_variant
 from pitotbench.units import FOOT, KNOT
 
 POD, LOAD = EffectSpec("belly_pod", {"drag_area_m2": 0.1}), EffectSpec("mass", {"mass_kg": 100.0})
-SHORT = {"maneuver": "rapid_decel", "turbulence": "none"}
+SHORT = {
+    "maneuver": "rapid_decel",
+    "turbulence": "none",
+    "card": {"repeats": 1, "dwell_s": 5.0, "settle_s": 5.0},
+}
 
 
 def tree(folder: Path) -> dict[str, bytes]:

@@ -29,7 +29,7 @@ SHORT = {
 }
 BRIEF = SHORT | {
     "maneuver": "rapid_decel",
-    "card": {"dwell_s": 12.0, "speeds_kt": [150.0, 140.0], "repeats": 1},
+    "card": {"dwell_s": 12.0, "speeds_kt": [110.0, 100.0], "repeats": 1},
 }
 SIMULATED = [name for name, effect in EFFECTS.items() if isinstance(effect, AircraftEffect)]
 POUND_FORCE = POUND * STANDARD_GRAVITY

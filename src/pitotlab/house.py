@@ -132,7 +132,15 @@ _BENCH_OF_THE_JUDGE = (
     "verdict_folder.py",
     "model_terms.py",
 )
-_LEGS_AND_CARDS = ("hand_card.py", "hand_card_model.py", "leg_points.py", "legs.py")
+_LEGS_AND_CARDS = (
+    "card_model.py",
+    "card_plan.py",
+    "card_slips.py",
+    "fly_by.py",
+    "hand_card.py",
+    "leg_points.py",
+    "legs.py",
+)
 
 
 def entered(arguments: Sequence[str], folder: Path) -> list[str]:

@@ -14,7 +14,7 @@ import pandas as pd
 from pitotbench import air
 from pitotbench.bench.flights import rms, sense
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.hand_card import reduce_fly_bys
+from pitotbench.calibration.fly_by import reduce_fly_bys
 from pitotbench.calibration.options import Accuracies, options_from
 from pitotbench.logbook.autopilot import autopilot_settings
 from pitotbench.logbook.columns import PARAMETERS

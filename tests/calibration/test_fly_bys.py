@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, air
-from pitotbench.calibration.hand_card import _of_readings, reduce_fly_bys
+from pitotbench.calibration.fly_by import _of_readings, reduce_fly_bys
 from pitotbench.calibration.options import Accuracies
 from pitotbench.cli.app import main
 from pitotbench.logbook.points_table import is_points_table, read_fly_bys

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from tests.calibration.hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
 
-from pitotbench.calibration.hand_card import find_slips, reduce_card
+from pitotbench.calibration.card_slips import find_slips
+from pitotbench.calibration.hand_card import reduce_card
 from pitotbench.calibration.options import USUAL
 from pitotbench.cli.app import main
 from pitotbench.logbook.points_table import read_points

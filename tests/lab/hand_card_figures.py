@@ -8,7 +8,7 @@ import argparse
 from dataclasses import dataclass
 
 import numpy as np
-from tests.calibration.hand_cards import KT, STEPS, make_card
+from tests.calibration.hand_cards import KT, STEPS, make_card, make_mixed_card, with_slips
 
 from pitotbench.calibration.hand_card import reduce_card
 
@@ -55,6 +55,41 @@ def coverage(first: int, cards: int) -> Coverage:
     )
 
 
+@dataclass(frozen=True)
+class Slips:
+    """Counts over cards of 81 rows with six slips each: slips, those found, legs called a slip that
+    are none, and legs that are right; points without an answer; errors and bounds [kt] of the
+    curves.
+    """
+
+    written: int
+    found: int
+    false: int
+    right: int
+    lost: int
+    errors: np.ndarray
+    bounds: np.ndarray
+
+
+def slips_found(first: int, cards: int) -> Slips:
+    """Reduce spoiled cards of the seeds from `first` on."""
+    written = found = false = right = lost = 0
+    curves = []
+    for seed in range(first, first + cards):
+        legs, truth = make_mixed_card(seed)
+        spoiled, rows = with_slips(legs, seed, 6)
+        answer = reduce_card(spoiled, STEPS)
+        named = {slip.row for slip in answer.slips}
+        written, found = written + len(rows), found + len(rows & named)
+        false, right = false + len(named - rows), right + len(legs) - len(rows)
+        lost += sum(point.correction is None for point in answer.points if point.legs >= 3)
+        for name, curve in answer.curves.items():
+            meant = np.array([truth[name](v / KT) for v in curve.indicated_airspeed])
+            curves.append((np.abs(curve.correction / KT - meant), curve.two_sigma / KT))
+    errors, bounds = (np.array(each) for each in zip(*curves, strict=True))
+    return Slips(written, found, false, right, lost, errors, bounds)
+
+
 def main() -> None:
     """Print the figures of docs/fixed-speed.md."""
     made = argparse.ArgumentParser(
@@ -84,6 +119,14 @@ def main() -> None:
             f"{rms:.2f} kt"
         )
     print(f"legs called a slip: {found.slips}")
+    spoiled = slips_found(options.first, options.cards // 5)
+    inside = float(np.mean(spoiled.errors < spoiled.bounds))
+    print(
+        f"{options.cards // 5} cards of 81 rows with six slips: {spoiled.found} of "
+        f"{spoiled.written} found, {spoiled.false} of {spoiled.right} right legs called one, "
+        f"{spoiled.lost} points lost; curves {inside:.1%} inside 2σ, "
+        f"mean 2σ {np.mean(spoiled.bounds):.2f} kt"
+    )
 
 
 if __name__ == "__main__":

@@ -252,25 +252,42 @@ def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResu
     if not np.all(np.isfinite(speed) & np.isfinite(angle)) or not np.all(speed > 0.0):
         raise BadInputError("ground speeds must be positive numbers and tracks numbers")
     velocity = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
-    answers = np.array(
-        [_three_legs(velocity[list(legs)]) for legs in combinations(range(len(speed)), 3)]
-    )
+    answers = three_leg_answers(velocity)
     airspeed, north, east = answers.mean(axis=0)
     spread = float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
     wind_from = float(np.arctan2(-east, -north) % (2.0 * np.pi))
     return FixedSpeedResult(float(airspeed), spread, float(np.hypot(north, east)), wind_from)
 
 
-def _three_legs(velocity: Array) -> tuple[float, float, float]:
-    """True airspeed and wind north, east of three ground velocities (3, 2): the circle through
-    their tips.
+def triples(count: int) -> NDArray[np.intp]:
+    """Return the legs of each answer of three among some, (m, 3)."""
+    return np.array(list(combinations(range(count), 3)))
+
+
+def three_leg_answers(velocity: Array) -> Array:
+    """Return the true airspeed and the wind north and east, (m, 3) [m/s], of every three ground
+    velocities among (n, 2): the circle through their tips.
+
+    Raises NoAnswerError for tracks that are too similar.
     """
-    chords = velocity[1:] - velocity[0]
-    squares = np.sum(velocity**2, axis=1)
-    if np.linalg.cond(chords) > _ILL_CONDITIONED:
+    three = velocity[triples(len(velocity))]
+    chords, squares = three[:, 1:] - three[:, :1], np.sum(three**2, axis=2)
+    if np.any(np.linalg.cond(chords) > _ILL_CONDITIONED):
         raise NoAnswerError("the legs do not determine the wind: fly tracks at least 60° apart")
-    wind = np.linalg.solve(chords, 0.5 * (squares[1:] - squares[0]))
-    return float(np.linalg.norm(velocity[0] - wind)), float(wind[0]), float(wind[1])
+    wind = np.linalg.solve(chords, 0.5 * (squares[:, 1:] - squares[:, :1])[..., None])[..., 0]
+    return np.column_stack([np.linalg.norm(three[:, 0] - wind, axis=1), wind])
+
+
+def three_leg_gain(velocity: Array) -> Array:
+    """Return the change of the mean airspeed of `three_leg_answers` per 1 m/s along the flight path
+    in each ground velocity, (n,) [-].
+    """
+    three, gain = triples(len(velocity)), np.zeros(len(velocity))
+    through = velocity[three] - three_leg_answers(velocity)[:, None, 1:]
+    unit = through / np.linalg.norm(through, axis=2, keepdims=True)
+    jacobian = np.concatenate([np.ones((*three.shape, 1)), unit], axis=2)
+    np.add.at(gain, three, np.linalg.inv(jacobian)[:, 0] / len(three))
+    return gain
 
 
 def horseshoe(ground_speed: MetersPerSecond) -> float:

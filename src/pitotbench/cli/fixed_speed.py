@@ -119,7 +119,7 @@ def _of_cards(options: argparse.Namespace) -> None:
 
 
 def _of_fly_bys(options: argparse.Namespace) -> None:
-    from pitotbench.calibration.hand_card import reduce_fly_bys
+    from pitotbench.calibration.fly_by import reduce_fly_bys
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_fly_bys
     from pitotbench.show.legs import fly_bys_json, print_fly_bys

@@ -126,7 +126,7 @@ def run(options: argparse.Namespace) -> int:
 def _by_hand(options: argparse.Namespace) -> int:
     """Print which legs to fly and write down."""
     from pitotbench.bench.flights import wind_toward
-    from pitotbench.calibration.hand_card_model import plans_by_hand
+    from pitotbench.calibration.card_plan import plans_by_hand
     from pitotbench.show.legs import card_sheet, chosen_plan, hand_plan_json, print_hand_plan
     from pitotbench.units import KNOT
 

@@ -1,6 +1,6 @@
 """Read a card written by hand: a points table, one row a leg, or tower fly-bys, one row a pass."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, FlyBy, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
 
-POINT, CONFIGURATION = "point", "configuration"
+POINT, CONFIGURATION, HEADING = "point", "configuration", "heading"
 COLUMNS = (
     POINT,
     CONFIGURATION,
@@ -63,6 +63,8 @@ _FLY_BY_STEPS = {
     "tower_pressure": 0.01 * INCH_OF_MERCURY,
     "tower_temperature": 1.0,
 }
+_OF_LEGS = ("indicated_airspeed_", "ground_speed_", ("track_", "heading_"))
+_SAME_POINT = 3.0 * KNOT  # m/s, between the airspeeds of neighbors on a card without points
 _OF_TOWER = {
     "grid_height": "length",
     "tower_pressure": "pressure",
@@ -73,11 +75,12 @@ _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 
 def is_points_table(path: Path) -> bool:
-    """Return whether a file is a points table: a CSV with a column `point` and none of time, or
-    fly-bys.
+    """Return whether a file is a points table: a CSV with a column `point`, or with airspeed, ground
+    speed and direction, and none of time; or fly-bys.
     """
     names = _names(path)
-    return (POINT in names or is_fly_by_card(path)) and not any(
+    legs = all(any(n.startswith(each) for n in names) for each in _OF_LEGS)
+    return (POINT in names or legs or is_fly_by_card(path)) and not any(
         n.startswith(("time_", "clock_time")) for n in names
     )
 
@@ -99,10 +102,14 @@ def _names(path: Path) -> tuple[str, ...]:
 def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
     """Return the legs of a points table in their order, and the steps in which they were read.
 
+    A card without tracks may have headings instead, `heading_deg`.
+
     Raises BadInputError, with the file, for a missing column or a cell that is no number.
     """
+    names = [_parsed(name)[0] for name in _names(path)]
+    by_heading = HEADING in names and "track" not in names
     rows, steps = _read(path, _QUANTITIES, COLUMNS[2:], asdict(_ROUND_STEPS))
-    return tuple(CardLeg(**row) for row in rows), ReadingSteps(**steps)
+    return tuple(CardLeg(**row, by_heading=by_heading) for row in rows), ReadingSteps(**steps)
 
 
 def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
@@ -134,8 +141,11 @@ def _rows(
     suffixes: dict[str, str] = {}
     for name, column in zip(table.names, table.columns, strict=True):
         quantity, suffix = _parsed(name)
-        if quantity in quantities:
+        if quantity in (*quantities, HEADING):
             values[quantity], suffixes[quantity] = to_si(numbers(name, column), suffix), suffix
+    for readings in (values, suffixes):
+        if HEADING in readings:
+            readings.setdefault("track", readings.pop(HEADING))
     missing = [column for column in columns if column.rpartition("_")[0] not in values]
     if missing:
         raise BadInputError(
@@ -157,12 +167,15 @@ def _rows(
                 "airplane measures; correct it or remove the row"
             )
     count = len(table)
-    points = (
-        _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]
-    )
     configurations = (
         _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
     )
+    if POINT in table.names:
+        points = _labels(table.column(POINT))
+    elif "ground_speed" in quantities:
+        points = _by_airspeed(values["indicated_airspeed"], configurations)
+    else:
+        points = [str(i + 1) for i in range(count)]
     rows = [
         {
             "row": i + 1,
@@ -179,6 +192,19 @@ def _rows(
     }
 
 
+def _by_airspeed(airspeed: Array, configurations: Sequence[str]) -> list[str]:
+    """The points of legs by their airspeeds (n,) [m/s]: those of one configuration whose airspeeds
+    follow each other closely.
+    """
+    order = sorted(range(len(airspeed)), key=lambda i: (configurations[i], airspeed[i]))
+    found, number = [""] * len(order), 1
+    for last, i in zip([order[0], *order], order, strict=False):
+        same = configurations[i] == configurations[last]
+        number += not (same and airspeed[i] - airspeed[last] <= _SAME_POINT)
+        found[i] = str(number)
+    return found
+
+
 def _parsed(name: str) -> tuple[str, str]:
     """Return the quantity of a column and its suffix; empty for another. Raises BadInputError for a
     wrong unit.
@@ -193,6 +219,8 @@ def _parsed(name: str) -> tuple[str, str]:
                 )
                 raise BadInputError(f"column {name!r}: a {dimension}; name it {known}")
             return quantity, suffix
+    if name.startswith(HEADING):
+        return HEADING, parse_column(name.replace(HEADING, "track"))[1]
     parsed = None if name in (POINT, CONFIGURATION) else parse_column(name)
     return ("", "") if parsed is None else (parsed[0].name, parsed[1])
 

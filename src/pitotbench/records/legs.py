@@ -14,7 +14,7 @@ from pitotbench.records.calibration import FixedSpeedPoint as FixedSpeedPoint
 class CardLeg:
     """One row of a card as it was read from the displays [SI, rad]; `row` counts from 1.
 
-    `air_temperature` is that of the air [K]; `track` is true.
+    `air_temperature` is that of the air [K]; `track` is true, and the heading where `by_heading`.
     """
 
     row: int
@@ -25,6 +25,7 @@ class CardLeg:
     air_temperature: float
     ground_speed: float
     track: float
+    by_heading: bool = False
 
 
 @dataclass(frozen=True, slots=True)

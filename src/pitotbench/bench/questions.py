@@ -152,8 +152,7 @@ def reconcile(
     `flights`. It shows itself in a notebook. Raises BadInputError for a log that cannot be used,
     UnknownNameError for an aircraft that is not known.
     """
-    from pitotbench.bench.rounds import NamedLog
-    from pitotbench.bench.workflow import reconcile_fully
+    from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread
 
     held = [] if holdout is None else logs_of(holdout, "reconcile")

@@ -181,8 +181,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
-    from pitotbench.bench.rounds import NamedLog
-    from pitotbench.bench.workflow import reconcile_fully
+    from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, TypeAdapter
 
+from pitotbench.effects import effect_of
 from pitotbench.reconciliation.equations import noise_of_log, shortness_of
 from pitotbench.reconciliation.layout import Cell, Layout
 from pitotbench.reconciliation.noise import NoiseModel
@@ -135,7 +136,7 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
 
 def size_label(effect: str, parameter: str) -> str:
     """Return a size of an effect as text; that for a part of the flight is the one for all of it."""
-    return f"{FITTED[effect].part_of or effect}|{parameter}"
+    return f"{effect_of(effect).part_of or effect}|{parameter}"
 
 
 def cell_label(cell: Cell) -> str:

@@ -12,7 +12,7 @@ from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whit
 from pitotbench.reconciliation.evidence import (
     SMALLEST,
     Evidence,
-    LogEvidence,
+    floored,
     significance,
     without_score,
 )
@@ -342,9 +342,11 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
     for them.
     """
     layout, noise, scale = flight
-    log = LogEvidence(layout, scaled_to(noise, layout), wander_of_scores(scale), scale)
+    equations = whitened_equations(layout, scaled_to(noise, layout))
+    beyond = floored(layout, equations, scale, wander_of_scores(scale))
     kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
-    return tuple(log.labels[i] for i in kept), log.base.given((), (), kept)[0]
+    labels = [size_label(s.effect, s.parameter) for s in layout.signatures]
+    return tuple(labels[i] for i in kept), beyond.given((), (), kept)[0]
 
 
 def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, float]:

@@ -30,3 +30,8 @@ def real_log(*parts: str) -> Path:
     if not path.exists():
         pytest.skip(f"no {path.name}: set PITOTBENCH_DATA to the folder of the real logs")
     return path
+
+
+def shared_case(*parts: str) -> Path:
+    """The path of a small input of another recorder, beside the real logs, or skip."""
+    return real_log("..", "cases", *parts)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pitotbench import Case
+from pitotbench import Case, __version__
 from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.records.case_file import case_table
 from pitotbench.simulation.card import Card
@@ -40,6 +40,14 @@ def test_the_index_and_the_site_list_every_page_of_the_folder_once() -> None:
         r"^([\w/-]+)$", runpy.run_path(str(DOCS / "conf.py"))["toctrees"](index), re.MULTILINE
     )
     assert sorted(entries) == sorted(page.removesuffix(".md") for page in pages)
+
+
+def test_changelog_citation_and_code_name_one_version_below_1() -> None:
+    assert (
+        re.search(r"^## (\S+)", (DOCS / "CHANGELOG.md").read_text("utf-8"), re.M)[1] == __version__
+    )
+    assert f"\nversion: {__version__}\n" in (DOCS / "CITATION.cff").read_text("utf-8")
+    assert __version__.startswith("0.")
 
 
 def test_every_picture_is_shown() -> None:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from pitotbench.records.verdict import Verdict as Verdict
     from pitotbench.simulation.sortie import fly as fly
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"  # the only place: the metadata of the wheel come from it
 
 # The same names for Python as the block above for type checkers; a test compares the two.
 _MODULES = {

@@ -42,6 +42,6 @@ def explain(kind: str, name: str, known: Mapping[str, object] | list[str]) -> st
     names = list(known)
     # The cutoff is difflib's share of matching letters: at 0.5 `circel` finds `circle`, and noise
     # finds nothing.
-    near = get_close_matches(name, names, n=1, cutoff=0.5)
+    near = get_close_matches(str(name), names, n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}."

@@ -117,10 +117,11 @@ def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
     return np.concatenate([[True], changed])
 
 
-def minutes_text(seconds: float) -> str:
-    """Return a moment of a log as minutes and seconds, `12:05`."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes}:{rest:02d}"
+def minutes_text(seconds: float, decimals: int = 0) -> str:
+    """Return a moment of a log as minutes and seconds, `12:05`, with decimals `12:05.25`."""
+    minutes, rest = divmod(round(seconds, decimals), 60)
+    width = 2 + decimals + bool(decimals)
+    return f"{minutes:.0f}:{rest:0{width}.{decimals}f}"
 
 
 def _after(time: Seconds, samples: float, seconds: float) -> Indices:

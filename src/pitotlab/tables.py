@@ -6,7 +6,7 @@ A new table is a function and a line of `TABLES`. What stands around a table is 
 
 import re
 from argparse import ArgumentParser
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 DOCS = Path(__file__).parents[2] / "docs"
+FIGURES = DOCS / "how-good-is-it.md"  # holds the measured numbers
 Rows = Iterator[Sequence[str]]
 Numbers = dict[str, float | list[float]]
 
@@ -152,6 +153,21 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.parse_args(words)
     for page, text in pages().items():
         (DOCS / page).write_text(text, encoding="utf-8")
+
+
+def write_figures(figures: Mapping[str, str], page: Path = FIGURES) -> None:
+    """Write measured numbers into a page, each between `<!-- its name -->` and `<!-- / -->`.
+
+    Raises ValueError for a name that the page lacks.
+    """
+    text = page.read_text(encoding="utf-8")
+    for name, number in figures.items():
+        before, mark, rest = text.partition(f"<!-- {name} -->")
+        _, end, after = rest.partition("<!-- / -->")
+        if not end:
+            raise ValueError(f"{page} has no place for the number {name!r}")
+        text = before + mark + number + end + after
+    page.write_text(text, encoding="utf-8")
 
 
 # Tables of any columns, and of a frame, in Markdown.

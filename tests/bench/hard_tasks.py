@@ -29,6 +29,10 @@ def act(task: Stub) -> str:
     if name == "crash-once" and not Path(task.notes, "crashed").exists():
         Path(task.notes, "crashed").touch()
         os._exit(7)
+    if name == "lose" or (name == "lose-once" and not Path(task.notes, "lost").exists()):
+        if task.notes:
+            Path(task.notes, "lost").touch()
+        raise FileNotFoundError(2, "No such file or directory", "/gone")
     if name == "exit":
         os._exit(1)
     if name in ("hang", "sleep"):
@@ -46,7 +50,10 @@ def stored(task, result):
 
     failed = isinstance(result, Failure)
     state = "done" if not failed else "quarantined" if result.quarantined else "failed"
-    document = {"name": task.key, "state": state, "case": task.deed}
+    document = {"name": task.key, "state": state, "case": task.deed, "columns": {}, "das": []}
+    document |= {"calibrations": [], "rows": [], "sections": [], "keep_logs": "none"}
+    made = {"code": "", "aircraft": "", "versions": {}, "host": "", "cpu_s": 0.0, "wall_s": 0.0}
+    document |= {"log_format": "", "drawn": False, "made": made}
     return document | {
         "failures": [f"{task.key}: {result.reason}"] if failed else [],
         "trace": getattr(result, "trace", ""),

@@ -3,19 +3,25 @@ leaves behind.
 """
 
 import re
+import shutil
 from dataclasses import replace
 
 import pandas as pd
 import pytest
 
-from pitotbench import BadInputError, CampaignRequest, NoAnswerError, run_campaign
+from pitotbench import BadInputError, CampaignRequest, Case, NoAnswerError, run_campaign
 from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.bench.result_table import write_page
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.plant import load_fdm
 
 COLUMNS = [
     "maneuver", "das", "model", "seed", "turbulence", "minutes", "samples", "residual_two_sigma_kt", "two_sigma_kt",
     "curve_rms_error_kt", "wind_error_kt", "curve_coverage", "on_condition_share",
 ]  # fmt: skip
+
+
+SHORT = Case(card={"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0})
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +117,27 @@ def test_one_task_is_one_flight(small):
     ]
     assert len(tasks) == 5 * 3
     assert len({(t.case.maneuver, t.case.truth_seed) for t in tasks}) == 15
+
+
+def test_a_cache_that_is_deleted_during_a_campaign_costs_no_flight(tmp_path, monkeypatch):
+    """The airplanes of a campaign are made again where their files are gone, and no flight is
+    stored as failed.
+    """
+    monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
+    shutil.copytree(find_aircraft("navajo"), tmp_path / "mine" / "navajo")
+    base = replace(SHORT, aircraft=str(tmp_path / "mine" / "navajo"))
+    request = CampaignRequest(
+        "decel_circle", "2/1", base=base, out=tmp_path / "out", jobs=1, report=False
+    )
+    first = run_campaign(request)
+    shutil.rmtree(tmp_path / "cache")
+    second = run_campaign(replace(request, seeds="2-2"))
+    shutil.rmtree(tmp_path / "cache")
+    both = run_campaign(replace(request, seeds=2))
+    assert (first.failures, second.failures, both.failures) == ((), (), ())
+    assert (second.flown, both.found, both.flown) == (1, 2, 0)
+
+
+def test_files_that_vanish_while_jsbsim_reads_them_are_no_fault_of_the_case(tmp_path):
+    with pytest.raises(FileNotFoundError, match="deleted while it was read"):
+        load_fdm("gone", tmp_path / "gone", 100.0)

@@ -200,3 +200,63 @@ def test_the_plan_of_the_page_on_scale_is_one(tmp_path):
     cases = [task.case for task in islice(plan.tasks(), 0, 6001, 30)]
     assert {case.wind.speed for case in cases} == {0.0, 15.0 * KNOT}
     assert len({case.das.static_pressure_noise for case in cases}) == 200
+
+
+RANDOM = '[draw]\nmethod = "{method}"\ncount = {count}\nseed = {seed}\nfuel = {fuel}'
+DRAW = {"method": "random", "count": "2", "seed": "1", "fuel": "{low = 0.5, high = 1.0}"}
+WRONG_TYPES = {
+    'calibrate = "bias"': "calibrate: give a table",
+    "calibrate = [true]": "calibrate: give a table",
+    "calibrate = 3": "calibrate: give a table",
+    "calibrate = [{ model = 3 }]": "model is a name or a list of names",
+    'calibrate = [{ model = [["bias"]] }]': "model is a name or a list of names",
+    'calibrate = { use_down = "no" }': "use_down: give true or false",
+    'calibrate = { mach_max = "0.4" }': "mach_max: give a number",
+    "calibrate = { wind = 3 }": "wind: give a text",
+    "calibrate = { robust = 1 }": "robust: give true or false",
+    "seeds = 1" + 400 * "0": "too large for a plan",
+    "[case]\ncard = 3": "card: input should be a table",
+} | {
+    RANDOM.format(**{**DRAW, **change}): says
+    for change, says in (
+        ({"seed": "1.5"}, "count and seed are whole numbers"),
+        ({"seed": "-1"}, "count and seed are whole numbers"),
+        ({"seed": "1.5", "method": "latin_hypercube"}, "count and seed are whole numbers"),
+        ({"count": "true"}, "count and seed are whole numbers"),
+        ({"count": "1" + 400 * "0"}, "too many flights"),
+        ({"fuel": "{low = 0.5, high = 1" + 400 * "0" + "}"}, "is no spread"),
+    )
+}
+
+
+@pytest.mark.parametrize("text", WRONG_TYPES, ids=lambda text: text[:40])
+def test_a_value_of_a_wrong_type_is_refused_in_one_line(text, tmp_path, capsys):
+    (tmp_path / "plan.toml").write_text(text)
+    assert main(["campaign", str(tmp_path / "plan.toml"), "--dry-run"]) == 2
+    said = capsys.readouterr().err
+    assert WRONG_TYPES[text] in said
+    assert "Error" not in said
+
+
+def test_a_method_that_is_no_text_is_refused(tmp_path):
+    for method in (3, [[1]]):
+        with pytest.raises(BadInputError, match="unknown method of draws"):
+            plan_of(
+                tmp_path, f"[draw]\nmethod = {method}\ncount = 2\nfuel = {{low = 0.5, high = 1.0}}"
+            )
+
+
+def test_whole_numbers_are_good_options(tmp_path):
+    plan = plan_of(tmp_path, "[calibrate]\nrecovery_factor = 1\nmach_max = 1\nrobust = false")
+    assert plan.calibrations[0][1].mach_max == 1
+
+
+def test_the_systems_of_the_plan_decide_which_rates_fit(tmp_path):
+    rate = "[case]\nintegration_rate_hz = 40\n"
+    (case,) = plan_of(tmp_path, f'das = ["20/1"]\n{rate}').cells()
+    assert case.integration_rate == 40.0
+    (task,) = plan_of(tmp_path, f'das = ["20/1"]\n{rate}[case.das]\nair_rate_hz = 50\n').tasks()
+    assert [system.label for system in task.systems] == ["20/1"]
+    for text in (f'das = ["20/1", "50/50"]\n{rate}', rate):
+        with pytest.raises(BadInputError, match="not a whole multiple of the 50 Hz"):
+            plan_of(tmp_path, text)

@@ -2,8 +2,8 @@
 
 from tests.shared_data import real_log
 
+from pitotbench.bench.questions import setting_of
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
-from pitotbench.cli.reconcile import _setting
 from pitotbench.logbook.reading import read_log
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
@@ -15,7 +15,7 @@ def test_a_measured_log_without_an_aircraft_has_a_remark_on_its_recorder_and_no_
     """Its pressures come every 0.3 s: that is a recorder, and no fault that a model lacks."""
     path = real_log("jmoss", "CLASS55.csv")
     log = read_log(path, "jmoss")
-    account = reconcile_fully(NamedLog(path.name, log), "none", setting=_setting(ADVICE)).account
+    account = reconcile_fully(NamedLog(path.name, log), "none", setting=setting_of(ADVICE)).account
     verdict = account.verdict
     assert account.null_flights == 0
     assert verdict.kind == "no_gap"

@@ -288,7 +288,7 @@ def test_the_command_can_leave_the_cache_alone(
         raise BadInputError("far enough")
 
     monkeypatch.setattr(workflow, "reconcile_fully", reconcile_fully)
-    monkeypatch.setattr(reading, "read_log", lambda path, mapping: LOG)
+    monkeypatch.setattr(reading, "read_log", lambda *_: LOG)
     assert main(["reconcile", "flight.csv", *flags]) == 2
     assert asked == [keep]
 

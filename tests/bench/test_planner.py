@@ -46,7 +46,7 @@ SPEEDS = np.arange(100.0, 161.0, 10.0) * KNOT
 
 @pytest.fixture(scope="module")
 def plan():
-    return pitotbench.plan(REQUEST)
+    return pitotbench.plan(REQUEST, search_flights=0)
 
 
 def known(flight, level):

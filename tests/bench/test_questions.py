@@ -116,7 +116,8 @@ def test_an_answer_knows_its_file_its_choices_and_the_versions(log, answer, tmp_
 
 
 def test_every_check_passes_or_fails_by_the_records_of_the_answer(answer):
-    passed = {check.name: check.status for check in checks_of(answer, points=2)}
+    held = replace(answer, points=("a point", "another"))
+    passed = {check.name: check.status for check in checks_of(held)}
     assert passed["the fit converged"] == passed["samples and curve agree"] == "passed"
     assert passed["fixed-speed points and curve agree"] == "passed"
     assert "failed" not in passed.values()

@@ -20,8 +20,14 @@ from tests.bench.hard_tasks import Stub, act, stored
 from pitotbench import BadInputError, CampaignRequest, Case, run_campaign
 from pitotbench.bench import store as store_module
 from pitotbench.bench.campaign import Watch, fly_missing
-from pitotbench.bench.fleet import Fleet
-from pitotbench.bench.result_table import chosen_rows, means, reproduce, result_table
+from pitotbench.bench.fleet import Fleet, FleetLostError
+from pitotbench.bench.result_table import (
+    chosen_rows,
+    means,
+    reproduce,
+    result_table,
+    write_table,
+)
 from pitotbench.bench.store import ResultStore, StoreError
 from pitotbench.cli.app import main
 
@@ -129,6 +135,19 @@ def test_a_full_disk_stops_with_one_clear_line_and_loses_nothing(store, monkeypa
     assert not [*(store.folder / "scratch").iterdir()]
 
 
+def test_what_the_machine_fails_is_performed_again_and_is_no_result(store, tmp_path):
+    gone = [Stub("aa", "lose-once", str(tmp_path)), Stub("bb"), Stub("cc", "lose")]
+    with store:
+        watch = Watch(3, "none")
+        (told,) = fly_missing(gone, act, stored, store, Fleet(), watch)
+    assert told == "cc: /gone: No such file or directory; the same command flies it again"
+    assert [*store.keys()] == ["aa", "bb"]
+    assert (watch.flown, sum(watch.reasons.values())) == (2, 1)
+    many = [Stub("bb"), *(Stub(f"{n:02d}", "lose") for n in range(20))]
+    with pytest.raises(FleetLostError, match="no worker can work: /gone: No such file"):
+        perform(store, many)
+
+
 def test_a_second_driver_is_refused_and_told_who_writes(store):
     code = (
         "import sys; from pathlib import Path; from pitotbench.bench.store import ResultStore\n"
@@ -171,6 +190,11 @@ def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campai
     assert again.flown == 1
     assert [path.name for path in (out / "logs").iterdir()] == ["decel_circle-seed1-2_1.parquet"]
     assert run_campaign(replace(request, keep_logs="all")).flown == 0
+    (log,) = (out / "store" / "logs").glob("*/*.parquet")
+    kept = log.read_bytes()
+    log.unlink()  # lost: the flight is flown again, and the campaign goes on
+    assert run_campaign(replace(request, keep_logs="all")).flown == 1
+    assert log.read_bytes() == kept
 
 
 def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeypatch, capsys):
@@ -207,6 +231,79 @@ def test_a_cut_index_is_made_again_and_what_else_lies_in_the_store_does_no_harm(
     index.mkdir()
     assert main(["results", str(out)]) == 2
     assert "index.parquet: " in capsys.readouterr().err
+
+
+def test_an_edited_index_is_made_again(campaign, tmp_path, capsys):
+    out = tmp_path / "out"
+    shutil.copytree(campaign.out, out)
+    before, index = result_table([out]), out / "store" / "index.parquet"
+    for edited in (before.assign(two_sigma_kt=0.001), before.drop(columns="two_sigma_kt")):
+        edited.to_parquet(index, index=False)
+        pd.testing.assert_frame_equal(result_table([out]), before)
+        assert "it is made again from the 2 parts" in capsys.readouterr().err
+    result_table([out])
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("wrong", [{"rows": None}, {"rows": [{"maneuver": 1}]}, {"made": []}])
+def test_a_part_of_a_wrong_shape_that_was_sealed_by_hand_costs_one_flight(
+    wrong, campaign, tmp_path, capsys
+):
+    out = tmp_path / "out"
+    shutil.copytree(campaign.out, out)
+    store = ResultStore(out / "store")
+    key = next(store.keys())
+    text = json.dumps({**store.find(key), **wrong}, allow_nan=True)[:-1].encode()
+    store.part(key).write_bytes(text + store_module._seal(text))
+    assert store.find(key) is None
+    assert main(["results", str(out)]) == 0
+    assert "1 damaged" in capsys.readouterr().out
+    again = run_campaign(replace(campaign, seeds=2, out=out))
+    assert (again.found, again.flown) == (1, 1)
+
+
+def test_a_pipe_in_the_place_of_a_part_or_of_the_owner_is_replaced(store):
+    perform(store, [Stub("aa")])
+    for path in (store.part("aa"), store.folder / "owner.json"):
+        path.unlink()
+        os.mkfifo(path)
+    assert store.find("aa") is None
+    assert perform(store, [Stub("aa")]).flown == 1
+    assert store.find("aa")["state"] == "done"
+
+
+def test_a_lock_of_garbage_names_the_file_to_delete(store):
+    perform(store, [Stub("aa")])
+    (store.folder / "lock.sqlite").write_bytes(b"no database, but longer than its header" * 9)
+    with pytest.raises(StoreError, match=r"lock\.sqlite: cannot be locked.*delete it"):
+        perform(store, [Stub("aa")])
+    (store.folder / "lock.sqlite").unlink()
+    assert perform(store, [Stub("aa")]).found == 1
+
+
+def test_a_text_that_a_spreadsheet_takes_for_a_formula_is_text(campaign, tmp_path):
+    table = result_table([campaign.out]).assign(calibration=["=1+1|cmd", "@SUM(A1)"])
+    table = table.rename(columns={"reason": "+reason"}).assign(wind_error_kt=-1.0)
+    write_table(table, tmp_path / "all.csv")
+    found = pd.read_csv(tmp_path / "all.csv")
+    assert found.calibration.tolist() == ["'=1+1|cmd", "'@SUM(A1)"]
+    assert "'+reason" in found.columns
+    assert found.wind_error_kt.tolist() == [-1.0, -1.0]
+    assert found.turbulence.tolist() == table.turbulence.tolist()
+
+
+def test_a_campaign_of_failures_alone_lists_names_and_reasons(tmp_path, capsys):
+    out = tmp_path / "out"
+    plan = tmp_path / "plan.toml"
+    plan.write_text('das = ["2/1"]\n[case]\nmaneuver = "decel_circle"\naltitude_ft = 90000\n')
+    assert main(["campaign", str(plan), "--out", str(out), "--jobs", "1"]) == 3
+    said = capsys.readouterr().err
+    assert "no flight gave a result: decel_circle-seed1: " in said
+    for more in ([], ["--state", "failed"], ["--by", "state"]):
+        assert main(["results", str(out), *more]) == 0
+    listed = capsys.readouterr().out
+    assert "decel_circle-seed1" in listed
+    assert said.partition("decel_circle-seed1: ")[2][:30].strip() in listed
 
 
 def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench.calibration import calibrate, calibrate_together
+from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.units import KNOT
 
@@ -60,6 +60,10 @@ def test_more_gust_more_bound_and_the_same_log_the_same_answer():
 PAIRS = range(600, 612)
 
 
+def together(logs, options=None):
+    return [each.calibration for each in calibrate_flights(logs, options)]
+
+
 def _log(seed, rate=10):
     return fixture.fly(fixture.step_decrease(rate), rate, rate, fixture.Air(), seed)
 
@@ -74,8 +78,8 @@ def test_one_curve_each_its_wind_and_a_smaller_bound():
     first, second = _log(1), _other_wind(_log(2), 4.0, -3.0)
     alone, results, (single,) = (
         calibrate(first),
-        calibrate_together([first, second]),
-        calibrate_together([first]),
+        together([first, second]),
+        together([first]),
     )
     np.testing.assert_array_equal(results[0].curve.correction, results[1].curve.correction)
     assert results[1].wind.north.value - results[0].wind.north.value == pytest.approx(4.0, abs=0.6)
@@ -89,7 +93,7 @@ def test_one_curve_each_its_wind_and_a_smaller_bound():
 def test_the_common_bound_covers():
     inside = []
     for seed in PAIRS:
-        curve = calibrate_together([_log(seed), _other_wind(_log(seed + 100), 2.0, 5.0)])[0].curve
+        curve = together([_log(seed), _other_wind(_log(seed + 100), 2.0, 5.0)])[0].curve
         inside.append(
             np.abs(curve.correction - fixture.true_correction(curve.indicated_airspeed))
             <= curve.two_sigma
@@ -99,7 +103,7 @@ def test_the_common_bound_covers():
 
 def test_a_sensor_in_common_does_not_average_out():
     options = CalibrationOptions(accuracies=Accuracies(temperature_k=3.0))
-    alone, pair = calibrate(_log(1), options), calibrate_together([_log(1), _log(2)], options)[0]
+    alone, pair = calibrate(_log(1), options), together([_log(1), _log(2)], options)[0]
     assert pair.shares[0].curve == pytest.approx(alone.shares[0].curve, rel=0.05)
 
 
@@ -108,10 +112,8 @@ def test_logs_that_disagree_say_so():
     bent = replace(
         other, impact_pressure=other.impact_pressure * np.linspace(1.05, 0.97, len(other))
     )
-    results = calibrate_together([_log(1), bent])
+    results = together([_log(1), bent])
     assert all(
         any("disagree about the curve" in text for text in result.warnings) for result in results
     )
-    assert not any(
-        "disagree about" in text for text in calibrate_together([_log(1), other])[0].warnings
-    )
+    assert not any("disagree about" in text for text in together([_log(1), other])[0].warnings)

@@ -4,13 +4,23 @@ import ast
 import re
 import subprocess
 import sys
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from tests.test_pages_run import KEPT, require_the_readme_to_hold
 
 import pitotlab
+from pitotbench.cli.app import main as bench
+from pitotbench.reconciliation.null_distribution import read_distribution
+from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.case_file import write_case
+from pitotbench.simulation.modified import install_variant
 from pitotlab.__main__ import COMMANDS, main
+from pitotlab.speed import ratios
+from pitotlab.speed.commands import Line
+from pitotlab.tables import FIGURES, write_figures
 
 FOLDER = Path(pitotlab.__file__).parent
 SCRIPTS = FOLDER.parents[1] / "scripts"
@@ -42,6 +52,37 @@ def test_an_unknown_measurement_is_refused_with_the_names(capsys):
     assert main([]) == 0
 
 
+def test_a_limit_that_is_exceeded_is_printed_and_ends_with_1(monkeypatch, capsys):
+    lines = [Line("a fit", 1.8, "", 1.0, "of a log"), Line("a flight", 1.2, "", 1.25)]
+    monkeypatch.setitem(ratios.PARTS, "fits", lambda: iter(lines))
+    assert main(["speed", "--only", "fits"]) == 1
+    first, second, last = capsys.readouterr().out.splitlines()
+    assert first.split() == ["a", "fit", "1.80", "(limit", "1.00;", "of", "a", "log)", "exceeded"]
+    assert "exceeded" not in second
+    assert last == "exceeded: 1: a fit"
+    monkeypatch.setitem(ratios.PARTS, "fits", lambda: iter(lines[1:]))
+    assert main(["speed", "--only", "fits"]) == 0
+
+
+def test_the_page_has_a_place_for_every_number_that_a_command_writes(tmp_path, monkeypatch):
+    """Each number is between its marks, and only there."""
+    page = tmp_path / "page.md"
+    page.write_bytes(FIGURES.read_bytes())
+    monkeypatch.setattr(ratios, "write_figures", partial(write_figures, page=page))
+    for figure in ("fit", "memory"):
+        lines = [Line("measured", 7.77, figure=figure)]
+        monkeypatch.setitem(ratios.PARTS, "fits", lambda lines=lines: iter(lines))
+        assert main(["speed", "--only", "fits", "--page"]) == 0
+        assert f"<!-- {figure} -->7.8<!-- / -->" in page.read_text("utf-8")
+    write_figures(dict.fromkeys(("part share", "parts right", "parts", "parts wrong"), "5"), page)
+    rest = r"(<!-- [^/]* -->).*?(<!-- / -->)"
+    before, after = (re.sub(rest, r"\1\2", p.read_text("utf-8")) for p in (FIGURES, page))
+    assert before == after
+    assert not re.search(r"-->(?!5<|7\.8<)[^<]*<!-- / ", page.read_text("utf-8"))
+    with pytest.raises(ValueError, match="no place for the number 'speed'"):
+        write_figures({"speed": "1"}, page)
+
+
 @pytest.mark.parametrize("script", ["lab.py", "reproduce_study.py"])
 def test_scripts_run_from_a_checkout_that_is_not_installed(script, tmp_path):
     done = subprocess.run(
@@ -70,3 +111,34 @@ def test_what_is_patched_is_read_where_it_is_patched(name):
     functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
     read = {node.id for each in functions for node in ast.walk(each) if isinstance(node, ast.Name)}
     assert attribute in read
+
+
+def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monkeypatch, capsys):
+    """Where the last lines fail, the null flights of this cache take the place of those kept."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
+    require_the_readme_to_hold(capsys)
+    (flown,) = (tmp_path / "cache").glob("null-*.json")
+    new, kept = (read_distribution(path.read_bytes()) for path in (flown, KEPT))
+    assert new.scores.cell_mean.keys() == kept.scores.cell_mean.keys()
+    assert new.scores.effect_spread.keys() == kept.scores.effect_spread.keys()
+    for name in ("threshold", "cell_threshold"):
+        assert getattr(new, name) == pytest.approx(getattr(kept, name), rel=0.02)
+
+
+def test_a_patched_airplane_is_reconciled_and_patched_again(tmp_path, monkeypatch, capsys):
+    """What it hides beside its patch is found and applied; with both in its file no gap is left."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
+    weak = EffectSpec("power_deficit", {"left_fraction": 0.06, "right_fraction": 0.0})
+    install_variant("navajo", "pod", [EffectSpec("belly_pod", {"drag_area_m2": 0.15})])
+    install_variant("navajo+pod", "weak", [weak])
+    card = {"maneuver": "circle", "turbulence": "none", "card": {"speeds_kt": [150.0, 110.0]}}
+    case = Case(aircraft="navajo+pod", effects=(weak,), **card)
+    Path("case.toml").write_text(write_case(case), encoding="utf-8")
+    assert bench(["fly", "case.toml", "-o", "log.csv"]) == 0
+    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod", "--apply", "found"]) == 0
+    assert "power deficit (left fraction 0.06" in capsys.readouterr().out
+    assert (tmp_path / "aircraft" / "navajo+pod+found").is_dir()
+    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod+weak"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "no significant gap"

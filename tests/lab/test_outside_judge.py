@@ -61,7 +61,7 @@ def test_a_second_run_flies_only_what_is_missing(tmp_path, monkeypatch):
     again = judge.judge_all(["base", "calm"], range(1, 4), {}, 1, out)
     assert flown == [("base", 1), ("base", 2), ("base", 3), ("calm", 1), ("calm", 2), ("calm", 3)]
     np.testing.assert_equal([asdict(row) for row in again[:2]], [asdict(row) for row in first])
-    assert [(row.cell, row.seed) for row in judge.read_rows(out)] == flown
+    assert [(row.cell, row.seed) for row in judge.read_rows(out, judge.Row)] == flown
 
 
 def test_other_options_are_other_rows(tmp_path, monkeypatch):

@@ -330,6 +330,44 @@ def dataflash(
     return path
 
 
+def message_tables(
+    folder: Path,
+    flown: dict[str, Array],
+    ratio: float,
+    parameters: Mapping[str, float] | None = None,
+) -> Path:
+    """ArduPilot, one CSV file a kind of message: two airspeed sensors, the second one wrong.
+
+    The airspeed is shown with `ratio`; `parameters` are a table of their own.
+    """
+    q, time = flown["impact_pressure"], flown["time"] * 1e6
+    shown = np.sqrt(ratio * np.maximum(q, 0.0))
+    twice, sensor = np.repeat(np.arange(len(time)), 2), np.tile([0.0, 1.0], len(time))
+    north, east = flown["velocity_north"], flown["velocity_east"]
+    messages = {
+        "ARSP": {
+            "TimeUS": time[twice],
+            "I": sensor,
+            "Airspeed": shown[twice],
+            "DiffPress": (q[twice] / (1.0 + sensor)),
+        },
+        "BARO": {"TimeUS": time, "I": 0.0 * time, "Press": flown["static_pressure"]},
+        "GPS": {
+            "TimeUS": time,
+            "I": 0.0 * time,
+            "Spd": np.hypot(north, east),
+            "GCrs": np.arctan2(east, north) / DEGREE % 360.0,
+        },
+    }
+    for name, columns in messages.items():
+        rows = rows_of(*((values, ".10g") for values in columns.values()))
+        write_rows(folder / f"x_{name}.csv", [], list(columns), rows)
+    if parameters is not None:
+        rows = [["0", name, f"{value:g}", "0"] for name, value in parameters.items()]
+        write_rows(folder / "x_PARM.csv", [], ["TimeUS", "Name", "Value", "Default"], rows)
+    return folder
+
+
 def ulog_bytes(
     topics: dict[str, tuple[str, Array]], parameters: Mapping[str, float] | None = None
 ) -> bytes:

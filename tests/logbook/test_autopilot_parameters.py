@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories
 from tests.logbook import foreign_files as foreign
+from tests.shared_data import shared_case
 
 from pitotbench import (
     BadInputError,
@@ -190,6 +191,75 @@ def test_the_airspeed_of_a_ulog_is_that_which_was_shown(tmp_path):
     want = shown("px4", held, FLOWN["impact_pressure"])
     np.testing.assert_allclose(air.calibrated_airspeed(log.impact_pressure), want, rtol=1e-4)
     assert dict(log.header[PARAMETERS]) == pytest.approx(held)
+
+
+@pytest.mark.parametrize("known", ["table beside", "stated", "by the airspeed"])
+def test_tables_of_messages_are_read_as_the_log_that_they_come_from(tmp_path, known):
+    """On the pressure of the messages no ratio has acted, in whatever file they are."""
+    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
+    held = {"ARSPD_RATIO": 1.7, "ARSPD_OFFSET": 4.0}
+    whole = read_log(foreign.dataflash(tmp_path / "log.bin", FLOWN, held))
+    beside, stated = (held if known == each else None for each in ("table beside", "stated"))
+    folder = foreign.message_tables(tmp_path, FLOWN, 1.7, beside)
+    log = read_log(folder, "ardupilot", stated)
+    rtol = 2e-4 if known == "by the airspeed" else 1e-5  # a ratio of four digits
+    np.testing.assert_allclose(log.impact_pressure, whole.impact_pressure, rtol=rtol)
+    assert log.header[PARAMETERS]["ARSPD_RATIO"] == pytest.approx(1.7, rel=rtol)
+
+
+def test_stated_parameters_replace_those_of_the_log(tmp_path):
+    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
+    held = {"ARSPD_RATIO": 1.9, "ARSPD_OFFSET": 4.0}
+    path = foreign.dataflash(tmp_path / "log.bin", FLOWN, held)
+    log = read_log(path, parameters={"ARSPD_RATIO": 1.7, "ARSPD_OFFSET": 900.0})
+    want = np.sqrt(1.7 * FLOWN["impact_pressure"])
+    np.testing.assert_allclose(air.calibrated_airspeed(log.impact_pressure), want, rtol=1e-5)
+    assert log.header[PARAMETERS]["ARSPD_OFFSET"] == 4.0
+    assert any("ARSPD_OFFSET 900 is not used" in text for text in log.header["warnings"])
+
+
+def test_a_table_of_a_px4_topic_is_read_with_the_stated_scale(tmp_path):
+    (tmp_path / "m.toml").write_text(
+        '[columns]\ntimestamp = { name = "time_s", factor = 1e-6 }\n'
+        'differential_pressure_pa = "impact_pressure_pa"\nbaro = "static_pressure_pa"\n'
+        'vel_n = "velocity_north_mps"\nvel_e = "velocity_east_mps"\n'
+    )
+    columns = {
+        "timestamp": 1e6 * FLOWN["time"],
+        "differential_pressure_pa": FLOWN["impact_pressure"],
+        "baro": FLOWN["static_pressure"],
+        "vel_n": FLOWN["velocity_north"],
+        "vel_e": FLOWN["velocity_east"],
+    }
+    rows = foreign.rows_of(*((values, ".10g") for values in columns.values()))
+    path = foreign.write_rows(tmp_path / "log.csv", [], list(columns), rows)
+    held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}
+    log = read_log(path, tmp_path / "m.toml", held)
+    want = shown("px4", held, FLOWN["impact_pressure"])
+    np.testing.assert_allclose(air.calibrated_airspeed(log.impact_pressure), want, rtol=1e-5)
+
+
+CSV_TABLES, SAME_FLIGHT = "10-ardupilot-csv-with-old-ratio", "10-ardupilot-same-flight.bin"
+
+
+@pytest.mark.parametrize(
+    ("case", "stated"),
+    [
+        (SAME_FLIGHT, ""),
+        (SAME_FLIGHT, ",ARSPD_RATIO=4"),
+        (CSV_TABLES, ",ARSPD_RATIO=2,ARSPD_OFFSET=2000"),
+        (CSV_TABLES, ",ARSPD_RATIO=4,ARSPD_OFFSET=2000"),
+        (CSV_TABLES, ""),
+        ("16-dataflash-text.log", ""),
+    ],
+)
+def test_a_flight_has_one_ratio_from_every_container(case, stated, capsys):
+    """The sensor's true ratio is 2.0."""
+    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
+    flags = ["--mapping", "ardupilot", "--params", f"ardupilot{stated}", "--json"]
+    assert main(["calibrate", str(shared_case(case)), *flags]) == 0
+    ratio = json.loads(capsys.readouterr().out)["params"][0]
+    assert abs(ratio["value"] - 2.0) < ratio["two_sigma"] < 0.1
 
 
 @pytest.mark.parametrize("kind", ["dataflash", "ulog", "renewed ulog"])

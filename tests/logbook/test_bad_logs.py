@@ -13,7 +13,7 @@ from tests.logbook.bad_logs import GOOD, NEEDED, TIME, Table, put, scale, with_d
 
 from pitotbench import BadInputError, FlightLog, air, read_log, write_log
 from pitotbench.logbook.columns import parse_header
-from pitotbench.units import DEGREE, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
 
 
 def hold(table: Table) -> Table:
@@ -158,6 +158,78 @@ def test_a_coarse_display_in_calm_air_is_not_a_stuck_sensor(read):
     log = read(table)
     assert len(log) == sample.ROWS
     assert not any("stuck" in warning for warning in log.header.get("warnings", ()))
+
+
+def steady_legs() -> Table:
+    """Legs of 90 s on four tracks at three airspeeds, 1 Hz, with turns of 3°/s between them; the
+    velocity in whole m/s, heading and ground speed beside it.
+    """
+    rng = np.random.default_rng(3)
+    leg, turn = np.zeros(90), np.full(30, np.pi / 60.0)
+    heading = 0.14 + np.cumsum(np.tile(np.r_[leg, turn], 12))
+    time, speed = np.arange(len(heading)) * 1.0, np.repeat([48.0, 60.0, 72.0], 480)
+    gusts = 0.15 * rng.standard_normal(len(time))
+    noise = 0.05 * rng.standard_normal((2, len(time)))  # of the receiver
+    north = speed * np.cos(heading) - 2.6 + noise[0]
+    east = speed * np.sin(heading) - 7.3 + noise[1]
+    true = air.impact_pressure_from_true_airspeed(speed + gusts, 84300.0, 283.0)
+    return {
+        "time_s": time,
+        "impact_pressure_pa": true,
+        "static_pressure_pa": 84300.0 + 3.0 * rng.standard_normal(len(time)),
+        "air_temperature_k": np.full(len(time), 283.0),
+        "velocity_north_mps": np.round(north),
+        "velocity_east_mps": np.round(east),
+        "heading_deg": np.degrees(heading) % 360.0,
+        "ground_speed_kt": np.round(np.hypot(north, east) / KNOT, 1),
+        "track_deg": np.round(np.degrees(np.arctan2(east, north)) % 360.0),
+    }
+
+
+def without(table: Table, *names: str) -> Table:
+    return {name: values for name, values in table.items() if name not in names}
+
+
+def test_whole_meters_a_second_on_steady_legs_are_not_stuck(read):
+    table = without(steady_legs(), "ground_speed_kt", "track_deg")
+    for given in (table, without(table, "heading_deg")):
+        log = read(given)
+        assert len(log) == len(table["time_s"])
+        assert not [text for text in log.header.get("warnings", ()) if "stuck" in text]
+    # What the steps leave is in the bound, and a number that repeats is a fix all the same.
+    assert log.header["accuracy"]["velocity_mps"] == pytest.approx(np.hypot(0.05, 1.0 / 3**0.5))
+    assert log.gps_fresh.all()
+
+
+def test_of_two_ground_velocities_the_finer_one_is_used_and_said(read):
+    table = steady_legs()
+    log = read(table)
+    np.testing.assert_allclose(
+        np.hypot(log.velocity_north, log.velocity_east), table["ground_speed_kt"] * KNOT
+    )
+    assert [text for text in log.header["warnings"] if "'ground_speed_kt' is used" in text]
+    tens = {"ground_speed_kt": 10.0 * np.round(table["ground_speed_kt"] / 10.0)}
+    finer = {"velocity_north_mps": table["velocity_north_mps"] + 0.01 * np.sin(table["time_s"])}
+    for other in (tens, finer):
+        log = read({**table, **other})
+        np.testing.assert_array_equal(log.velocity_north, {**table, **other}["velocity_north_mps"])
+
+
+@pytest.mark.parametrize("rows", [slice(70, 150), slice(400, 520), slice(1000, 1440)])
+@pytest.mark.parametrize("kept", ["components", "speed and track"])
+def test_a_receiver_that_is_stuck_is_found_among_coarse_steps(read, rows, kept):
+    """Over a turn, over a change of airspeed, and to the end of the log."""
+    table = steady_legs()
+    names = ("velocity_north_mps", "velocity_east_mps"), ("ground_speed_kt", "track_deg")
+    held, other = names if kept == "components" else names[::-1]
+    table = without(table, *other)
+    for name in held:
+        table[name] = table[name].copy()
+        table[name][rows] = table[name][rows.start]
+    log = read(table)
+    assert [text for text in log.header["warnings"] if "seems stuck" in text]
+    assert not np.isin(log.time, np.arange(rows.start + 1, rows.stop)).any()
+    assert len(log) > len(table["time_s"]) - (rows.stop - rows.start) - 100
 
 
 def test_gps_blank_between_fixes_is_held(read):

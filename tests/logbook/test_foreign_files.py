@@ -534,6 +534,30 @@ def test_fixes_without_height_are_left_out(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "rows", "says"),
+    [
+        ("HFDTEDATE:020918", "HFDTEDATE:310218", foreign.ROWS, "the date 31.02.18 is none"),
+        ("HFDTEDATE:020918", "HFDTEDATE:021399", foreign.ROWS, "the date 02.13.99 is none"),
+        ("OATL", "OATL", foreign.ROWS, ""),
+        ("I04", "I053635VAT", foreign.ROWS, "extensions VAT are left out"),
+        ("I04", "I053036VAR", foreign.ROWS, "extensions VAR are left out"),
+        ("I04", "I058088ENL", foreign.ROWS, "extensions ENL are left out"),
+        ("B2359505016200S", "B23595A5016200S", foreign.ROWS - 1, "1 of 420 fixes are left out"),
+        ("B2359505016200S07202189WA", "B2359505016200S07202189WA--", foreign.ROWS - 1, "1 of 420"),
+    ],
+)
+def test_what_an_igc_file_does_not_need_costs_no_more_than_itself(old, new, rows, says, tmp_path):
+    """A date that is none, an extension outside its line, a letter in a fix."""
+    path = igc(tmp_path / "log.igc")
+    text = path.read_text()
+    path.write_text(text.replace(old, new, 1))
+    log = read_log(path)
+    assert len(log) == rows
+    assert says in " ".join(log.header["warnings"])
+    assert "np." not in " ".join(log.header["warnings"])
+
+
+@pytest.mark.parametrize(
     ("content", "says"),
     [
         (b"", "is empty"),

@@ -55,9 +55,11 @@ def point():
 
 
 def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
-    assert "four-leg, ±2σ" in _words(curve_panels({"inverse+": result}, None, [point]))
+    assert "four-leg, ±2σ" in _words(
+        curve_panels({"inverse+": replace(result, points=(point,))}, None)
+    )
     assert "four-leg" not in _words(curve_panels({"inverse+": result}, None))
-    assert "four-leg" in log_section("a.csv", log, result, [point]).html
+    assert "four-leg" in log_section("a.csv", log, replace(result, points=(point,))).html
     (plain,) = points_json([point])
     assert plain["correction_kt"] == pytest.approx(-1.0)
     assert plain["wind_from_deg"] == pytest.approx(90.0)

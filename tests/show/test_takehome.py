@@ -47,11 +47,13 @@ def test_the_altitude_correction_at_the_height_flown_is_that_of_the_calibration(
     ratio = [air.standard_pressure(h) / air.standard_temperature(h) for h in (0.0, 20000.0 * FOOT)]
     np.testing.assert_allclose(high / low, ratio[0] / ratio[1], rtol=0.02)
     # An assumed place leaves zero inside the bound.
-    wide = replace(
-        curve, altitude_two_sigma=np.hypot(curve.altitude_two_sigma, curve.altitude_correction)
-    )
-    found, bound = altitude_correction(wide, 3000.0)
+    assumed = replace(curve, altitude_assumed=True)
+    found, bound = altitude_correction(assumed, 3000.0)
     assert np.all(bound >= np.abs(found))
+    # It is not for the cockpit then, nor is one of heights far above the flight.
+    heights = [f"at_{h}_ft" in handbook_csv({"": curve}) for h in (0, 5000, 10000, 15000, 20000)]
+    assert heights == [True, True, True, False, False]
+    assert "altitude" not in handbook_csv({"": assumed})
 
 
 def test_the_csv_holds_each_configuration_with_a_unit_in_every_name(static):

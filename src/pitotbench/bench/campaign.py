@@ -11,6 +11,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from statistics import fmean
@@ -28,6 +29,7 @@ from pitotbench.bench.fleet import (
     Fleet,
     FleetLostError,
     Limits,
+    MachineError,
     open_fleet,
     say,
     terminal_bar,
@@ -44,7 +46,7 @@ from pitotbench.bench.result_table import (
 from pitotbench.bench.store import DONE, Document, ResultStore, satisfies, stored
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
-from pitotbench.records import NoAnswerError
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.show.calibration import ShortAnswer
 from pitotbench.simulation.maneuvers import MANEUVERS
@@ -277,13 +279,14 @@ def fly_missing(
     fleet: Fleet,
     watch: Watch,
     wanted: Callable[[Document, K], bool] = lambda document, task: True,
-) -> None:
+) -> tuple[str, ...]:
     """Perform every task whose result the store lacks, and keep each result as soon as it is there.
 
     `tasks` is read one by one, so a plan may be longer than the memory. `stored` turns a result
     into the document and the files that the store keeps. `wanted` says whether a document that is
     found will do. The document of a failure has its reason in `failures`. A damaged part costs one
-    flight. Raises StoreError and FleetLostError; what is stored by then stays.
+    flight. A failure of the machine is no result and is not stored: its sentence is returned.
+    Raises StoreError and FleetLostError; what is stored by then stays.
     """
 
     def missing() -> Iterator[K]:
@@ -298,16 +301,22 @@ def fly_missing(
                     )
                 yield task
 
+    open_ones: list[str] = []
     for task, result in fleet.stream(work, missing()):
         document, files = stored(task, result)
+        if isinstance(result, Failure) and result.kind is MachineError:
+            watch.reasons[_short(document)] += 1
+            open_ones += [
+                f"{each}; the same command flies it again" for each in document["failures"]
+            ]
+            continue
         store.put(task.key, document, files)
-        watch.fly(_short(result, document))
+        watch.fly(_short(document))
+    return tuple(open_ones)
 
 
-def _short(result: object, document: Mapping[str, Any]) -> str:
+def _short(document: Mapping[str, Any]) -> str:
     """Return the reason of a failure in a few words, so that equal reasons can be counted."""
-    if isinstance(result, Failure):
-        return result.reason.partition(":")[0][:60]
     failures = document.get("failures") or [""]
     return str(failures[0]).partition(": ")[2].partition(":")[0].partition(" (")[0][:60]
 
@@ -352,13 +361,19 @@ class CampaignRequest:
 
     def planned(self) -> CampaignPlan:
         """Return the plan. Raises BadInputError or UnknownNameError for a bad one."""
-        if self.plan is not None:
-            return read_plan(self.plan)
-        seeds = seeds_of(str(self.seeds))
-        plan = plan_of_names(
-            self.base, self.maneuvers, self.systems, self.models, seeds, self.options
-        )
-        plan.check()
+        try:
+            if self.plan is not None:
+                return read_plan(self.plan)
+            seeds = seeds_of(str(self.seeds))
+            plan = plan_of_names(
+                self.base, self.maneuvers, self.systems, self.models, seeds, self.options
+            )
+            plan.check()
+        except OverflowError as error:
+            raise BadInputError(
+                f"{self.plan or '--seeds'}: a whole number is too large for a plan; give one of "
+                "fewer digits"
+            ) from error
         return plan
 
 
@@ -401,8 +416,14 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
         campaign.say_what_is_stored(store)
         try:
             with watch.shown():
-                fly_missing(
-                    campaign.tasks(), perform_task, stored, store, fleet, watch, campaign.wanted
+                not_stored = fly_missing(
+                    campaign.tasks(),
+                    perform_task,
+                    stored,
+                    store,
+                    fleet,
+                    watch,
+                    partial(campaign.wanted, store),
                 )
         except KeyboardInterrupt as error:
             raise StoppedError(
@@ -411,7 +432,7 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
         except FleetLostError as error:
             raise NoAnswerError(f"{error}; {campaign.how_to_go_on(watch)}") from error
         watch.finish()
-        return campaign.result(store, watch)
+        return campaign.result(store, watch, not_stored)
 
 
 @dataclass(frozen=True, slots=True)
@@ -434,9 +455,12 @@ class _Campaign:
         )
         return sharded(tasks, self.request.shard) if self.request.shard else tasks
 
-    def wanted(self, document: Document, task: Task) -> bool:
+    def wanted(self, store: ResultStore, document: Document, task: Task) -> bool:
         """Return whether a stored result will do."""
         again = self.request.retry_failed and document["state"] != DONE
+        if task.keep_logs != "none" and not store.has_logs(document):
+            say(f"{store.part(task.key)}: its log is lost; this flight is flown again")
+            return False
         return satisfies(document, task) and not again
 
     def say_what_is_stored(self, store: ResultStore) -> None:
@@ -466,16 +490,15 @@ class _Campaign:
             f"{command}"
         )
 
-    def result(self, store: ResultStore, watch: Watch) -> CampaignResult:
+    def result(
+        self, store: ResultStore, watch: Watch, not_stored: tuple[str, ...]
+    ) -> CampaignResult:
         """Make the files of the folder, and return the result."""
         folder = self.request.out
         found = gather(folder, store, self.tasks(), self.plan.varied)
-        failures = tuple(found.failures)
-        if found.failed > len(failures):
-            failures += (
-                f"and {found.failed - len(failures):,} more: pitotbench results {folder} --state "
-                "failed",
-            )
+        failures = (*not_stored, *found.failures)
+        if (more := found.failed - len(found.failures)) > 0:
+            failures += (f"and {more:,} more: pitotbench results {folder} --state failed",)
         if not found.rows:
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
         if self.request.keep_logs != "none":

@@ -7,6 +7,7 @@ from itertools import product
 from math import exp, log, prod
 from pathlib import Path
 from statistics import NormalDist
+from sys import float_info, maxsize
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from pitotbench.calibration.options import CalibrationOptions, options_from, req
 from pitotbench.catalog import explain
 from pitotbench.pressure_error import PAPER_MODELS
 from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, DataSystem
+from pitotbench.records.case import Case, DataSystem, rate_problem
 from pitotbench.records.case_file import case_of_table, case_table
 from pitotbench.sensing.sampling import SYSTEMS, data_system
 from pitotbench.simulation.aircraft import find_aircraft
@@ -46,6 +47,8 @@ class Draws:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        if type(self.count) is not int or type(self.seed) is not int or self.seed < 0:
+            raise BadInputError("draw: count and seed are whole numbers, such as seed = 1")
         if self.method not in METHODS:
             raise BadInputError(explain("method of draws", self.method, list(METHODS)))
         if self.count < 1 or not self.fields:
@@ -102,7 +105,8 @@ def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
         good = isinstance(spread["choose"], list) and len(spread["choose"]) > 0
     else:
         good = all(
-            isinstance(spread[key], int | float) and np.isfinite(spread[key]) for key in stated
+            isinstance(spread[key], int | float) and abs(spread[key]) <= float_info.max
+            for key in stated
         )
         if good and "low" in stated:
             good = spread["low"] <= spread["high"] and not (
@@ -202,16 +206,25 @@ class CampaignPlan:
         cannot be.
         """
         table = _copied(self.base)
+        for system in self.systems[:1]:  # the case's own data system is not flown
+            rates = {"das.air_rate_hz": system.air_rate, "das.gps_rate_hz": system.gps_rate}
+            changes = {**rates, **changes}
         for path, value in changes.items():
             _put(table, path.split("."), value, path)
-        return case_of_table(table)
+        case = case_of_table(table)
+        for system in self.systems:
+            if problem := rate_problem(case.integration_rate, system.air_rate):
+                raise BadInputError(f"integration_rate_hz: {problem}")
+        return case
 
     def check(self) -> None:
         """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly
         nothing.
         """
-        if not self.count:
-            raise BadInputError("the plan holds no flight")
+        if not 0 < self.count <= maxsize:
+            raise BadInputError(
+                f"the plan holds {'too many flights' if self.count else 'no flight'}"
+            )
         middle = self.draws.middle() if self.draws else {}
         first = {name: values[0] for name, values in self.grid.items()}
         trials = [{**row, **first, **middle} for row in self.rows]
@@ -400,7 +413,7 @@ def _draws(stated: Mapping[str, Any]) -> Draws | None:
     if not stated:
         return None
     settings = {name: stated[name] for name in ("count", "method", "seed") if name in stated}
-    if not isinstance(settings.get("count"), int):
+    if "count" not in settings:
         raise BadInputError("draw: state the count, such as count = 200")
     return Draws(
         {name: spread for name, spread in stated.items() if name not in settings}, **settings
@@ -409,12 +422,17 @@ def _draws(stated: Mapping[str, Any]) -> Draws | None:
 
 def _calibrations(stated: Any) -> Calibrations:
     """Return every model of every table of options, with the table's label."""
-    tables = stated if isinstance(stated, list) else [stated]
     found = []
-    for table in tables:
+    for table in _list(stated):
+        if not isinstance(table, dict):
+            raise BadInputError(
+                f"calibrate: give a table of options, [calibrate], or several, not {table!r}"
+            )
         choices = {name: value for name, value in table.items() if name not in (_LABEL, "model")}
         options = options_from(choices)
         for model in _list(table.get("model", "inverse+")):
+            if not isinstance(model, str):
+                raise BadInputError(f"calibrate: model is a name or a list of names, not {model!r}")
             found.append((str(table.get(_LABEL, "")), replace(options, model=model)))
     marks = [(label, options.model) for label, options in found]
     if len(set(marks)) < len(marks):

@@ -206,5 +206,7 @@ def _section(
     }
     # The flight is the same for every data system: it is drawn once.
     tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
-    checked = bench.cross_check(log, task.calibrations[0][1], next(iter(fits.values()), None))
-    return flight_section(flight, system.label, fits, truth, tolerances, checked)
+    for name, first in [*fits.items()][:1]:
+        points = bench.cross_check(log, task.calibrations[0][1], first)
+        fits[name] = replace(first, points=points)
+    return flight_section(flight, system.label, fits, truth, tolerances)

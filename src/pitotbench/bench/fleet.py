@@ -43,6 +43,12 @@ _EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
 _EVERY = 20.0  # s between two lines
 
 
+class MachineError(BadInputError):
+    """A task failed by its machine: a file is gone, the disk is full. The task may be performed
+    again.
+    """
+
+
 class FleetLostError(RuntimeError):
     """The executor cannot be used any longer; another one can perform the tasks that are not done."""
 
@@ -62,6 +68,9 @@ class Failure:
     trace: str = ""
     quarantined: bool = False
 
+    def __str__(self) -> str:
+        return self.reason
+
     @classmethod
     def of(cls, error: BaseException) -> "Failure":
         """Return the failure that describes an error. It names the type of an error that the bench
@@ -73,6 +82,8 @@ class Failure:
         for kind in _EXPECTED:
             if isinstance(error, kind):
                 return cls(str(error), kind)
+        if isinstance(error, OSError):
+            return cls(f"{error.filename or 'file'}: {error.strerror or error}", MachineError)
         return cls(f"{type(error).__name__}: {error}", trace="".join(format_exception(error)))
 
 
@@ -161,27 +172,27 @@ class Fleet:
         """Give each task with its result, in the order in which they end.
 
         `tasks` is read only as far as needed. A task that raises an error gives a Failure, and the
-        other tasks go on. A task whose process dies is performed once more at the end, while no
-        other task runs; where its process dies again, the task is in quarantine: its Failure says
-        so. With an executor, `work` and the tasks must be picklable. Raises FleetLostError where
-        the executor has ended.
+        other tasks go on. A task whose process dies, or which its machine fails, is performed once
+        more at the end, while no other task runs; where its process dies again, the task is in
+        quarantine: its Failure says so. With an executor, `work` and the tasks must be picklable.
+        Raises FleetLostError where the executor has ended, and where one task after another is
+        lost.
         """
-        if self.executor is None:
-            for task in tasks:
-                yield task, attempt(work, self.limits, task)
-            return
         lost: list[T] = []
-        ended = False
-        for task, result in self._attempts(self.executor, attempt, work, tasks, self.window):
-            if isinstance(result, LostWorkError):
+        ended, failed_in_a_row = False, 0
+        for task, result in self._attempts(attempt, work, tasks, self.window):
+            by_machine = isinstance(result, Failure) and result.kind is MachineError
+            failed_in_a_row = failed_in_a_row + 1 if by_machine else 0
+            if by_machine or isinstance(result, LostWorkError):
                 lost.append(task)
-                if not ended and len(lost) >= MOST_LOST_AT_FIRST:
-                    raise FleetLostError(f"no worker can work: {result}\n{result.log}".rstrip())
+                if max(failed_in_a_row, 0 if ended else len(lost)) >= MOST_LOST_AT_FIRST:
+                    log = getattr(result, "log", "")
+                    raise FleetLostError(f"no worker can work: {result}\n{log}".rstrip())
                 continue
             ended = True
             yield task, result
         again = attempt_apart if self.apart else attempt
-        for task, result in self._attempts(self.executor, again, work, lost, 1):
+        for task, result in self._attempts(again, work, lost, 1):
             if isinstance(result, LostWorkError):
                 yield task, Failure(f"{result}, twice", LostWorkError, result.log, quarantined=True)
             else:
@@ -204,19 +215,22 @@ class Fleet:
 
     def _attempts(
         self,
-        executor: Executor,
         try_it: Callable[..., Any],
         work: Callable[[T], R],
         tasks: Iterable[T],
         window: int,
     ) -> Iterator[tuple[T, R | Failure | LostWorkError]]:
+        if self.executor is None:
+            for task in tasks:
+                yield task, try_it(work, self.limits, task)
+            return
         source, running = iter(tasks), dict[Future[Any], list[T]]()
         ended: SimpleQueue[Future[Any]] = SimpleQueue()
         done, spent, size = 0, 0.0, 1
         while True:
             while len(running) < window and (several := [*islice(source, size)]):
                 try:
-                    future = executor.submit(attempt_each, try_it, work, self.limits, several)
+                    future = self.executor.submit(attempt_each, try_it, work, self.limits, several)
                 except (BrokenExecutor, RuntimeError) as error:
                     raise FleetLostError(f"the executor takes no more tasks: {error}") from error
                 running[future] = several
@@ -533,7 +547,8 @@ def _security(distributed: Any, address: str, file: Path | None) -> Any:
         )
         security.get_connection_args("client")  # reads the files
     except (OSError, ValueError, KeyError, TypeError) as error:
+        why = f": {error.strerror}" if isinstance(error, OSError) and error.strerror else ""
         raise BadInputError(
-            f"{file}: not a TOML file with the paths ca, cert and key: {error}"
+            f"{file}: not a TOML file with the paths ca, cert and key of readable files{why}"
         ) from error
     return security

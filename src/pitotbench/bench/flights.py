@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def flown(case: Case) -> FlightLog:
     """Fly a case and record it with its data system."""
-    return record(fly(case), case.das, case.sensor_seed)
+    return sense(fly(case))
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
@@ -31,21 +31,21 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
     next to it.
     """
     flight = fly(case)
-    log = record(flight, case.das, case.sensor_seed)
+    log = sense(flight)
     write_log(log, path)
     if truth:
         write_truth(flight, path)
     return log
 
 
-def sense(flight: Flight, das: str | DataSystem) -> FlightLog:
+def sense(flight: Flight, das: str | DataSystem | None = None) -> FlightLog:
     """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's
-    sensor seed.
+    sensor seed; None is the data system of the case.
 
     Raises BadInputError for a name or a rate that no data system has.
     """
     system = data_system(das) if isinstance(das, str) else das
-    return record(flight, system, flight.case.sensor_seed)
+    return record(flight, system or flight.case.das, flight.case.sensor_seed)
 
 
 def tolerances(case: Case) -> dict[str, float]:

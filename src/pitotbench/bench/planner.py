@@ -14,7 +14,7 @@ from pitotbench import air, bench
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.effects.air import LENGTH as LENGTH_FT
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import SEARCH_FLIGHTS, BadInputError, NoAnswerError
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem, rates_for
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
@@ -25,6 +25,7 @@ from pitotbench.simulation.aircraft import find_aircraft, read_record
 from pitotbench.simulation.card import override
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.sortie import speed_range, with_usual_curve
 from pitotbench.timeline import gaps, interval
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array, MetersPerSecond, from_si
 
@@ -40,17 +41,18 @@ class PlanRequest:
     `base` holds the aircraft, the height, the expected wind and turbulence, and an error curve of
     the expected size and location. `system` is the data system or its name, and `options` are those
     of the calibration. An error of the static source narrows the bound as far as the system's
-    height shows it. `speeds` is the range of calibrated airspeed [m/s] over which the bound is
-    averaged. `minutes` is the time available, `want` [m/s] the wanted 2σ, and `box` [m] the side of
-    the airspace; each is None where it does not matter. `draws` is the number of draws of gusts and
-    sensor noise for each maneuver.
+    height shows it. A base that states no curve has the usual one at the speeds of its aircraft.
+    `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged, by default
+    that of the aircraft's cards. `minutes` is the time available, `want` [m/s] the wanted 2σ, and
+    `box` [m] the side of the airspace; each is None where it does not matter. `draws` is the number
+    of draws of gusts and sensor noise for each maneuver.
 
     Raises BadInputError or UnknownNameError for a request that makes no sense.
     """
 
     base: Case
     system: str | DataSystem = "20/1"
-    speeds: tuple[float, float] = bench.SCORED_RANGE
+    speeds: tuple[float, float] | None = None
     minutes: float | None = None
     want: float | None = None
     box: float | None = None
@@ -66,7 +68,8 @@ class PlanRequest:
                 f"turbulence {self.base.turbulence!r}: expect one of "
                 f"{', '.join(TURBULENCE_SEVERITY)}"
             )
-        low, high = self.speeds
+        object.__setattr__(self, "base", with_usual_curve(self.base))
+        low, high = self.range
         if not (low >= 20.0 * KNOT and high - low >= _NARROWEST):
             raise BadInputError("--speeds-kt LOW,HIGH: from 20 kt upward, and at least 20 kt apart")
         for name, value in (
@@ -87,11 +90,16 @@ class PlanRequest:
         return data_system(self.system) if isinstance(self.system, str) else self.system
 
     @property
+    def range(self) -> tuple[float, float]:
+        """The range of calibrated airspeed [m/s] over which the bound is averaged."""
+        return self.speeds or speed_range(self.base.aircraft)
+
+    @property
     def airspeeds(self) -> Array:
         """The airspeeds [m/s], (n,), at which the bound is averaged: every 5 kt of the wanted
         range.
         """
-        low, high = self.speeds
+        low, high = self.range
         steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
         return np.asarray(low + _CURVE_STEP * steps, dtype=np.float64)
 
@@ -102,7 +110,7 @@ class PlanRequest:
         """
         speeds = np.array(MANEUVERS[maneuver].card.speeds)
         place = (speeds - speeds.min()) / np.ptp(speeds)
-        low, high = self.speeds
+        low, high = self.range
         wanted = [written(v, "kt") for v in low + place * (high - low)]
         changes = {"speeds_kt": wanted, **(card or {})}
         return replace(self.base, maneuver=maneuver, card=changes, turbulence="none")
@@ -450,15 +458,20 @@ _MOST_MINUTES = 1.02  # in at most this share of its minutes
 
 
 def plan(
-    request: PlanRequest, search_flights: int = 0, step: Callable[[], None] = lambda: None
+    request: PlanRequest | Case,
+    search_flights: int = SEARCH_FLIGHTS,
+    step: Callable[[], None] = lambda: None,
 ) -> Plan:
     """Predict the 2σ bound of every maneuver of a request, choose the maneuver to fly, and improve
     its card.
 
-    The search for a better card uses `search_flights` simulated flights, none where it is 0 (the
-    command `pitotbench plan` spends 40). `step` is called after each maneuver and each flight of
-    the search. Raises NoAnswerError where no maneuver of the request can be flown.
+    A case stands for the request of what it expects, with its own data system. The search for a
+    better card uses `search_flights` simulated flights, none where it is 0. `step` is called after
+    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver of the
+    request can be flown.
     """
+    if isinstance(request, Case):
+        request = PlanRequest(request, request.das)
     found: list[Forecast] = []
     refused: dict[str, str] = {}
     for maneuver in request.maneuvers:
@@ -507,7 +520,7 @@ def plan(
 
 def conditions_of(request: PlanRequest) -> str:
     """Return the expected conditions in words."""
-    base, (low, high) = request.base, request.speeds
+    base, (low, high) = request.base, request.range
     return (
         f"{base.aircraft}, {base.altitude / FOOT:,.0f} ft, {request.das.label} Hz, turbulence "
         f"{base.turbulence}, "

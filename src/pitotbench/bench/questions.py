@@ -13,14 +13,14 @@ from platform import python_version
 from typing import TYPE_CHECKING, Any, Union, overload
 
 from pitotbench.records import BadInputError
-from pitotbench.records.calibration import Calibration
+from pitotbench.records.calibration import CalibratedFlight, Calibration
 from pitotbench.records.case import Case
 from pitotbench.records.log import Choice, FlightLog, InputFile, LogInspection, Provenance
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from pitotbench.bench.workflow import FullReconciliation
+    from pitotbench.bench.workflow import FullReconciliation, NamedLog
     from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
@@ -28,30 +28,39 @@ if TYPE_CHECKING:
 OneLog = Union[FlightLog, str, Path, "DataFrame"]
 
 
-def logs_of(given: OneLog | Sequence[OneLog], asked: str) -> list[FlightLog]:
+# What neither the user nor a mapping stated: of the functions below, and so of the commands, which
+# call them. `CalibrationOptions()` alone has the choices of the published figures.
+DEFAULTS = {"latency": "checked", "wind": "checked"}
+
+
+def logs_of(
+    given: OneLog | Sequence[OneLog], asked: str, mapping: str | Path | None = None
+) -> list[FlightLog]:
     """Return the logs that stand for what was given to the function `asked`, read and checked where
     needed.
 
-    Raises BadInputError for anything else, and for a file or a table that is no log.
+    `mapping` reads files and tables, as in `read_log`. Raises BadInputError for anything else, and
+    for a file or a table that is no log.
     """
     if isinstance(given, list | tuple):
         if not given:
             raise BadInputError(f"{asked} needs at least one log")
-        return [log for each in given for log in logs_of(each, asked)]
+        return [log for each in given for log in logs_of(each, asked, mapping)]
     if isinstance(given, FlightLog):
         return [given]
     if isinstance(given, str | Path):
         from pitotbench.logbook.reading import read_log
 
-        return [read_log(given)]
+        return [read_log(given, mapping)]
     from pandas import DataFrame  # slow, and not needed for a log
 
     if isinstance(given, DataFrame):
         from pitotbench.logbook.columns import Table
-        from pitotbench.logbook.reading import log_of
+        from pitotbench.logbook.reading import log_of, mapped
 
         names = tuple(str(name) for name in given.columns)
-        return [log_of(Table(names, tuple(given[name].to_numpy() for name in given.columns)))]
+        table = Table(names, tuple(given[name].to_numpy() for name in given.columns))
+        return [log_of(table if mapping is None else mapped(table, mapping))]
     raise BadInputError(
         f"{asked} takes a path, a DataFrame, a log or a list of them, not {type(given).__name__}; "
         "read_log reads a "
@@ -61,83 +70,152 @@ def logs_of(given: OneLog | Sequence[OneLog], asked: str) -> list[FlightLog]:
 
 @overload
 def calibrate(
-    logs: OneLog, options: "CalibrationOptions | None" = None, **choices: Any
+    logs: OneLog,
+    options: "CalibrationOptions | None" = None,
+    mapping: str | Path | None = None,
+    **choices: Any,
 ) -> Calibration: ...
 
 
 @overload
 def calibrate(
-    logs: Sequence[OneLog], options: "CalibrationOptions | None" = None, **choices: Any
+    logs: Sequence[OneLog],
+    options: "CalibrationOptions | None" = None,
+    mapping: str | Path | None = None,
+    **choices: Any,
 ) -> tuple[Calibration, ...]: ...
 
 
 def calibrate(
-    logs: OneLog | Sequence[OneLog], options: "CalibrationOptions | None" = None, **choices: Any
+    logs: OneLog | Sequence[OneLog],
+    options: "CalibrationOptions | None" = None,
+    mapping: str | Path | None = None,
+    **choices: Any,
 ) -> Calibration | tuple[Calibration, ...]:
     """Estimate the pressure-error curve and the wind: from a log, a path, a DataFrame, or a list of
     them.
 
-    Parameters: logs, of one airplane; options, or its fields as keywords (`model="quadratic"`,
-    `wind="checked"`; the defaults are those of `CalibrationOptions`, before them what the format of
-    a log advises). A list has one curve, and a Calibration with its own wind for each log. SI
-    units, each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a
-    log that does not determine the answer.
+    The answer is that of `pitotbench calibrate`. Parameters: logs, of one airplane; options, or its
+    fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
+    mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a
+    TOML file, for logs with other column names. A list has one curve, and a Calibration with its
+    own wind for each log. Several flights of one log have one curve, and their winds in `winds`. SI units,
+    each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
+    does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """
-    from pitotbench.calibration import calibrate as calibrate_one
-    from pitotbench.calibration import calibrate_together
-    from pitotbench.calibration.options import options_from
+    from pitotbench.calibration.flights import of_one_log
 
-    read = logs_of(logs, "calibrate")
+    read = logs_of(logs, "calibrate", mapping)
+    flights = calibrate_each(read, options, mapping, sources_of("log", logs, read), **choices)
+    found = tuple(
+        of_one_log(log, [each for each in flights if each.place == place])
+        for place, log in enumerate(read)
+    )
+    return found if isinstance(logs, list | tuple) else found[0]
+
+
+def calibrate_each(
+    logs: Sequence[FlightLog],
+    options: "CalibrationOptions | None" = None,
+    mapping: str | Path | None = None,
+    sources: "Iterable[Source]" = (),
+    flags: Iterable[Choice] = (),
+    **choices: Any,
+) -> tuple[CalibratedFlight, ...]:
+    """Calibrate each flight of the logs as `calibrate` does, with what is held against its curve.
+
+    `sources` are the files of the logs and `flags` further choices, for the record. Raises as
+    `calibrate` does.
+    """
+    from pitotbench.calibration import calibrate_flights
+    from pitotbench.calibration.fit_checks import with_points
+    from pitotbench.calibration.leg_points import cross_check
+
     if options is not None and choices:
         raise BadInputError("give either options or keywords, not both")
-    advised = advice_of(read) if options is None else {}
-    chosen = options or options_from({**advised, **choices})
-    stated = (
-        choices
-        if options is None
-        else [f.name for f in fields(options) if getattr(options, f.name) != f.default]
-    )
-    made = provenance_of(sources_of("log", logs, read), settings_of(chosen, stated, advised))
-    if isinstance(logs, list | tuple):
-        return tuple(replace(each, provenance=made) for each in calibrate_together(read, chosen))
-    return replace(calibrate_one(read[0], chosen), provenance=made)
+    for each in () if options is None else fields(options):
+        value = getattr(options, each.name)
+        if value != each.default or type(value) is not type(each.default):
+            choices[each.name] = value
+    chosen = options_of(logs, mapping, **choices)
+    settings = settings_of(chosen, choices, advice_of(logs, mapping))
+    made = provenance_of(sources, [*settings, *flags])
+
+    def checked(flight: CalibratedFlight) -> CalibratedFlight:
+        found = flight.calibration
+        told = with_points(found, cross_check(flight.log, chosen, found))
+        scatter = 2.0 * float(told.residuals.airspeed.std())
+        return replace(
+            flight, calibration=replace(told, residual_two_sigma=scatter, provenance=made)
+        )
+
+    return tuple(map(checked, calibrate_flights(logs, chosen)))
 
 
-def inspect(log: OneLog) -> LogInspection:
-    """Return what a log holds and what can be learned from it: from a log, a path or a DataFrame.
+def options_of(
+    logs: Iterable[FlightLog] = (), mapping: str | Path | None = None, **choices: Any
+) -> "CalibrationOptions":
+    """Return the options of a calibration: the choices, before them those of the mapping, and the
+    defaults.
 
-    It shows itself as the sentences of `pitotbench inspect`; `to_frame` is the table of its
-    channels. Raises BadInputError for a log that cannot be used.
+    An accuracy that is not named keeps the value of the mapping. Raises as `options_from` does.
     """
-    from pitotbench.bench.inspection import inspect_log
     from pitotbench.calibration.options import options_from
 
-    (read,) = logs_of([log], "inspect")
-    return inspect_log(read, options_from(advice_of([read])))
+    advised = advice_of(logs, mapping)
+    named = choices.get("accuracies")
+    if isinstance(named, Mapping):
+        choices["accuracies"] = {**advised.get("accuracies", {}), **named}
+    return options_from({**DEFAULTS, **advised, **choices})
 
 
-def advice_of(logs: Iterable[FlightLog], mapping: str | None = None) -> Mapping[str, Any]:
-    """Return the choices that a mapping advises: the one named, else the shipped one that
-    recognized a log.
+def inspect(log: OneLog, mapping: str | Path | None = None) -> LogInspection:
+    """Return what a log holds and what can be learned from it: from a log, a path or a DataFrame.
+
+    `mapping` as for `calibrate`. It shows itself as the sentences of `pitotbench inspect`;
+    `to_frame` is the table of its channels. Raises BadInputError for a log that cannot be used.
     """
-    from pitotbench.logbook.mapping import find_mapping, shipped
+    from pitotbench.bench.inspection import inspect_log
 
-    known = {} if mapping else shipped()
-    found = mapping or next(
-        (n for log in logs if (n := str(log.header.get("mapping", ""))) in known), None
-    )
-    return find_mapping(found).calibrate if found else {}
+    (read,) = logs_of([log], "inspect", mapping)
+    return inspect_log(read, options_of([read], mapping))
+
+
+def advice_of(
+    logs: Iterable[FlightLog] = (), mapping: str | Path | None = None
+) -> Mapping[str, Any]:
+    """Return the choices that a mapping advises: the one named, else the one by which a log was
+    read.
+    """
+    from pitotbench.logbook.columns import CALIBRATE
+    from pitotbench.logbook.mapping import find_mapping
+
+    if mapping is not None:
+        return find_mapping(mapping).calibrate
+    held = (log.header.get(CALIBRATE) for log in logs)
+    return next((each for each in held if isinstance(each, Mapping) and each), {})
+
+
+def setting_of(advised: Mapping[str, Any]) -> "AnalysisSetting":
+    """Return the setting of a reconciliation that the mapping of a foreign log advises."""
+    from pitotbench.reconciliation.free_parameters import AnalysisSetting
+
+    static = advised.get("error_location") == "static"
+    mach = advised.get("mach_max")
+    return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)
 
 
 def reconcile(
-    logs: OneLog | Sequence[OneLog],
+    logs: "OneLog | NamedLog | Sequence[OneLog | NamedLog]",
     aircraft: str = "navajo",
-    holdout: OneLog | None = None,
+    holdout: "OneLog | NamedLog | None" = None,
     card: Case | None = None,
     setting: "AnalysisSetting | None" = None,
     refly: bool = True,
     progress: Callable[[str], None] | None = None,
+    mapping: str | Path | None = None,
+    keep: bool = True,
 ) -> "FullReconciliation":
     """Find where a simulation and measured logs disagree, and name the effect that the simulation
     lacks.
@@ -146,30 +224,44 @@ def reconcile(
     airplane whose causes and sizes are the same; aircraft, a model of the hangar, or `none` to
     judge the sensors alone; holdout, another log of the same airplane on which the gap has to
     shrink too; card, what was flown (default: the card in the header of each log); setting, what is
-    known of the logs beyond their rows; refly, whether the card is flown again with the named
-    effects; progress, called with a line of text at each step. Returns a record with the `verdict`,
-    the `probabilities` of the causes, the `sizes`, the `patch` and the figures of each of the
-    `flights`. It shows itself in a notebook. Raises BadInputError for a log that cannot be used,
-    UnknownNameError for an aircraft that is not known.
+    known of the logs beyond their rows (default: what their mapping advises); refly, whether the
+    card is flown again with the named effects; progress, called with a line of text at each step;
+    mapping, as for `calibrate`; keep, whether the cache of null flights is read and written.
+    Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`
+    and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
+    for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
     from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread
 
-    held = [] if holdout is None else logs_of(holdout, "reconcile")
-    several = logs_of(logs, "reconcile")
-    names = (
-        ["measured log"]
-        if len(several) == 1
-        else [f"flight {i}" for i in range(1, len(several) + 1)]
-    )
-    measured = [NamedLog(name, log) for name, log in zip(names, several, strict=True)]
-    other = NamedLog("held-out log", held[0]) if held else None
-    other_source = [] if holdout is None else sources_of("held-out log", holdout, held)
-    made = provenance_of(
-        [*sources_of("log", logs, several), *other_source, *model_sources(aircraft)], []
-    )
+    def read(given: Any, role: str, memory: str) -> tuple[list[NamedLog], list[Source]]:
+        flat: list[Any] = _flat(given)
+        bare = [each.log if isinstance(each, NamedLog) else each for each in flat]
+        logs = logs_of(bare, "reconcile", mapping)
+        found = [
+            each
+            if isinstance(each, NamedLog)
+            else NamedLog(Path(each).name if isinstance(each, str | Path) else f"{memory} {n}", log)
+            for n, (each, log) in enumerate(zip(flat, logs, strict=True), start=1)
+        ]
+        return found, sources_of(role, bare, logs)
+
+    measured, sources = read(logs, "log", "flight")
+    held, others = ([], []) if holdout is None else read(holdout, "held-out log", "held-out log")
+    made = provenance_of([*sources, *others, *model_sources(aircraft)], [])
+    every = [each.log for each in (*measured, *held)]
+    chosen = setting or setting_of(advice_of(every, mapping))
     with one_thread():
-        found = reconcile_fully(measured, aircraft, other, card, progress, setting, refly)
+        found = reconcile_fully(
+            measured,
+            aircraft,
+            held[0] if held else None,
+            card,
+            progress,
+            chosen,
+            refly,
+            keep=keep,
+        )
     return replace(found, provenance=made)
 
 

@@ -17,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pitotbench.bench.campaign_task import Row, Task, perform_task
+from pitotbench.bench.digests import file_sha256
 from pitotbench.bench.fleet import say
 from pitotbench.bench.store import (
     INDEX,
@@ -45,6 +46,10 @@ from pitotbench.show.markup import Section
 # removes it.
 
 RESULTS, STORE = "results.parquet", "store"
+SEAL = "index.sha256"  # beside the index: the digest of its file
+_EMPTY = pa.table(
+    {name: pa.array([], pa.string()) for name in ("flight", "name", "state", "reason")}
+)
 _GROUP = 10_000  # flights whose rows are in memory at a time
 _MOST_ANSWERS = 100  # short answers that a page shows; the table of results holds all
 _MOST_FAILURES = 1_000  # sentences that are printed and shown; the store holds all
@@ -196,33 +201,36 @@ def _indexed(store: ResultStore) -> Path:
     """Return the index of a store, brought up to date. Raises BadInputError where it cannot be
     written.
     """
-    path = store.folder / INDEX
+    path, seal = store.folder / INDEX, store.folder / SEAL
     keys = [*store.keys()]
-    if not _is_of(path, keys):
+    if not _is_of(path, seal, keys):
         groups = [
             _table([*_indexed_rows(store, keys[at : at + _GROUP])])
             for at in range(0, len(keys), _GROUP)
         ]
         # A field that only some flights have is empty for the others.
-        table = pa.concat_tables(groups or [pa.table({"flight": []})], promote_options="permissive")
+        table = pa.concat_tables(groups or [_EMPTY], promote_options="permissive")
         with atomic(path) as scratch:
             pq.write_table(table, scratch, row_group_size=_GROUP)
+        write_text(seal, file_sha256(path))
     return path
 
 
-def _is_of(path: Path, keys: list[str]) -> bool:
-    try:
-        return path.exists() and set(pd.read_parquet(path, columns=["flight"]).flight) == set(keys)
-    except (pa.ArrowException, OSError, KeyError, ValueError):
-        say(f"{path}: cannot be read; it is made again from the {len(keys):,} parts")
+def _is_of(path: Path, seal: Path, keys: list[str]) -> bool:
+    """Return whether the index is as it was written, and holds these parts."""
+    if not path.is_file():
         return False
+    if not seal.is_file() or seal.read_bytes() != file_sha256(path).encode():
+        say(f"{path}: cut, changed or old; it is made again from the {len(keys):,} parts")
+        return False
+    return set(pd.read_parquet(path, columns=["flight"]).flight) == set(keys)
 
 
 def _indexed_rows(store: ResultStore, keys: list[str]) -> Iterator[dict[str, Any]]:
     for key in keys:
         document = store.find(key)
         if document is None:
-            yield {"flight": key, "state": "damaged"}
+            yield {"flight": key, "name": key, "state": "damaged", "reason": "damaged part"}
             continue
         common = _common(document)
         rows = [row_columns(row) | {"calibration": row.calibration} for row in rows_of(document)]
@@ -294,14 +302,15 @@ def means(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
     their count.
     """
     require_columns(table, by)
-    numbers = [
+    averaged = (
         "minutes",
         "residual_two_sigma_kt",
         "two_sigma_kt",
         "curve_rms_error_kt",
         "curve_coverage",
         "cpu_s",
-    ]
+    )
+    numbers = [name for name in averaged if name in table.columns]  # failures alone have few
     groups = table.groupby(list(by), sort=False)
     return groups[numbers].mean().assign(rows=groups.size()).reset_index()
 
@@ -316,6 +325,8 @@ def require_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
 def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another
     ending.
+
+    In a CSV, a text that a spreadsheet would take for a formula begins with an apostrophe.
     """
     if path.suffix not in (".parquet", ".csv"):
         raise BadInputError(f"{path}: the name must end in .parquet or .csv")
@@ -323,7 +334,14 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
         if path.suffix == ".parquet":
             table.to_parquet(scratch, index=False)
         else:
-            table.to_csv(scratch, index=False)
+            texts = table.select_dtypes(exclude=["number", "bool"])
+            inert = table.assign(**{str(name): texts[name].map(_inert) for name in texts})
+            inert.rename(columns=_inert).to_csv(scratch, index=False)
+
+
+def _inert(value: Any) -> Any:
+    formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
+    return f"'{value}" if formula else value
 
 
 @dataclass(frozen=True, slots=True)

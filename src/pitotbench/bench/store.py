@@ -21,13 +21,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ClassVar
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, create_model
 
 from pitotbench.bench.campaign_task import SCHEMA, Row, Task, TaskOutcome, host_class
 from pitotbench.bench.digests import aircraft_digest, code_digest
 from pitotbench.bench.fleet import Failure
 from pitotbench.records import BadInputError
-from pitotbench.records.case import Case
+from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_columns, write_case
 from pitotbench.records.flight import Score
 from pitotbench.show.markup import Section
@@ -78,11 +78,13 @@ class ResultStore:
                     f"{self.folder} belongs to another campaign that runs now: {self.owner()}"
                 ) from error
             raise StoreError(
-                f"{self.folder / LOCK}: cannot be locked: {error}; choose another --out"
+                f"{self.folder / LOCK}: cannot be locked: {error}; delete it, it holds no result, "
+                "or choose another --out"
             ) from error
         self._held[self.folder] = lock
         owner = {"host": socket.gethostname(), "process": os.getpid(), "since": time.time()}
         with suppress(OSError):  # a full disk: the lock holds all the same
+            (self.folder / OWNER).unlink(missing_ok=True)  # writing into a pipe would wait
             (self.folder / OWNER).write_text(json.dumps(owner), encoding="utf-8")
             for file in (self.folder / _SCRATCH).iterdir():
                 file.unlink()
@@ -109,23 +111,30 @@ class ResultStore:
         return self.folder / LOGS / key[:2] / f"{key}-{name}"
 
     def find(self, key: str) -> Document | None:
-        """Return the part of a key; None where there is none, or where it is damaged or not of this
-        key and layout.
+        """Return the part of a key; None where there is none, or where it is damaged, no file, or
+        not of this key and layout.
 
         Raises StoreError where the disk does not give it.
         """
+        path = self.part(key)
         try:
-            text = self.part(key).read_bytes()
+            if not path.is_file() and not path.is_dir():  # a pipe or a device may never end
+                return None
+            text = path.read_bytes()
         except FileNotFoundError:
             return None
         except OSError as error:
-            raise StoreError(f"{self.part(key)}: cannot be read: {error.strerror}") from error
+            raise StoreError(f"{path}: cannot be read: {error.strerror}") from error
         begin = len(text) - _SEAL_LENGTH
         if begin < 0 or text[begin:] != _seal(text[:begin]):  # a damaged part is not even parsed
             return None
-        document: Document = json.loads(text)
+        try:
+            _parts().validate_json(text, strict=True)
+            document: Document = json.loads(text)
+        except (ValueError, RecursionError):  # sealed by another hand
+            return None
         del document["checksum"]
-        return document if (document["key"], document["schema"]) == (key, SCHEMA) else None
+        return document if (document.get("key"), document.get("schema")) == (key, SCHEMA) else None
 
     def put(self, key: str, document: Mapping[str, Any], logs: Mapping[str, bytes]) -> None:
         """Keep a result: its logs first, then its part, so that a part never names a log that is
@@ -140,6 +149,10 @@ class ResultStore:
         stated = {**document, "key": key, "schema": SCHEMA, "logs": sorted(logs)}
         text = json.dumps(stated, allow_nan=True)[:-1].encode()
         self._write(self.part(key), text + _seal(text))
+
+    def has_logs(self, document: Document) -> bool:
+        """Return whether every log that a part names is there."""
+        return all(self.log(document["key"], name).is_file() for name in document["logs"])
 
     def keys(self) -> Iterator[str]:
         """Give the keys of all parts."""
@@ -163,6 +176,19 @@ class ResultStore:
                 f"{self.folder}: {error.strerror or error}; what is stored is whole: "
                 "make room or change the folder, then give the same command again"
             ) from error
+
+
+# The shape of a part: its fields with their types, and those of what made it.
+_MADE: Mapping[str, Any] = {
+    **dict.fromkeys(("code", "aircraft", "host"), str),
+    **{"versions": dict[str, str], "cpu_s": float, "wall_s": float},
+}
+_SHAPE: Mapping[str, Any] = {
+    **dict.fromkeys(("name", "state", "case", "keep_logs", "log_format"), str),
+    **{"drawn": bool, "columns": dict[str, Any]},
+    **{"das": list[DataSystem], "calibrations": list[tuple[str, dict[str, Any]]]},
+    **{"rows": list[Row], "sections": list[Section], "failures": list[str], "logs": list[str]},
+}
 
 
 def _seal(text: bytes) -> bytes:
@@ -272,6 +298,16 @@ def all_columns(document: Mapping[str, Any]) -> dict[str, Any]:
 @cache
 def _default_columns() -> dict[str, Any]:
     return case_columns(Case())
+
+
+@cache
+def _parts() -> TypeAdapter[Any]:
+    made, part = (_fields(of) for of in (_MADE, _SHAPE))
+    return TypeAdapter(create_model("Part", made=(create_model("Made", **made), ...), **part))
+
+
+def _fields(shape: Mapping[str, Any]) -> Any:
+    return {name: (kind, ...) for name, kind in shape.items()}
 
 
 @cache

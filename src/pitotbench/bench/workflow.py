@@ -26,6 +26,7 @@ from pitotbench.bench.null_flights import (
     tells_the_day,
 )
 from pitotbench.effects import FORMULAS
+from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
@@ -109,6 +110,7 @@ def judge_logs(
     """
     if not logs:
         raise BadInputError("no log to reconcile")
+    require_one_airplane([each.log for each in logs])
     model = aircraft_model(aircraft)
     laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
 

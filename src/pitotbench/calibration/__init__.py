@@ -46,36 +46,15 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
         return _judged(found, log)
 
 
-def calibrate_together(
-    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
-) -> tuple[Calibration, ...]:
-    """Estimate one curve from several logs of one airplane, with a separate wind for each log.
-
-    Returns one Calibration per log; all have the same curve. A warning says where the logs disagree
-    about the curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
-    """
-    from pitotbench.calibration.flights import assemble_together, reduce_together
-
-    chosen = options or CalibrationOptions()
-    if chosen.model == AUTO:
-        raise BadInputError(
-            "several logs have a curve in common only of one model: name it, or use --separately"
-        )
-    with one_thread():
-        calibrations = assemble_together(reduce_together(logs, chosen))
-    return tuple(
-        _judged(calibration, log) for calibration, log in zip(calibrations, logs, strict=True)
-    )
-
-
 def calibrate_flights(
     logs: Sequence[FlightLog], options: CalibrationOptions | None = None
 ) -> tuple[CalibratedFlight, ...]:
     """Estimate one curve from all flights of the logs, with a separate wind for each flight.
 
-    A log that pauses for more than five minutes holds several flights. Raises as
-    `calibrate_together` does. A single log may have the model `auto`, which gives each of its
-    flights a curve of its own.
+    A log that pauses for more than five minutes holds several flights. A warning says where the
+    flights disagree about the curve. Raises as `calibrate` does, and BadInputError for several logs
+    with the model `auto`; a single log may have it, which gives each of its flights a curve of its
+    own.
     """
     from pitotbench.calibration.flights import reduce_flights
 

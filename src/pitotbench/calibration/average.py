@@ -20,7 +20,7 @@ from pitotbench.calibration.covering import (
     mean_wind_under,
     posterior_of,
 )
-from pitotbench.calibration.fit_checks import require_observable
+from pitotbench.calibration.fit_checks import disagreements, require_observable
 from pitotbench.calibration.location import SURE, mixed, widened_by
 from pitotbench.calibration.model_evidence import (
     LAWLESS,
@@ -40,6 +40,7 @@ from pitotbench.calibration.result import (
     assemble,
     correction_gradient,
     found_zero,
+    residuals_of,
     widened,
     with_altitude,
 )
@@ -242,6 +243,7 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
         options=replace(rows.options, model=best.name),
         model=best.model,
         white=best.white,
+        fit=best.fit,
         answer=posterior_of(best.fit),
         diagnostics=replace(
             rows.diagnostics,
@@ -255,15 +257,21 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     common = CurveMap(
         choice.common, calibration.curve.indicated_airspeed, 0.0 if zero is None else zero.value
     )
+    curve = with_altitude(
+        _curve(choice, calibration.curve, common, rows.nuisances),
+        common,
+        choice.answer,
+        rows.observations,
+        calibration.place_assumed,
+    )
+    residuals = residuals_of(replace(chosen, model=choice.common, answer=choice.answer))
     return replace(
         calibration,
         model=f"{AUTO} ({best.name})",
-        curve=with_altitude(
-            _curve(choice, calibration.curve, common, rows.nuisances),
-            common,
-            choice.answer,
-            rows.observations,
-            calibration.place_assumed,
+        curve=curve,
+        residuals=residuals,
+        disagreements=disagreements(
+            rows.diagnostics.height_agreement, residuals, curve, rows.path is not None
         ),
         wind=_wind(choice),
         impact_pressure_zero=zero,

@@ -546,12 +546,7 @@ def _path(
     estimate: Array,
 ) -> WindPath:
     """The wind less its mean over the rows, as estimated under one noise, block by block."""
-    data, first = problem.regression, structure.model.error_count
-    rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
-    seen = (rest * data.regressors[:, first : first + 2])[
-        : len(blocks.count)
-    ]  # the height sees no wind
-    wind = np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen)
+    wind = _process(structure, blocks, problem, phi, estimate)
     wind += blocks.mean(
         path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs)
     )
@@ -559,11 +554,47 @@ def _path(
     return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
 
 
+def _process(
+    structure: Structure, blocks: Blocks, problem: Linearized, phi: Array, estimate: Array
+) -> Array:
+    """The slow process of the wind, as estimated under one noise, (blocks, 2) [m/s]."""
+    data, first = problem.regression, structure.model.error_count
+    rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
+    seen = (rest * data.regressors[:, first : first + 2])[
+        : len(blocks.count)
+    ]  # the height sees no wind
+    return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen))
+
+
+def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: Array) -> WindPath:
+    """Return the slow part of a drifting wind, less the wind of an answer (p + m,).
+
+    It is the estimate for the answer's curve and constants, under the most likely noise. It is
+    smooth: one that follows each gust would leave no residual.
+    """
+    count, first = structure.model.count, structure.model.error_count
+    blocks, phi = divide(obs, block_length(obs)), max(fit.nodes, key=lambda n: n.weight).noise
+    problem = linearized(structure, obs, answer, fit.gust_deviation, fit.path)
+    data, estimate = problem.regression, np.zeros(len(answer))
+    estimate[count:] = answer[count:]
+    winds = data.regressors[:, first : first + 2]
+    weighed = problem.noise_of(phi).weigh(winds)
+    left = data.response - data.regressors @ estimate
+    level = np.linalg.solve(weighed.T @ winds, weighed.T @ left)
+    estimate[first : first + 2] = level
+    wind = level + _process(structure, blocks, problem, phi, estimate)
+    smooth = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
+    return WindPath(blocks.mean(obs.time), smooth)
+
+
 def _settled(before: WindPath | None, path: WindPath | None) -> bool:
-    """Whether another path of the wind would hardly change the problem."""
+    """Whether another path of the wind would hardly change the problem.
+
+    The path before may be that of other rows, as before a faulty one was left out.
+    """
     if path is None:
         return True
-    moved = path.wind if before is None else path.wind - before.wind
+    moved = path.wind if before is None else path.wind - before.at(path.time)
     return float(np.sqrt(np.mean(moved**2))) < _SAME_PATH
 
 

@@ -227,9 +227,10 @@ def disagreements(
 
 
 def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> Calibration:
-    """Return a calibration that tells of the fixed-speed point farthest off its curve, beyond both
-    bounds.
+    """Return a calibration with its fixed-speed points; it tells of the one farthest off its curve,
+    beyond both bounds.
     """
+    calibration = replace(calibration, points=tuple(points))
     curve, worst = calibration.curve, None
     for point in points:
         value, bound = (

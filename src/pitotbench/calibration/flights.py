@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,15 @@ from pitotbench.calibration.options import AUTO, Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import Reduction, reduce_log, reference_of
 from pitotbench.calibration.result import assemble
-from pitotbench.logbook.checks import flights_in
+from pitotbench.logbook.checks import flights_in, require_one_airplane
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.calibration import (
+    CalibratedFlight,
+    Calibration,
+    Estimate,
+    Residuals,
+    WindEstimate,
+)
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
@@ -45,21 +51,9 @@ class _Information:
     place: NDArray[np.intp]
 
 
-def reduce_together(
-    logs: Sequence[FlightLog], options: CalibrationOptions
-) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all
-    logs cover.
-
-    Raises as `reduction.reduce_log` does.
-    """
-    reference = reference_of([observe(log, options) for log in logs])
-    return join([reduce_log(log, options, reference) for log in logs])
-
-
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Give each of several reductions with one reference pressure the joint answer, as
-    `reduce_together` does.
+    """Give each of several reductions with one reference pressure the joint answer, with the
+    indicated airspeeds [m/s] that all cover.
     """
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
     airspeeds = curve_airspeeds(np.concatenate(indicated))
@@ -201,6 +195,7 @@ def reduce_flights(
 
         alone = _parts(logs[0], 0, calibrate)
         return [_flight(part, part.found, 1) for part in alone]
+    require_one_airplane(logs)
     reference = reference_of([observe(log, options) for log in logs])
 
     def reduce(log: FlightLog) -> Reduction:
@@ -226,6 +221,48 @@ def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> lis
     # The band comes from random draws of all unknowns, of which each flight has its own.
     band = found[0].curve.simultaneous_two_sigma
     return [replace(each, curve=replace(each.curve, simultaneous_two_sigma=band)) for each in found]
+
+
+def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
+    """Return the flights of one log, which share their curve, as one calibration of the log.
+
+    It has the winds, the parts and the residuals of all, and the mean of their winds. Raises
+    BadInputError where each has a curve of its own.
+    """
+    flights = [each.calibration for each in cut]
+    first = flights[0]
+    if len(flights) == 1:
+        return first
+    if cut[0].joined == 1:
+        raise BadInputError(
+            f"auto gives each of the {len(flights)} flights of this log its own curve: name a "
+            "model, or calibrate the flights one by one"
+        )
+    found = [each.known_wind for each in flights]
+
+    def mean(axis: str) -> Estimate:
+        parts: list[Estimate] = [getattr(wind, axis) for wind in found]
+        bound = float(np.linalg.norm([part.two_sigma for part in parts])) / len(parts)
+        return Estimate(axis, float(np.mean([part.value for part in parts])), bound)
+
+    def every(name: str) -> tuple[Any, ...]:
+        return tuple({item: 0 for each in flights for item in getattr(each, name)})
+
+    time, indicated, airspeed = (
+        np.concatenate([getattr(each.residuals, name) for each in flights])
+        for name in ("time", "indicated_airspeed", "airspeed")
+    )
+    told = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
+    lists: dict[str, Any] = {name: every(name) for name in told}
+    return replace(
+        first,
+        wind=WindEstimate(mean("north"), mean("east")),
+        residual_two_sigma=2.0 * float(np.std(airspeed)),
+        residuals=Residuals(time, indicated, airspeed, np.isin(log.time, time)),
+        samples=sum(each.samples for each in flights),
+        mach=max(each.mach for each in flights),
+        **lists,
+    )
 
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:

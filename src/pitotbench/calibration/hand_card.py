@@ -554,4 +554,6 @@ def _curve(configuration: str, model: CardModel, weights: Array) -> ErrorCurve:
         normalized_two_sigma=bound * relative,
         altitude_correction=heights[:, 0],
         altitude_two_sigma=np.abs(heights[:, 1]) * bound,
+        altitude_assumed=True,
+        highest=max(leg.pressure_altitude for leg in own),
     )

@@ -2,6 +2,7 @@
 refused here.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -108,19 +109,27 @@ _OVER = 20.0  # s, over which the angle of the path is taken
 _FEWEST_TOGETHER = 5.0  # samples whose median a spike does not move
 _BRIEF = 30.0  # s: a shorter part between two others is of no use
 GROUND, ENDS, STEEP = "taxi and roll", "take-off and landing", "steep climb or descent"
+SLOW = "below 20 kt indicated"
 
 
 @dataclass(frozen=True, slots=True)
 class UsableParts:
-    """The usable rows of a log, (n,), and of each reason for leaving others out, its rows, (n,)."""
+    """The usable rows of a log, (n,), and why others are left out."""
 
     rows: Booleans
-    left_out: tuple[tuple[str, Booleans], ...]
+    reasons: tuple[str, ...]
 
-    @property
-    def reasons(self) -> tuple[str, ...]:
-        """Why rows are left out."""
-        return tuple(why for why, rows in self.left_out if rows.any())
+    def less(self, left_out: Iterable[tuple[str, Booleans]]) -> "UsableParts":
+        """Leave out rows (n,) for further reasons; a reason that takes none is not told."""
+        rows, reasons = self.rows, self.reasons
+        for why, out in left_out:
+            if (rows & out).any():
+                rows, reasons = rows & ~out, (*reasons, why)
+        return UsableParts(rows, reasons)
+
+
+def _every_row(log: FlightLog) -> UsableParts:
+    return UsableParts(np.ones(len(log), dtype=np.bool_), ())
 
 
 def usable_parts(log: FlightLog) -> UsableParts:
@@ -139,13 +148,12 @@ def usable_parts(log: FlightLog) -> UsableParts:
             ends[first:end] |= (time > time[-1] - min(_BEFORE_LANDING, most)) & (end < len(log))
     ground = ~flying if grounded else np.zeros(len(log), dtype=np.bool_)
     steep = ~ground & ~ends & (np.abs(path_angle(log)) > _STEEP)
-    rows = ~(ground | ends | steep)
+    found = _every_row(log).less(((GROUND, ground), (ENDS, ends), (STEEP, steep)))
+    rows = found.rows
     for first, end in _runs(rows):
         if (first > 0 or end < len(log)) and log.time[end - 1] - log.time[first] < _BRIEF:
             rows[first:end] = False
-    return UsableParts(
-        rows, tuple((why, out) for why, out in ((GROUND, ground), (ENDS, ends), (STEEP, steep)))
-    )
+    return UsableParts(rows, found.reasons)
 
 
 def path_angle(log: FlightLog) -> Array:
@@ -220,7 +228,8 @@ class Observations:
     probe_heating: float
     has_down: bool
     standard_day: bool
-    parts: UsableParts  # of the log, over its rows
+    parts: UsableParts  # of the log, over its rows, and those that all limits leave
+    usable: UsableParts
     heading: Array | None = None  # rad, as logged
 
     def __len__(self) -> int:
@@ -286,7 +295,8 @@ def observe(
     held = np.stack([log.velocity_north, log.velocity_east, down])
     velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
     parts = parts or parts_of(log, options)
-    used = usable_rows(log, options, parts) & between
+    usable = usable_rows(log, options, parts)
+    used = usable.rows & between
     _require_rows(used, log, options)
     temperature, heating, standard = _temperature(log, options)
     return Observations(
@@ -308,6 +318,7 @@ def observe(
         has_down=log.velocity_down is not None and options.use_down,
         standard_day=standard,
         parts=parts,
+        usable=usable,
         heading=None if log.heading is None else log.heading[used],
     )
 
@@ -341,38 +352,35 @@ def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
     """Return the usable parts of a log; all of it where the user has chosen the rows, those on
     condition.
     """
-    return (
-        UsableParts(np.ones(len(log), dtype=np.bool_), ())
-        if options.on_condition
-        else usable_parts(log)
-    )
+    return _every_row(log) if options.on_condition else usable_parts(log)
 
 
 def usable_rows(
     log: FlightLog, options: CalibrationOptions, parts: UsableParts | None = None
-) -> Booleans:
-    """Return whether its part of the log, the sensor's range and the options allow a row, (n,).
+) -> UsableParts:
+    """Return the rows that their part of the log, the sensor's range and the options allow.
 
     `parts` are those of the log where they are known. Raises BadInputError without flags.
     """
-    used = (parts or parts_of(log, options)).rows & (log.impact_pressure > _MINIMUM_PRESSURE)
-    end = range_end(log)
-    if end is not None:
-        used &= ~end.cut_off
-    if options.ground_speed_min > 0.0:
-        used &= np.hypot(log.velocity_north, log.velocity_east) >= options.ground_speed_min
+    end, ground_speed = range_end(log), np.hypot(log.velocity_north, log.velocity_east)
+    limits = [
+        (SLOW, log.impact_pressure <= _MINIMUM_PRESSURE),
+        *([] if end is None else [("the end of the sensor's range", end.cut_off)]),
+        (
+            f"below {options.ground_speed_min / KNOT:.0f} kt over the ground",
+            ground_speed < options.ground_speed_min,
+        ),
+    ]
     if options.on_condition:
         if log.on_condition is None:
             raise BadInputError(
                 "the log has no on_condition column; leave out --on-condition or add the column"
             )
-        used &= log.on_condition
+        limits.append(("off condition", ~log.on_condition))
     if options.mach_max is not None:
-        used &= (
-            air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
-            <= options.mach_max
-        )
-    return used
+        mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
+        limits.append((f"above Mach {options.mach_max:g}", ~(mach <= options.mach_max)))
+    return (parts or parts_of(log, options)).less(limits)
 
 
 def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
@@ -380,8 +388,8 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
     else nothing.
     """
     free = replace(options, mach_max=None, ground_speed_min=0.0)
-    found = usable_rows(log, free)
-    share = 1.0 - float(usable_rows(log, options).sum()) / max(int(found.sum()), 1)
+    found = usable_rows(log, free).rows
+    share = 1.0 - float(usable_rows(log, options).rows.sum()) / max(int(found.sum()), 1)
     if share <= _MOST:
         return ""
     limits = [
@@ -398,10 +406,16 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
     )
 
 
+_GROUNDED = "no level flight above 20 kt in this log (ramp, taxi, take-off roll?): "
+
+
 def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
         end = range_end(log)
+        flown = parts_of(log, options).rows & (log.impact_pressure > _MINIMUM_PRESSURE)
+        grounded = int(flown.sum()) < _MINIMUM_SAMPLES <= len(log)
         raise BadInputError(
+            f"{_GROUNDED if grounded else ''}"
             f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
             "pressure below the end of its sensor's range"
             f"{', on condition' if options.on_condition else ''}"

@@ -134,6 +134,14 @@ LATENCIES = ("given", "checked", "estimated")
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit
 
 
+class Unstated(str):
+    """A choice that nobody stated, such as that of the published figures: it equals its text, and
+    gives way to what a mapping advises and to the defaults of who asks.
+    """
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
@@ -173,9 +181,9 @@ class CalibrationOptions:
     ground_speed_min: float = 0.0
     wind_down: bool = False
     recovery_factor: float = 1.0
-    wind: str = "constant"
+    wind: str = Unstated("constant")
     gps_latency: float = 0.0
-    latency: str = "given"
+    latency: str = Unstated("given")
     robust: bool = True
     accuracies: Stated = None
 
@@ -218,11 +226,13 @@ def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
     Raises BadInputError for an unknown name or a wrong value, and UnknownNameError for an unknown
     model.
     """
-    known = [f.name for f in fields(CalibrationOptions)]
-    for name in choices:
-        if name not in known:
-            raise BadInputError(explain("calibration option", name, known))
-    try:
-        return CalibrationOptions(**choices)
-    except TypeError as error:
-        raise BadInputError(f"calibration options: {error}") from error
+    kinds = {f.name: f.type for f in fields(CalibrationOptions)}
+    for name, value in choices.items():
+        if name not in kinds:
+            raise BadInputError(explain("calibration option", name, list(kinds)))
+        kind: Any = kinds[name]
+        whole = isinstance(value, int) and not isinstance(value, bool)  # as good as a float
+        if kind is not Stated and not isinstance(1.0 if whole else value, kind):
+            wanted = {str: "a text", bool: "true or false"}.get(kind, "a number")
+            raise BadInputError(f"calibration option {name}: give {wanted}, not {value!r}")
+    return CalibrationOptions(**choices)

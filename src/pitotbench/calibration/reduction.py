@@ -71,7 +71,7 @@ from pitotbench.records.calibration import (
     WindowWind,
 )
 from pitotbench.records.log import Caution, FlightLog
-from pitotbench.timeline import interval
+from pitotbench.timeline import interval, minutes_text
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
 if TYPE_CHECKING:
@@ -323,6 +323,7 @@ class Reduction:
     assumptions: tuple[Assumption, ...] = ()
     winds: tuple[WindowWind, ...] = ()
     path: WindPath | None = None
+    fit: CoveringFit | None = None
     parts: tuple[tuple[float, float], ...] = ()
     log_start: float = 0.0
     left_out: tuple[str, ...] = ()
@@ -359,9 +360,9 @@ def reduce_log(
     assumed = assumptions_of(options.accuracies, log.header)
     return replace(
         reduction,
-        parts=spans(log.time, read.parts.rows),
-        log_start=float(log.time[0]),
-        left_out=read.parts.reasons,
+        parts=spans(log.time, read.usable.rows),
+        log_start=log.start,
+        left_out=read.usable.reasons,
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
         assumptions=_that_matter(assumed, used, reduction.observations),
     )
@@ -534,6 +535,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         altitude=structure.altitude,
         winds=fit.winds,
         path=fit.path,
+        fit=fit,
     )
 
 
@@ -578,9 +580,10 @@ def _warnings(
     if end is not None:
         yield Caution(end.words, "range end", "impact_pressure")
     if len(left_out):
-        times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
+        since = log.time[left_out[:_MOST_NAMED]] - log.start
+        times = ", ".join(minutes_text(moment, 2) for moment in since)
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
-        text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s"
+        text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more}"
         yield Caution(text, "faulty rows", size=len(left_out))
     if found.wind_change is not None and _is_named(found.wind_change):
         yield _wind_warning(found.wind_change)

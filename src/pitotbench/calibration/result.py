@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.covering import Posterior, Structure, drift_of
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
-from pitotbench.calibration.observations import Observations, observe, spans
+from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of, assumptions_of
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
@@ -55,8 +55,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     if airspeeds is None:
         airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
-    flown = obs if reduction.path is None else reduction.path.taken_from(obs)
-    residuals = _residuals(model, flown, answer.mean[: model.count])
+    residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
     drawn = _curve(curve, white, answer, reduction.nuisances)
     return Calibration(
@@ -165,9 +164,9 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         warnings=(*log.cautions, Caution(words, "one heading")),
         error_location=STATIC,
         assumptions=assumptions_of(options.accuracies, log.header),
-        parts=spans(log.time, obs.parts.rows),
-        log_start=float(log.time[0]),
-        left_out=obs.parts.reasons,
+        parts=spans(log.time, obs.usable.rows),
+        log_start=log.start,
+        left_out=obs.usable.reasons,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
 
@@ -261,7 +260,13 @@ def with_altitude(
     correction, bound = of.altitude(k, pressure), answer.two_sigma(gradient)
     if assumed:
         bound = np.hypot(bound, correction)
-    return replace(curve, altitude_correction=correction, altitude_two_sigma=bound)
+    return replace(
+        curve,
+        altitude_correction=correction,
+        altitude_two_sigma=bound,
+        altitude_assumed=assumed,
+        highest=float(air.pressure_altitude(np.min(obs.static_pressure))),
+    )
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
@@ -303,10 +308,23 @@ def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -
     )
 
 
-def _residuals(model: PredictionModel, obs: Observations, theta: Array) -> Residuals:
-    prediction = model.predict(theta, obs)
+def residuals_of(reduction: Reduction) -> Residuals:
+    """Return what is left of each sample by the answer of a reduction with all of its unknowns.
+
+    A zero offset and the other constant errors found are part of the prediction, as they are of the
+    correction and of the wind. Gusts across the path lengthen the airspeed by σ²/V on average.
+    """
+    model, obs, values = reduction.model, reduction.observations, reduction.answer.mean
+    if reduction.fit is not None and wind_drifts(reduction.options, obs):
+        structure = Structure(model, reduction.nuisances, True, reduction.altitude)
+        obs = drift_of(structure, obs, reduction.fit, values).taken_from(obs)
+    prediction, gusts = model.predict(values[: model.count], obs), reduction.diagnostics.gusts
+    moved = (0.0 if gusts is None else gusts.deviation**2) / prediction.true_airspeed
+    for nuisance, value in zip(reduction.nuisances, values[model.count :], strict=True):
+        moved += value * nuisance.column(prediction, obs)
+    predicted = np.maximum(prediction.indicated + prediction.slope * moved, 0.0)
     indicated = air.calibrated_airspeed(obs.impact_pressure)
-    airspeed = indicated - air.calibrated_airspeed(prediction.indicated)
+    airspeed = indicated - air.calibrated_airspeed(predicted)
     return Residuals(time=obs.time, indicated_airspeed=indicated, airspeed=airspeed, used=obs.used)
 
 

@@ -134,7 +134,12 @@ class CommandParser(OneLineParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the command's flags if they are missing, then parse."""
         self.add_flags()
-        return super().parse_known_args(args, namespace)
+        found = super().parse_known_args(args, namespace)
+        for action in self._actions:  # argparse takes `--to=--` for a flag without its value
+            given = getattr(found[0], action.dest, None)
+            if action.option_strings and isinstance(given, list) and (not given or [] in given):
+                self.error(f"argument {'/'.join(action.option_strings)}: expected one argument")
+        return found
 
     def add_flags(self) -> None:
         """Load the command's module and add its flags, unless that is done."""
@@ -287,15 +292,16 @@ def _explain(error: BaseException) -> tuple[int, str]:
         case LinAlgError() | ArithmeticError():
             return (
                 NO_ANSWER,
-                f"the log does not determine an answer ({text}); check its clock and its units",
+                "the log does not determine an answer: the numbers leave the range of the "
+                "computation; check its clock and its units",
             )
         case MemoryError():
             return (
                 BAD_INPUT,
-                f"the memory does not suffice ({text}); check the clock of the log, or cut the log",
+                "the memory does not suffice; check the clock of the log, or cut the log",
             )
         case RecursionError():
-            return BAD_INPUT, f"the input is nested too deeply ({text})"
+            return BAD_INPUT, "the input is nested too deeply; write it with fewer levels"
         case KeyboardInterrupt():
             return INTERRUPTED, text if text.startswith("stopped") else "interrupted"
     return (

@@ -1,7 +1,7 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,6 @@ from pitotbench.cli.shared_flags import (
     add_part,
     add_record,
     add_table,
-    mapping_advice,
     mapping_source,
     read_choices,
     read_logs,
@@ -28,10 +27,8 @@ from pitotbench.records import BadInputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
-    from pitotbench.records.legs import FixedSpeedPoint
-    from pitotbench.records.log import FlightLog, Provenance
+    from pitotbench.records.log import FlightLog
     from pitotbench.show.limits import Limit
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
@@ -116,13 +113,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A flight of a log, its calibration, and its fixed-speed points; none where nothing shows
-    them.
-    """
+    """A flight of a log with its calibration."""
 
     path: Path
     flight: "CalibratedFlight"
-    points: "tuple[FixedSpeedPoint, ...]"
 
     @property
     def name(self) -> str:
@@ -146,7 +140,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.logbook.autopilot import autopilot_settings
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.formats import PAGES, require_file
-    from pitotbench.show.calibration import card_csv
+    from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named
 
     require_page(options.report, _inputs(options))
@@ -170,10 +164,14 @@ def run(options: argparse.Namespace) -> int:
     ]
     write_page(options.report, lambda: _report(reduced, limit, settings))
     if options.card is not None:
-        write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
+        first = reduced[0].flight.calibration
+        write_text(options.card, card_csv(first.curve, doubts_of(first)))
     write_page(options.record, lambda: _record(reduced, limit))
+    own = {each.name: each.flight.calibration for each in reduced if each.own_curve}
     write_table(
-        options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve}
+        options,
+        {name: found.curve for name, found in own.items()},
+        {name: doubts_of(found) for name, found in own.items()},
     )
     tell(
         options,
@@ -190,25 +188,20 @@ def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
     flights = [
         each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve
     ]
-    return calibration_record(flights, limit, len(reduced[0].points))
+    return calibration_record(flights, limit)
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     """Return each flight with its calibration: one curve for each log where asked for, else one for
     all.
     """
-    from pitotbench.calibration import calibrate_flights
-    from pitotbench.calibration.fit_checks import with_points
-    from pitotbench.calibration.leg_points import cross_check
+    from pitotbench.bench.questions import calibrate_each, flag_choice, options_of, sources_of
     from pitotbench.logbook.columns import PARAMETERS
 
-    choice = _choice(
-        options, mapping_advice(options)
-    )  # a wrong flag is refused before a long log is read
-    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping)]
+    choices = _choices(options)
+    options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
     _, stated = _stated_autopilot(options)
-    if stated:
-        logs = [replace(log, header={**log.header, PARAMETERS: stated}) for log in logs]
+    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping, stated)]
     if (
         options.params
         and not options.separately
@@ -219,26 +212,29 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
             "curve in common; "
             "use --separately"
         )
-    choice = _choice(options, mapping_advice(options, logs))
     groups = (
-        zip(options.logs, ([log] for log in logs), strict=True)
+        [([path], [log]) for path, log in zip(options.logs, logs, strict=True)]
         if options.separately
-        else [(None, logs)]
+        else [(options.logs, logs)]
     )
-    shown = (
-        options.json or options.verbose or options.report is not None or options.record is not None
-    )
-    reduced, made = [], _provenance(options, logs, choice)
-    for path, group in groups:
-        for flight in calibrate_flights(group, choice):
-            points = cross_check(flight.log, choice, flight.calibration) if shown else ()
-            told = replace(with_points(flight.calibration, points), provenance=made)
-            reduced.append(
-                _Reduced(
-                    path or options.logs[flight.place], replace(flight, calibration=told), points
-                )
-            )
-    return reduced
+    files = mapping_source(options)
+    flags = [
+        *read_choices(options),
+        flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
+        flag_choice("params", options.params, "none"),
+    ]
+    return [
+        _Reduced(paths[flight.place], flight)
+        for paths, group in groups
+        for flight in calibrate_each(
+            group,
+            None,
+            options.mapping,
+            [*sources_of("log", paths, group), *files],
+            flags,
+            **choices,
+        )
+    ]
 
 
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
@@ -263,7 +259,7 @@ def _document(
             "origin": _origin(each.flight.log),
             **calibration_json(each.flight.calibration, limit),
             **flight_json(each.flight),
-            "fixed_speed": points_json(each.points),
+            "fixed_speed": points_json(each.flight.calibration.points),
             **settings_json(found),
         }
         for each, found in zip(reduced, settings, strict=True)
@@ -289,7 +285,8 @@ def _print_tables(
             console.print(outside(line))
         print_calibration(each.flight.calibration, console, limit, options.verbose)
         if options.verbose:
-            print_points(each.points, console, each.flight.calibration.curve)
+            found_points = each.flight.calibration.points
+            print_points(found_points, console, each.flight.calibration.curve)
         if found is not None:
             print_settings(found, console)
     if not options.verbose:
@@ -303,10 +300,8 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
-def _stated(options: argparse.Namespace, advised: dict[str, Any]) -> dict[str, Any]:
-    """Return the choices of the flags by name. `advised` are those of the mapping, which a flag
-    overrides.
-    """
+def _choices(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the choices of the flags by name."""
     from pitotbench.units import KNOT
 
     stated = {
@@ -322,44 +317,10 @@ def _stated(options: argparse.Namespace, advised: dict[str, Any]) -> dict[str, A
         stated["on_condition"] = True
     if options.all_rows:
         stated["robust"] = False
-    stated |= stated_accuracies(options, advised)
+    stated |= stated_accuracies(options)
     if options.latency is not None:
         stated |= _latency(options.latency)
     return stated
-
-
-def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
-    """Return the options. A flag overrides the advice of the mapping, and the advice overrides the
-    default.
-    """
-    from pitotbench.calibration.options import options_from
-
-    return options_from(
-        {"latency": "checked", "wind": "checked", **advised, **_stated(options, advised)}
-    )
-
-
-def _provenance(
-    options: argparse.Namespace, logs: "list[FlightLog]", choice: "CalibrationOptions"
-) -> "Provenance":
-    """Return the files and the choices behind the answer for the record; nothing where none is
-    asked for.
-    """
-    from pitotbench.bench.questions import flag_choice, provenance_of, settings_of, sources_of
-    from pitotbench.records.log import Provenance
-
-    if options.record is None:
-        return Provenance()
-    advised = mapping_advice(options, logs)
-    sources = [*sources_of("log", options.logs, logs), *mapping_source(options)]
-    flags = [
-        *read_choices(options),
-        flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
-        flag_choice("params", options.params, "none"),
-    ]
-    return provenance_of(
-        sources, [*settings_of(choice, _stated(options, advised), advised), *flags]
-    )
 
 
 def _latency(text: str) -> dict[str, object]:
@@ -384,7 +345,6 @@ def _report(
             each.name,
             each.flight.log,
             each.flight.calibration,
-            each.points,
             limit,
             flight_lines(each.flight),
             found,

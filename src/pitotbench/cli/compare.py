@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
-    mapping_advice,
     read_logs,
     require_page,
     say,
@@ -87,17 +86,15 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _logs(options: argparse.Namespace) -> None:
-    from pitotbench.calibration import calibrate_flights
-    from pitotbench.calibration.options import options_from
+    from pitotbench.bench.questions import calibrate_each
 
     paths = [options.first, options.second]
     named = {} if options.model is None else {"model": options.model}
     curves = []
     for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
-        advised = mapping_advice(options, [log])
-        stated = {**named, **stated_accuracies(options, advised)}
-        choice = options_from({"latency": "checked", "wind": "checked", **advised, **stated})
-        curves.append((path.stem, calibrate_flights([log], choice)[0].calibration.curve))
+        choices = {**named, **stated_accuracies(options)}
+        flight, *_ = calibrate_each([log], None, options.mapping, **choices)
+        curves.append((path.stem, flight.calibration.curve))
     _tell(curves, options)
 
 
@@ -130,18 +127,23 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
     from pitotbench.units import KNOT
 
     def column(rows: Any, key: str, unit: float = 1.0) -> "np.ndarray[Any, Any]":
-        return np.array([float(row[key]) for row in rows]) * unit
+        for number, row in enumerate(rows, start=1):
+            if not isinstance(row[key], int | float) or not isfinite(row[key]):
+                raise BadInputError(
+                    f"{key} of point {number} of the curve is no number; calibrate the log again"
+                )
+        return np.array([row[key] for row in rows], dtype=float) * unit
 
     try:
         require_regular(path)
         found = json.loads(path.read_text(encoding="utf-8"))
         if isinstance(found, list):
             if len({json.dumps(each["curve"]) for each in found}) != 1:
-                raise BadInputError(
-                    f"{path}: holds several curves; calibrate one log, or the logs together"
-                )
+                raise BadInputError("several curves; calibrate one log, or the logs together")
             found = found[0]
         rows = found["curve"]
+        if not rows:
+            raise BadInputError("its curve holds no point; calibrate the log again")
         curve = ErrorCurve(
             indicated_airspeed=column(rows, "indicated_airspeed_kt", KNOT),
             correction=column(rows, "correction_kt", KNOT),
@@ -151,9 +153,11 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
             normalized_pressure_error=column(rows, "normalized_pressure_error"),
             normalized_two_sigma=column(rows, "normalized_two_sigma"),
         )
+    except BadInputError as error:
+        raise BadInputError(f"{path}: {error}") from error
     except OSError as error:
         raise BadInputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, IndexError) as error:
+    except (ValueError, LookupError, TypeError, OverflowError) as error:
         raise BadInputError(
             f"{path}: not a calibration; write one with: pitotbench calibrate LOG --json > "
             f"{path.name}"

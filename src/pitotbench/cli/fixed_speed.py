@@ -11,7 +11,6 @@ from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
     add_table,
-    mapping_advice,
     read_logs,
     require_page,
     require_table,
@@ -101,9 +100,10 @@ def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.calibration.hand_card import reduce_card
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_points
+    from pitotbench.show.calibration import doubts_of_curve
     from pitotbench.show.legs import card_json, print_card
 
-    stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
+    stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
     read = [(path, *read_points(path)) for path in options.logs]
     found = [(path, reduce_card(legs, steps, stated)) for path, legs, steps in read]
     several = len(found) > 1
@@ -112,7 +112,9 @@ def _of_cards(options: argparse.Namespace) -> None:
         for path, card in found
         for name, curve in card.curves.items()
     }
-    write_table(options, curves)
+    told = [each for _, card in found for each in (*card.warnings, *(s.words for s in card.slips))]
+    doubts = {name: [*told, *doubts_of_curve(curve)] for name, curve in curves.items()}
+    write_table(options, curves, doubts)
     tell_each(options, found, card_json, print_card)
 
 
@@ -122,22 +124,21 @@ def _of_fly_bys(options: argparse.Namespace) -> None:
     from pitotbench.logbook.points_table import read_fly_bys
     from pitotbench.show.legs import fly_bys_json, print_fly_bys
 
-    stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
+    stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
     tell_each(options, found, fly_bys_json, print_fly_bys)
 
 
 def _of_logs(options: argparse.Namespace) -> None:
+    from pitotbench.bench.questions import options_of
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
-    from pitotbench.calibration.options import options_from
     from pitotbench.records import NoAnswerError
     from pitotbench.show.columns import print_warnings
     from pitotbench.show.legs import points_json, print_points
 
     logs = read_logs(options.logs, options.mapping)
-    advised = mapping_advice(options, logs)
-    choice = options_from({**advised, **stated_accuracies(options, advised)})
+    choice = options_of(logs, options.mapping, **stated_accuracies(options))
     found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)

@@ -21,17 +21,11 @@ def run(options: argparse.Namespace) -> int:
     """
     from pitotbench.bench.flights import fly_to_log
     from pitotbench.logbook.formats import FORMATS, require_file
-    from pitotbench.records.case import PressureErrorSpec
     from pitotbench.records.case_file import read_case
     from pitotbench.sensing.recorder import truth_path
     from pitotbench.show.columns import printable
-    from pitotbench.simulation.sortie import scaled_case
 
     case = read_case(options.case)
-    if (
-        case.pressure_error == PressureErrorSpec()
-    ):  # none stated: the usual curve at the speeds of the aircraft
-        case = scaled_case(case)
     require_file(options.out, FORMATS, [options.case])
     if options.truth:
         require_file(truth_path(options.out), FORMATS, [options.case])

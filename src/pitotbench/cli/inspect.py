@@ -5,7 +5,6 @@ from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
     add_mapping,
-    mapping_advice,
     read_logs,
     require_page,
     tell_each,
@@ -25,13 +24,12 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the account of the log, and write its page where asked for; return exit code 0."""
-    from pitotbench.bench.inspection import inspect_log
-    from pitotbench.calibration.options import options_from
+    from pitotbench.bench.questions import inspect
     from pitotbench.show.inspection import inspection_json, print_inspection
 
     require_page(options.report, [options.log])
     (log,) = read_logs([options.log], options.mapping)
-    found = inspect_log(log, options_from(mapping_advice(options, [log])))
+    found = inspect(log, options.mapping)
 
     def page() -> str:
         from pitotbench.show.pages import inspection_page  # it loads the drawing library

@@ -4,6 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from pitotbench.records import BadInputError
+
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench map`."""
@@ -23,11 +25,14 @@ def run(options: argparse.Namespace) -> int:
 
     if options.out is not None:
         require_file(options.out, [".toml"], [options.log])
-    known = needs_mapping(options.log)
-    if known:
-        print(printable(f"{options.log.name}: {known}"))
-        return 0
-    drafted = draft_mapping(read_table(options.log))
+    try:
+        known = needs_mapping(options.log)
+        if known:
+            print(printable(f"{options.log.name}: {known}"))
+            return 0
+        drafted = draft_mapping(read_table(options.log))
+    except BadInputError as error:
+        raise BadInputError(f"{options.log}: {error}") from error
     text = mapping_text(drafted, options.log.name)
     if options.out is None:
         sys.stdout.write(printable(text, keep="\n"))

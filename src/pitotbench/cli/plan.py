@@ -14,7 +14,7 @@ from pitotbench.cli.shared_flags import (
     tell,
     write_page,
 )
-from pitotbench.records import BadInputError
+from pitotbench.records import SEARCH_FLIGHTS, BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.bench.planner import PlanRequest
@@ -82,7 +82,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     flag(
         "--search",
         type=int,
-        default=40,
+        default=SEARCH_FLIGHTS,
         help="flights to improve the best card, 0 for none (default: %(default)s)",
     )
     flag(
@@ -153,7 +153,6 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
     from pitotbench.bench.planner import PlanRequest
     from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
     from pitotbench.simulation.maneuvers import maneuvers_named
-    from pitotbench.simulation.sortie import scaled_case, speed_range
     from pitotbench.units import KNOT, NAUTICAL_MILE
 
     system = _system(options)
@@ -166,11 +165,9 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
         das=system,
     )
     return PlanRequest(
-        base=scaled_case(base),
+        base=base,
         system=system,
-        speeds=speed_range(options.aircraft)
-        if options.speeds_kt is None
-        else _speeds(options.speeds_kt),
+        speeds=None if options.speeds_kt is None else _speeds(options.speeds_kt),
         minutes=options.minutes,
         want=None if options.want_kt is None else options.want_kt * KNOT,
         box=None if options.box_nm is None else options.box_nm * NAUTICAL_MILE,

@@ -5,13 +5,12 @@ patch.
 import argparse
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
     add_mapping,
     add_part,
     add_record,
-    mapping_advice,
     mapping_source,
     read_choices,
     read_logs,
@@ -24,7 +23,6 @@ from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation
-    from pitotbench.reconciliation.free_parameters import AnalysisSetting
     from pitotbench.records.log import FlightLog, Provenance
     from pitotbench.records.terms import Maneuver
 
@@ -181,7 +179,8 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
-    from pitotbench.bench.workflow import NamedLog, reconcile_fully
+    from pitotbench.bench.questions import reconcile
+    from pitotbench.bench.workflow import NamedLog
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]
@@ -200,14 +199,14 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     ]
     # Only these show the card flown again.
     refly = options.out is not None or options.json or options.record is not None
-    outcome = reconcile_fully(
+    outcome = reconcile(
         named[: len(options.log)],
         options.aircraft,
         named[-1] if held else None,
         cards[0] if len(cards) == 1 else None,
-        say,
-        _setting(mapping_advice(options, logs)),
-        refly,
+        refly=refly,
+        progress=say,
+        mapping=options.mapping,
         keep=not options.no_cache,
     )
     return replace(outcome, provenance=_provenance(options, logs)) if options.record else outcome
@@ -215,7 +214,14 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
 
 def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Provenance":
     """Return the files and the choices behind the verdict."""
-    from pitotbench.bench.questions import flag_choice, model_sources, provenance_of, sources_of
+    from pitotbench.bench.questions import (
+        advice_of,
+        flag_choice,
+        model_sources,
+        provenance_of,
+        setting_of,
+        sources_of,
+    )
     from pitotbench.records.log import Choice
 
     count = len(options.log)
@@ -226,7 +232,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         *mapping_source(options),
         *model_sources(options.aircraft),
     ]
-    setting = _setting(advised := mapping_advice(options, logs))
+    setting = setting_of(advised := advice_of(logs, options.mapping))
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),
@@ -237,14 +243,3 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         ),
     ]
     return provenance_of(sources, choices)
-
-
-def _setting(advised: dict[str, Any]) -> "AnalysisSetting":
-    """Return the setting that the mapping of a foreign log advises, the one given or the one that
-    recognized it.
-    """
-    from pitotbench.reconciliation.free_parameters import AnalysisSetting
-
-    static = advised.get("error_location") == "static"
-    mach = advised.get("mach_max")
-    return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)

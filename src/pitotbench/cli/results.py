@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _SHOWN = "name,das,model,minutes,residual_two_sigma_kt,two_sigma_kt,curve_rms_error_kt,curve_coverage,state"
+_OF_FAILURES = "name,state,reason"
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +31,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--state", help="done, failed or quarantined")
     parser.add_argument(
-        "--columns", default=_SHOWN, help="comma list, or all (default: %(default)s)"
+        "--columns",
+        help=f"comma list, or all (default: {_SHOWN}; of failures alone: {_OF_FAILURES})",
     )
     parser.add_argument(
         "--by", help="comma list of columns: the means over all others, and the number of rows"
@@ -75,7 +77,8 @@ def run(options: argparse.Namespace) -> int:
         write_table(table, options.out)
         print(f"{len(table):,} rows: {options.out}")
         return DONE
-    columns = [*table.columns] if options.columns == "all" else options.columns.split(",")
+    asked = options.columns or (_SHOWN if (table.state == "done").any() else _OF_FAILURES)
+    columns = [*table.columns] if asked == "all" else asked.split(",")
     require_columns(table, columns)
     shown = means(table, options.by.split(",")) if options.by else table[columns]
     rows = len(shown) if options.limit == 0 else options.limit

@@ -30,7 +30,9 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
+def read_logs(
+    paths: Sequence[Path], mapping: str | None, parameters: Mapping[str, float] | None = None
+) -> "list[FlightLog]":
     """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for
     unknown names.
     """
@@ -40,7 +42,7 @@ def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
     logs = []
     for path in paths:
         try:
-            logs.append(read_log(path, mapping))
+            logs.append(read_log(path, mapping, parameters))
         except MissingColumnsError as error:
             offer = (
                 ""
@@ -86,7 +88,7 @@ def stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
 
     if options.begin is None and options.end is None:
         return log
-    since = log.time - log.time[0]
+    since = log.time - log.start
     begin = 0.0 if options.begin is None else _moment("--from", options.begin)
     end = float(since[-1]) if options.end is None else _moment("--to", options.end)
     rows = (since >= begin) & (since <= end)
@@ -95,7 +97,7 @@ def stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
             f"--from {minutes_text(begin)} --to {minutes_text(end)}: the log runs from 0:00 to "
             f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
         )
-    return log.select(rows)
+    return log.part(rows)
 
 
 def _moment(flag: str, text: str) -> float:
@@ -107,15 +109,6 @@ def _moment(flag: str, text: str) -> float:
     if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
         raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
     return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
-
-
-def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
-    """Return the calibration choices of the mapping: of the one given, else of the one that
-    recognized a log.
-    """
-    from pitotbench.bench.questions import advice_of
-
-    return dict(advice_of(logs, options.mapping))
 
 
 def add_wind(parser: argparse.ArgumentParser) -> None:
@@ -229,17 +222,15 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -> dict[str, Any]:
+def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
     """Return the accuracies of the parsed flag as options of the calibration; nothing where the
     flag was not given.
-
-    An accuracy that the flag does not name keeps the value that the mapping advises.
     """
     from pitotbench.calibration.options import parse_accuracies
 
     if options.accuracy is None:
         return {}
-    return {"accuracies": {**advised.get("accuracies", {}), **parse_accuracies(options.accuracy)}}
+    return {"accuracies": parse_accuracies(options.accuracy)}
 
 
 def add_record(parser: argparse.ArgumentParser) -> None:
@@ -291,11 +282,17 @@ def write_page(path: Path | None, page: Callable[[], str]) -> None:
         write_text(path, page())
 
 
-def write_table(options: argparse.Namespace, curves: "Mapping[str, ErrorCurve]") -> None:
-    """Write the tables of some curves, by configuration, where `--table` asks for them."""
+def write_table(
+    options: argparse.Namespace,
+    curves: "Mapping[str, ErrorCurve]",
+    doubts: Mapping[str, Sequence[str]],
+) -> None:
+    """Write the tables of some curves with their doubts, by configuration, where `--table` asks for
+    them.
+    """
     from pitotbench.logbook.columns import write_text
     from pitotbench.show.takehome import table_text
 
     if options.table is not None:
         subject = ", ".join(path.stem for path in options.logs)
-        write_text(options.table, table_text(options.table.suffix.lower(), curves, subject))
+        write_text(options.table, table_text(options.table.suffix.lower(), curves, subject, doubts))

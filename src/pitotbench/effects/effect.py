@@ -132,8 +132,8 @@ class Parameter:
         """Return whether a size lies within the plausible range, or beyond it by no more than its
         2σ and half a typical size.
         """
-        beyond = abs(size.value - self.within(size.value))
-        return beyond <= size.two_sigma + 0.5 * abs(self.typical)
+        slack = size.two_sigma + 0.5 * abs(self.typical)
+        return self.low - slack <= size.value <= self.high + slack
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

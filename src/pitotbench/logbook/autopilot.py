@@ -30,6 +30,7 @@ _NO_PRESSURE = {
     16: "an airspeed from outside",
 }  # ARSPD_TYPE without a pressure
 _SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
+_IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie closer to it
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +38,10 @@ class Autopilot:
     """An autopilot: what it is called, its two parameters, and the way between ratio R [m²/s² per
     Pa] and gain.
 
-    `pressures` are the columns of a log that hold d [Pa] with what the log has not subtracted yet;
-    `refuse` says why the parameters of a log cannot be replaced, empty where they can; `switches`
-    are the further settings with their reasons.
+    `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
+    with the name of the offset that is to be subtracted. `refuse` says why the parameters of a log
+    cannot be replaced, empty where they can; `switches` are the further settings with their
+    reasons.
     """
 
     title: str
@@ -73,7 +75,7 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
     {
         "ardupilot": Autopilot(
             "ArduPilot", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
-            {"DiffPress": ""}, _refuse_ardupilot,
+            {"DiffPress": "", "RawPress": "ARSPD_OFFSET"}, _refuse_ardupilot,
             (
                 ("ARSPD_SKIP_CAL", 1.0, "else each start measures the offset anew and replaces it"),
                 ("ARSPD_AUTOCAL", 0.0, "else the flight replaces the ratio"),
@@ -91,55 +93,75 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
 )  # fmt: skip
 
 
-def with_parameters(tables: Mapping[str, Table], values: Mapping[str, Any]) -> dict[str, Table]:
-    """Return the tables of an autopilot's log with its airspeed parameters in the header, as the
-    log was flown.
+def as_shown(table: Table, values: Mapping[str, Any]) -> Table:
+    """Return a table of an autopilot's log with the airspeed parameters that it was flown with.
 
-    The pressures become those of the airspeed that the autopilot showed: the impact pressure of
-    √(R·d). Without the parameters of a sensor the tables stay as they are.
+    `values` are all parameters that are known of the flight, by name. A pressure that the autopilot
+    logs before its ratio acts on it, known by its column, becomes the impact pressure [Pa] of the
+    airspeed that was shown, √(R·d). A table without such a column, or without a known ratio, stays
+    as it is.
     """
-    found = dict(tables)
     for autopilot in AUTOPILOTS.values():
+        raw = autopilot.pressures.keys() & set(table.names)
         held = {n: float(f"{v:.7g}") for n, v in values.items() if n.startswith(autopilot.prefixes)}
-        if autopilot.gain not in held:
+        used = _as_used(table, held) if raw else {}
+        if autopilot.gain not in used:
             continue
-        for name, table in tables.items():
-            if not autopilot.pressures.keys() & set(table.names):
-                continue
-            used = _as_used(table, held)
-            ratio = autopilot.ratio_of(used[autopilot.gain])
-            columns = []
-            for n, column in zip(table.names, table.columns, strict=True):
-                if n in autopilot.pressures:
-                    pressure = numbers(n, table.column(n)) - used.get(autopilot.pressures[n], 0.0)
-                    # The impact pressure of √(R·d); a negative d, near rest, in proportion.
-                    flying = air.impact_pressure(np.sqrt(ratio * np.maximum(pressure, 0.0)))
-                    column = np.where(pressure > 0.0, flying, 0.5 * _DENSITY * ratio * pressure)
-                columns.append(column)
-            told = ", ".join(
-                f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used
+        ratio, columns = autopilot.ratio_of(used[autopilot.gain]), []
+        for n, column in zip(table.names, table.columns, strict=True):
+            if n in raw:
+                pressure = numbers(n, column)
+                if offset := autopilot.pressures[n]:
+                    pressure = _sign(used) * (pressure - used.get(offset, 0.0))
+                # The impact pressure of √(R·d); a negative d, near rest, in proportion.
+                flying = air.impact_pressure(np.sqrt(ratio * np.maximum(pressure, 0.0)))
+                column = np.where(pressure > 0.0, flying, 0.5 * _DENSITY * ratio * pressure)
+            columns.append(column)
+        notes = [
+            f"the airspeed is as {autopilot.title} shows it with "
+            + ", ".join(f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used)
+        ]
+        before = held.get(autopilot.offset)
+        if before is not None and f"{before:g}" != f"{used[autopilot.offset]:g}":
+            notes.append(
+                f"{autopilot.offset} {before:g} is not used: the flight's messages hold "
+                f"{used[autopilot.offset]:g}"
             )
-            note = f"the airspeed is as {autopilot.title} shows it with {told}"
-            found[name] = replace(
-                table,
-                columns=tuple(columns),
-                header={**table.header, PARAMETERS: used},
-                warnings=(*table.warnings, note),
-            )
-    return found
+        return replace(
+            table,
+            columns=tuple(columns),
+            header={**table.header, PARAMETERS: used},
+            warnings=(*table.warnings, *notes),
+        )
+    return table
 
 
 def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
-    """Return the parameters with what ArduPilot's messages say of them: the offset in use, and
-    which tube led.
+    """Return the parameters with what ArduPilot's messages say of them: the offset in use, which
+    tube led, and the ratio where it is not known.
     """
     used = dict(held)
-    if "Offset" in table.names and "RawPress" in table.names:
+    if {"Offset", "RawPress"} <= set(table.names):
         used["ARSPD_OFFSET"] = float(np.median(numbers("Offset", table.column("Offset"))))
         order = used.get("ARSPD_TUBE_ORDR", used.get("ARSPD_TUBE_ORDER", _EITHER))
         if order == _EITHER and np.median(numbers("RawPress", table.column("RawPress"))) < 0.0:
             used["ARSPD_TUBE_ORDR"] = _SWAPPED
+    if "ARSPD_RATIO" not in used and {"Airspeed", "DiffPress"} <= set(table.names):
+        speed, pressure = (numbers(n, table.column(n)) for n in ("Airspeed", "DiffPress"))
+        flown = (speed > 0.0) & (pressure > 0.0)
+        ratios = speed[flown] ** 2 / pressure[flown]
+        ratio = float(np.median(ratios)) if flown.any() else 0.0
+        # Both are noisy, and the airspeed is smoothed; but one that is not of this pressure, as of
+        # another sensor, is in no proportion to it.
+        if ratio and np.median(np.abs(ratios - ratio)) < _IN_PROPORTION * ratio:
+            used["ARSPD_RATIO"] = float(f"{ratio:.4g}")
     return used
+
+
+def _sign(held: Mapping[str, float]) -> float:
+    """−1 where the tubes are swapped, else 1."""
+    order = held.get("ARSPD_TUBE_ORDR", held.get("ARSPD_TUBE_ORDER"))
+    return -1.0 if order == _SWAPPED else 1.0
 
 
 def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
@@ -188,7 +210,6 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
         )
     old = autopilot.ratio_of(held[autopilot.gain])
     fit = _fit(curve, old, fixed)
-    sign = -1.0 if held.get("ARSPD_TUBE_ORDR", held.get("ARSPD_TUBE_ORDER")) == _SWAPPED else 1.0
     gain = autopilot.gain_of(fit.ratio)
     # d(gain)/gain = power · dR/R: 1 where the gain is R, ½ where it is a factor of the airspeed
     power = np.log(autopilot.gain_of(4.0 * fit.ratio) / gain) / np.log(4.0)
@@ -200,7 +221,7 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
         )
     ]  # fmt: skip
     if not fixed:
-        before, change = held[autopilot.offset], sign * fit.offset
+        before, change = held[autopilot.offset], _sign(held) * fit.offset
         moved = f"{'plus' if change > 0.0 else 'less'} {abs(change):.3g} Pa"
         found = f"old value {moved}, where the corrected airspeed is zero"
         settings.append(

@@ -2,18 +2,21 @@
 warning, or raises.
 """
 
+import re
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES
+from pitotbench.logbook.columns import QUANTITIES, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
-from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
+from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
 # Pauses of the recording, and the several flights that one log may hold.
 
@@ -30,7 +33,40 @@ def flights_in(log: FlightLog) -> list[FlightLog]:
     parts = stretches(log.time, flight_breaks(log.time))
     if len(parts) == 1:
         return [log]
-    return [log.select(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
+    return [log.part(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
+
+
+# What names the airplane: entries of a header, and words in the first lines of a recorder.
+_AIRPLANE = (
+    "airframe_name",
+    "aircraft_ident",
+    "aircraft",
+    "airplane",
+    "glider",
+    "registration",
+    "tail",
+)
+_NAMED = re.compile(rf"\b({'|'.join(_AIRPLANE)})\s*[=:]\s*\"?([^\",]+)")
+
+
+def require_one_airplane(logs: Sequence[FlightLog]) -> None:
+    """Raise BadInputError where the headers of logs that are to be joined name two airplanes."""
+    known: dict[str, str] = {}
+    for log in logs:
+        case, lines = log.header.get("case"), log.header.get("comments", ())
+        named = [(key, log.header[key]) for key in _AIRPLANE if key in log.header]
+        named += _NAMED.findall("\n".join(map(str, lines if isinstance(lines, list) else ())))
+        if isinstance(case, Mapping):  # an airplane with a patch is the same
+            named.append(("case", str(case.get("aircraft", "")).partition("+")[0]))
+        for key, value in named:
+            name = str(value).strip()
+            other = known.setdefault(key, name) if name else name
+            if other.casefold() != name.casefold():
+                raise BadInputError(
+                    f"the logs are of two airplanes, {other!r} and {name!r} ({key} of their "
+                    "headers), which have nothing in common: give each alone, or calibrate with "
+                    "--separately"
+                )
 
 
 def flight_breaks(time: Seconds) -> Indices:
@@ -87,7 +123,9 @@ _MOST_STUCK = 0.5  # share of rows that may be dropped for a stuck sensor
 
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
-_DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
+_DISPLAYED = 30.0  # times longer may a reading in steps stand still before a pause or the end
+_JUMP = 3.0  # usual steps: with more, a reading in steps comes free that was stuck
+_TURNED = 0.5  # rad of heading, in which no ground velocity stands still
 _RETURNS, _ADJACENT = (
     0.9,
     0.95,
@@ -163,8 +201,7 @@ def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
     rows = at_ceiling(impact)
     if not rows.any():
         return rows
-    steps = np.abs(np.diff(impact))
-    steps[pauses(draft.channels["time"]) - 1] = np.nan  # what happened meanwhile was not recorded
+    steps = _steps_out(draft, ["impact_pressure"])[:-1]
     back = steps[rows[:-1] & ~rows[1:] & np.isfinite(steps)]
     free = steps[~rows[:-1] & ~rows[1:] & (steps > 0.0)]
     if len(back) and len(free):
@@ -178,26 +215,53 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
     """Return the rows, (n,), in which values stay equal for very long while those of another sensor
     change.
 
-    Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a
-    coarse sensor.
+    Short runs of equal values are normal: the fixes of a slow GPS repeat. A reading in steps may
+    stand still for a whole leg; then it moves on by a step, where one that was stuck jumps.
     """
     changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
     changed[pauses(draft.channels["time"]) - 1] = True  # what happened meanwhile was not recorded
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    stepped = bool(draft.displayed & set(names)) or all(
-        _shows_steps(draft.channels[name]) for name in names
-    )
-    patience = _DISPLAYED if stepped else 1.0
-    limit = patience * max(
+    limit = max(
         _STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first)))
     )
-    bad = np.zeros(len(draft.rows), dtype=np.bool_)
     long = (lasting > limit) & (moved[last] > moved[first])
+    if draft.displayed & set(names) or all(_shows_steps(draft.channels[name]) for name in names):
+        out = _steps_out(draft, names)[last]
+        known = np.isfinite(out)
+        usual = max(
+            _JUMP * float(np.median(out[known])) if known.any() else 0.0,
+            float(np.quantile(out[known & ~long], _STEEPEST)) if (known & ~long).any() else 0.0,
+        )
+        jumped = np.where(known, out > usual, lasting > _DISPLAYED * limit)
+        long &= jumped | _turned(draft, names, first, last)
+    bad = np.zeros(len(draft.rows), dtype=np.bool_)
     for a, b in zip(first[long], last[long], strict=True):
         bad[a : b + 1] = True
     return bad
+
+
+def _steps_out(draft: Draft, names: list[str]) -> Array:
+    """Return by how much the values move from each row to the next, (n,); NaN where no record shows
+    it.
+    """
+    moves = [np.diff(draft.channels[name], append=np.nan) for name in names]
+    steps = np.sqrt(np.sum(np.square(moves), axis=0))
+    steps[pauses(draft.channels["time"]) - 1] = np.nan
+    return np.asarray(steps)
+
+
+def _turned(
+    draft: Draft, names: list[str], first: NDArray[np.intp], last: NDArray[np.intp]
+) -> Booleans:
+    """Return whether the airplane turned between first and last rows of a velocity, (k,)."""
+    heading = draft.channels.get("heading")
+    if heading is None or "velocity_north" not in names:
+        return np.zeros(len(first), dtype=np.bool_)
+    turned = np.unwrap(heading)
+    swings = [np.ptp(turned[a : b + 1]) for a, b in zip(first, last, strict=True)]
+    return np.asarray(swings) > _TURNED
 
 
 def _shows_steps(values: Array) -> bool:
@@ -234,9 +298,9 @@ _NEIGHBORS = (
     4  # times the most rows of one stamp, to either side, over which the moments are averaged
 )
 
+_TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none flies so slowly
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
-_BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
 _LONGEST_STEP = (
     10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 )
@@ -412,9 +476,7 @@ def check_spikes(draft: Draft) -> None:
         if not quantity.essential or quantity.name == "time":
             continue
         values = draft.channels[quantity.name]
-        bad = np.abs(values) > _BEYOND * quantity.high
-        if quantity.low > 0.0:
-            bad |= values < quantity.low / _BEYOND
+        bad = impossible(quantity, values)
         if bad.any():
             draft.warnings.append(
                 f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} "
@@ -457,6 +519,13 @@ def check_impact_pressure(draft: Draft) -> None:
         or_range = (
             ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
         )
+        speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
+        if impact[0] <= 0.0 and float(np.max(speed)) < _TAXI:
+            raise BadInputError(
+                f"no level flight in this log: column {column!r} reads 0 throughout and the ground "
+                f"speed stays below {_TAXI / KNOT:.0f} kt, as on the ramp and in taxi; give the "
+                "log of a flight"
+            )
         raise BadInputError(
             f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}"
         )
@@ -474,10 +543,8 @@ def check_impact_pressure(draft: Draft) -> None:
         )
         draft.keep(~negative)
     levels = np.unique(draft.channels["impact_pressure"])
-    step, usual = (
-        float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0,
-        float(np.median(impact)),
-    )
+    step = float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0
+    usual = float(np.median(impact[impact > 0.0]))
     if step > _COARSE * usual:
         draft.warnings.append(
             f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it "

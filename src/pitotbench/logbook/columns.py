@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records import BadInputError
-from pitotbench.units import SUFFIXES, Array, Seconds
+from pitotbench.units import SUFFIXES, Array, Booleans, Seconds
 
 Column = NDArray[Any]
 _CLOCK = re.compile(r"\d:[0-5]\d|\d{4}-\d\d-\d\d")  # 14:03:06 or 2026-05-04
@@ -229,12 +229,22 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
     )
 
 
+_BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch or a slip
+
+
+def impossible(quantity: Channel, values: Array) -> Booleans:
+    """Return where values [SI] of a quantity, (n,), are beyond what any airplane measures."""
+    bad = np.abs(values) > _BEYOND * quantity.high
+    return bad | (values < quantity.low / _BEYOND) if quantity.low > 0.0 else bad
+
+
 # Parse the TOML header of a log. All formats have the same header.
 
 _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
 _TOML_LINE = re.compile(
     r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE
 )  # a table, or an entry of one
+CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the log's mapping advises
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin

@@ -249,7 +249,9 @@ def unpacked(path: Path) -> bytes:
         with gzip.open(path) as file:
             text = file.read(_MOST_UNPACKED + 1)
     except (OSError, EOFError, zlib.error) as error:
-        raise BadInputError(f"not a complete gzip file: {error}") from error
+        raise BadInputError(
+            "not a complete gzip file: it is damaged or cut off; copy it again from its source"
+        ) from error
     if len(text) > _MOST_UNPACKED:
         raise BadInputError(
             f"the gzip file unpacks to more than {_MOST_UNPACKED >> 20} MB: unpack it and cut the "

@@ -184,45 +184,77 @@ def _altitude(draft: Draft) -> None:
         draft.displayed.add("static_pressure")
 
 
+_COMPONENTS = ("velocity_north", "velocity_east")
+
+
 def _velocity(draft: Draft, header: dict[str, Any]) -> None:
+    """Form the velocity from ground speed and track, else from positions.
+
+    Where the log holds it in coarse steps, it is formed only from a finer ground speed and track.
+    """
     speed, track, magnetic = (
         _take(draft, name) for name in ("ground_speed", "track", "magnetic_track")
     )
     latitude, longitude = _take(draft, "latitude"), _take(draft, "longitude")
-    if {"velocity_north", "velocity_east"} & set(draft.channels):
+    given = [name for name in _COMPONENTS if name in draft.channels]
+    steps = [display_step(draft.channels[name], draft.suffixes[name]) for name in given]
+    coarse = len(given) == 2 and _TWO_SIGMA * min(steps) > USUAL_ACCURACIES["velocity_mps"]
+    if given and not coarse:
         return
-    if speed is not None and track is None and magnetic is not None:
+    if (
+        speed is not None
+        and track is None
+        and magnetic is not None
+        and (not coarse or "magnetic_variation" in draft.channels)
+    ):
         track = magnetic + _variation(draft, "magnetic_track", "the wind's direction is magnetic")
+    if coarse:
+        if speed is None or track is None or _area(draft, speed, track) >= np.prod(steps):
+            north, east = (draft.channels[name] for name in given)
+            _show_velocity(draft, header, max(steps), north, east)
+            return
+        draft.warnings.append(
+            f"{' and '.join(repr(draft.columns[name]) for name in given)} come in steps of "
+            f"{max(steps):.2g} m/s: the finer {draft.columns['ground_speed']!r} is used, with the "
+            "track"
+        )
     if speed is None or track is None:
         if latitude is not None and longitude is not None and "time" in draft.channels:
             _velocity_from_position(draft, header, latitude, longitude)
         return
-    _put(
-        draft,
-        "velocity_north",
-        speed * np.cos(track),
-        "ground_speed",
-        draft.suffixes["ground_speed"],
-    )
-    _put(
-        draft,
-        "velocity_east",
-        speed * np.sin(track),
-        "ground_speed",
-        draft.suffixes["ground_speed"],
-    )
-    step = display_step(speed, draft.suffixes["ground_speed"])
+    suffix = draft.suffixes["ground_speed"]
+    _put(draft, "velocity_north", speed * np.cos(track), "ground_speed", suffix)
+    _put(draft, "velocity_east", speed * np.sin(track), "ground_speed", suffix)
+    step = display_step(speed, suffix)
     if step > 0.0:
-        draft.displayed.add("velocity_north")
-        if "gps_fresh" not in draft.channels:
-            draft.channels["gps_fresh"] = _renewed(speed, track)
-            draft.columns["gps_fresh"] = draft.columns["ground_speed"]
-        header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
-        if "velocity_mps" not in _table(header, "accuracy"):
-            bound = float(
-                np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step)
-            )  # receiver and display
-            header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
+        _show_velocity(draft, header, step, speed, track)
+
+
+def _area(draft: Draft, speed: Array, track: Array) -> float:
+    """Return the area of the velocity [m²/s²] that the steps of ground speed and track leave
+    unknown.
+    """
+    suffix = draft.suffixes.get("track", draft.suffixes.get("magnetic_track", ""))
+    across = float(np.nanmedian(speed)) * display_step(track, suffix)
+    return display_step(speed, draft.suffixes["ground_speed"]) * across
+
+
+def _show_velocity(
+    draft: Draft, header: dict[str, Any], step: float, first: Array, second: Array
+) -> None:
+    """Note that the velocity comes from a display in steps [m/s], of which two numbers tell when it
+    was renewed.
+    """
+    draft.displayed.add("velocity_north")
+    if "gps_fresh" not in draft.channels:
+        draft.channels["gps_fresh"] = _renewed(first, second)
+        draft.columns["gps_fresh"] = draft.columns["velocity_north"]
+    header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
+    if "velocity_mps" not in _table(header, "accuracy"):
+        bound = float(
+            np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step)
+        )  # receiver and display
+        header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
 
 
 _HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix

@@ -18,7 +18,6 @@ import numpy as np
 import tomli_w
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.autopilot import with_parameters
 from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
@@ -41,6 +40,10 @@ _MANY, _DENSEST = (
     50_000_000,
     100,
 )  # values; and values a byte, of which a recorder's file holds less than ten
+
+
+# What a reader of a library says of a broken file is of its own workings, not of the file.
+_AGAIN = ": it is damaged or cut off; copy it again from its source"
 
 
 def _require_unpackable(values: int, path: Path, kind: str = "numbers") -> None:
@@ -78,9 +81,7 @@ def read_parquet(path: Path) -> Table:
     except BadInputError:
         raise
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise BadInputError(
-            f"not a complete Parquet file: {[*str(error).splitlines(), error][0]}"
-        ) from error
+        raise BadInputError(f"not a complete Parquet file{_AGAIN}") from error
     stored = (found.schema.metadata or {}).get(_KEY, b"")
     header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
     return Table(names, columns, header, tuple(warnings))
@@ -96,59 +97,68 @@ def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str
     parquet.write_table(table.replace_schema_metadata(metadata), path, compression="zstd")
 
 
-_INSTANCE = "I"  # the field that numbers sensors of one kind
-_MAGIC = b"\xa3\x95"  # begins every message
+# The tables of a log's topics by name, and the parameters of the autopilot by name.
+Topics = tuple[dict[str, Table], dict[str, Any]]
+
+INSTANCE = "I"  # the field that numbers sensors of one kind
+_MAGIC, _TEXT = b"\xa3\x95", b"FMT,"  # begins every message, and a log of messages as text
 
 
-def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
-    """Return the tables of some kinds of message, or of all for none; those that the log lacks are
-    left out.
+def read_messages(path: Path, topics: Sequence[str]) -> Topics:
+    """Return the tables of some kinds of message, or of all for none, and the log's parameters.
 
-    Of a message that several sensors send, only the first sensor's are kept. Pressures are those of
-    the airspeed that the autopilot showed, as `with_parameters` makes them. Values are in the units
+    Kinds that the log lacks are left out. Of a message that several sensors send, only the first
+    sensor's are kept. Values are in the units
     that the log states for its fields (a latitude in degrees, not in 1e-7 of them). Raises
     BadInputError where pymavlink is not installed or the file is not a DataFlash log.
     """
     try:
-        from pymavlink.DFReader import (
-            DFReader_binary,
-        )  # an extra: most users never read a DataFlash log
+        # an extra: most users never read a DataFlash log
+        from pymavlink.DFReader import DFReader_binary, DFReader_text
     except ImportError as error:
         raise BadInputError(
             "reading an ArduPilot DataFlash log needs pymavlink: pip install 'pitotbench[logs]'"
         ) from error
     with path.open("rb") as file:
-        if file.read(2) != _MAGIC:
-            raise BadInputError("not an ArduPilot DataFlash log: it does not begin with a message")
+        begin = file.read(len(_TEXT))
+    if not begin.startswith(_MAGIC) and begin != _TEXT:
+        raise BadInputError("not an ArduPilot DataFlash log: it does not begin with a message")
     rows: dict[str, list[Any]] = {}
-    held: dict[str, float] = {}
+    held: dict[str, Any] = {}
     said: list[str] = []
     try:
         with _heard(said):
-            log = DFReader_binary(str(path), zero_time_base=True)
+            read = DFReader_text if begin == _TEXT else DFReader_binary
+            log = read(str(path), zero_time_base=True)
             while (
                 message := log.recv_match(type=[*topics, "PARM"] if topics else None)
             ) is not None:
                 if message.get_type() == "PARM":
                     held[message.Name] = message.Value
-                elif getattr(message, _INSTANCE, 0) == 0:
+                elif getattr(message, INSTANCE, 0) == 0:
                     rows.setdefault(message.get_type(), []).append(message)
+        ends = [
+            log.offsets[kind][-1] + form.len
+            for kind, form in log.formats.items()
+            if begin != _TEXT and log.offsets[kind]
+        ]
+        columns = {
+            kind: {
+                name: np.array([getattr(message, name) for message in messages])
+                for name in messages[0].get_fieldnames()
+            }
+            for kind, messages in rows.items()
+        }
     except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
         raise BadInputError(
-            f"not a complete DataFlash log: {error or type(error).__name__}"
+            f"not a complete DataFlash log: a message does not fit its format{_AGAIN}"
         ) from error
-    ends = [
-        log.offsets[kind][-1] + form.len for kind, form in log.formats.items() if log.offsets[kind]
-    ]
     warnings = _damage("pymavlink", said, max(ends, default=0) > log.data_len)
-    tables = {}
-    for kind, messages in rows.items():
-        names = tuple(messages[0].get_fieldnames())
-        columns = tuple(
-            np.array([getattr(message, name) for message in messages]) for name in names
-        )
-        tables[kind] = Table(names, columns, warnings=warnings)
-    return with_parameters(tables, held)
+    tables = {
+        kind: Table(tuple(found), tuple(found.values()), warnings=warnings)
+        for kind, found in columns.items()
+    }
+    return tables, held
 
 
 @contextmanager
@@ -184,8 +194,9 @@ def _damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
     )
 
 
-def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
-    """Return the tables of some topics, or of all for none; those that the log lacks are left out.
+def read_topics(path: Path, topics: Sequence[str]) -> Topics:
+    """Return the tables of some topics, or of all for none, and the log's parameters; topics that
+    the log lacks are left out.
 
     Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
     Raises BadInputError where pyulog is not installed or the file is not a ULog.
@@ -202,7 +213,7 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         with _Watched(FileIO(path)) as file, _heard(said):
             log = ULog(file, message_name_filter_list=wanted)
     except Exception as error:  # pyulog lets struct, index and key errors out of a broken file
-        raise BadInputError(f"not a complete ULog: {error or type(error).__name__}") from error
+        raise BadInputError(f"not a complete ULog{_AGAIN}") from error
     if log.file_corruption and not said:
         said.append("a message of the wrong length")
     warnings = _damage("pyulog", said, file.broken)
@@ -213,7 +224,7 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         for each in log.data_list
     }
     changed = {name: value for _, name, value in log.changed_parameters}
-    return with_parameters(tables, {**log.initial_parameters, **changed})
+    return tables, {**log.initial_parameters, **changed}
 
 
 class _Watched(BufferedReader):
@@ -233,7 +244,7 @@ class _Watched(BufferedReader):
 # Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and one
 # line here.
 
-ReadTopics = Callable[[Path, Sequence[str]], dict[str, Table]]
+ReadTopics = Callable[[Path, Sequence[str]], Topics]
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,8 +259,11 @@ class TopicReader:
     mapping: str
     read_named: ReadTopics
 
-    def read(self, path: Path, files: Sequence[MappedFile]) -> list[Table | None]:
-        """Return the table of each file of a mapping; None for an optional one that is absent.
+    def read(
+        self, path: Path, files: Sequence[MappedFile]
+    ) -> tuple[list[Table | None], dict[str, Any]]:
+        """Return the table of each file of a mapping, None for an optional one that is absent, and
+        the parameters of the log.
 
         Raises BadInputError for a missing topic, with those that are there.
         """
@@ -258,7 +272,7 @@ class TopicReader:
             for entry in files
         ]
         require_regular(path)
-        found = self.read_named(path, [name for names in wanted for name in names])
+        found, held = self.read_named(path, [name for names in wanted for name in names])
         missing = [
             " or ".join(names)
             for names, entry in zip(wanted, files, strict=True)
@@ -269,12 +283,14 @@ class TopicReader:
             raise BadInputError(
                 f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}"
             )
-        return [next((found[name] for name in names if name in found), None) for names in wanted]
+        tables = [next((found[name] for name in names if name in found), None) for names in wanted]
+        return tables, held
 
 
 TOPIC_READERS = {
     ".ulg": TopicReader("ULog", "px4", read_topics),
     ".bin": TopicReader("DataFlash log", "ardupilot", read_messages),
+    ".log": TopicReader("DataFlash log", "ardupilot", read_messages),
 }
 
 
@@ -308,7 +324,7 @@ def load_hdf5(path: Path) -> dict[str, Any]:
     except BadInputError:
         raise
     except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
-        raise BadInputError(f"not a complete .mat file of version 7.3: {error}") from error
+        raise BadInputError(f"not a complete .mat file of version 7.3{_AGAIN}") from error
 
 
 def _fields(group: Any, held: type) -> dict[str, Any]:
@@ -375,7 +391,12 @@ def read_mat(path: Path) -> Table:
         variables = {_IDENTIFICATION: variables[_IDENTIFICATION]}
     found: dict[str, tuple[Column, str]] = {}
     for name, value in variables.items():
-        found |= _columns_of(name, value)
+        own = _columns_of(name, value)
+        found |= own
+        if not own and not isinstance(value, dict):
+            warnings.append(f"variable {name!r} is left out: its cells are no numbers or texts")
+    if warnings and not found:
+        raise BadInputError(f"{'; '.join(warnings)}; save each channel as a vector of numbers")
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
     lengths = {
         len(column): name for name, (column, _) in reversed(vectors.items())
@@ -398,10 +419,9 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
-    except (
-        Exception
-    ) as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
-        raise BadInputError(f"not a complete .mat file: {error}") from error
+    # SciPy's reader lets struct, zlib, index and type errors out of a broken file.
+    except Exception as error:
+        raise BadInputError(f"not a complete .mat file{_AGAIN}") from error
 
 
 def _require_readable(path: Path) -> None:
@@ -425,7 +445,7 @@ def _require_readable(path: Path) -> None:
                     _require_unpackable(unpacked, path, "bytes")
                     elements = unpack.decompress(unpack.unconsumed_tail, size)
                 except (zlib.error, struct.error) as error:
-                    raise BadInputError(f"not a complete .mat file: {error}") from error
+                    raise BadInputError(f"not a complete .mat file{_AGAIN}") from error
             if kind == _MATRIX:
                 _require_whole(elements, order)
 
@@ -475,11 +495,24 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
     """
     if isinstance(value, dict):
         unit = next((str(value[key]) for key in _UNITS if key in value), "")
-        return {name: (_vector(name, value[_DATA]), unit)} if _DATA in value else {}
+        value = value.get(_DATA)
+        return {} if _is_mixed(value) else {name: (_vector(name, value), unit)}
+    if _is_mixed(value):
+        return {}
     array = np.asarray(value)
     if array.ndim == 2 and min(array.shape) > 1 and array.dtype.kind in "fiu":
         return {f"{name}(:,{k + 1})": (array[:, k], "") for k in range(array.shape[1])}
     return {name: (_vector(name, value), "")}
+
+
+def _is_mixed(value: object) -> bool:
+    """Return whether a variable is no array of numbers or texts: none, a cell array of others, an
+    object.
+    """
+    if isinstance(value, np.ndarray) and value.dtype.kind != "O":
+        return value.dtype.kind not in "fiubUS"
+    cells = value if isinstance(value, list) else np.ravel(np.asarray(value, dtype=object))
+    return any(not isinstance(cell, str | float | int | np.number | np.bool_) for cell in cells)
 
 
 def _vector(name: str, value: object) -> Column:

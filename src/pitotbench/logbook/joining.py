@@ -6,12 +6,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
+from pitotbench.logbook.autopilot import as_shown
 from pitotbench.logbook.columns import (
+    PARAMETERS,
     QUANTITIES,
     Column,
     Table,
@@ -21,33 +24,61 @@ from pitotbench.logbook.columns import (
     parse_column,
 )
 from pitotbench.logbook.derived import components
-from pitotbench.logbook.formats import TOPIC_READERS
+from pitotbench.logbook.formats import INSTANCE, TOPIC_READERS
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, from_si, to_si
 
 ReadTable = Callable[[Path], Table]
+Parameters = dict[str, float]
 
 
-def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
+def read_mapped(
+    path: Path, mapping: Mapping, read_table: ReadTable, stated: Parameters | None = None
+) -> Table:
     """Read the table of a log, from one file or several, with the columns that a mapping names.
 
-    `read_table` reads one file. Raises BadInputError for a file or column that is missing or
-    ambiguous.
+    `read_table` reads one file. The pressures of an autopilot are those of the airspeed that it
+    showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
+    Raises BadInputError for a file or column that is missing or ambiguous.
     """
     topics = TOPIC_READERS.get(path.suffix.lower())
-    tables: list[Table | None] = topics.read(path, mapping.files) if topics else []
-    for file in () if topics else find_files(path, mapping):
+    files = [] if topics else find_files(path, mapping)
+    tables, held = topics.read(path, mapping.files) if topics else ([], {})
+    for file in files:
         with _within(file.name if file else ""):
-            tables.append(read_table(file) if file else None)
+            tables.append(_first_sensor(read_table(file)) if file else None)
+    if files and files[0]:
+        held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
     for entry, table in zip(mapping.files, tables, strict=True):
         if table is None:  # of an optional file that is absent
             continue
         with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
-            renamed = rename(table, entry)
+            renamed = rename(as_shown(table, {**held, **(stated or {})}), entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
-    return found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
+    joined = found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
+    return replace(joined, header={PARAMETERS: stated, **joined.header}) if stated else joined
+
+
+def _first_sensor(table: Table) -> Table:
+    """Return the rows of the first sensor of a table of DataFlash messages, as of such a log."""
+    if not {"TimeUS", INSTANCE} <= set(table.names):
+        return table
+    first = numbers(INSTANCE, table.column(INSTANCE)) == 0.0
+    return replace(table, columns=tuple(column[first] for column in table.columns))
+
+
+def _parameters_beside(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
+    """Return the parameters of the table `*PARM.csv` beside the first file of a log, by name; none
+    where there is none.
+    """
+    beside = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
+    if not beside.is_file():
+        return {}
+    with _within(beside.name):
+        table = read_table(beside)
+        return dict(zip(table.column("Name"), numbers("Value", table.column("Value")), strict=True))
 
 
 @contextmanager
@@ -161,7 +192,8 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
             if not name.startswith("time_"):
                 names.append(name)
                 columns.append(_at(time[inside], clock, name, column, join))
-    return Table(tuple(names), tuple(columns), base.header, tuple(warnings))
+    header = {key: value for table, _ in others for key, value in table.header.items()}
+    return Table(tuple(names), tuple(columns), {**header, **base.header}, tuple(warnings))
 
 
 def _time(table: Table) -> Array:

@@ -7,12 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.logbook.columns import Column, Table, numbers, parse_column, texts
+from pitotbench.logbook.columns import (
+    QUANTITIES,
+    Column,
+    Table,
+    impossible,
+    numbers,
+    parse_column,
+    texts,
+)
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, FlyBy, ReadingSteps
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, to_si
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
 
 POINT, CONFIGURATION = "point", "configuration"
 COLUMNS = (
@@ -139,6 +147,15 @@ def _rows(
         raise BadInputError(
             f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg"
         )
+    # A track that cannot be is a slip. The reduction judges that, and the numbers of a tower.
+    for name in [n for n in quantities if n in QUANTITIES and n != "track"]:
+        bad = impossible(QUANTITIES[name], values[name])
+        if bad.any():
+            number = float(from_si(values[name][bad][0], suffixes[name]))
+            raise BadInputError(
+                f"row {int(np.argmax(bad)) + 1}: {name}_{suffixes[name]} is {number:.6g}, which no "
+                "airplane measures; correct it or remove the row"
+            )
     count = len(table)
     points = (
         _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]

@@ -1,26 +1,40 @@
 """Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
+from collections import abc
 from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
-from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings, require_regular
+from pitotbench.logbook.columns import (
+    CALIBRATE,
+    MAPPING,
+    PARAMETERS,
+    WARNINGS,
+    Table,
+    earlier_warnings,
+    require_regular,
+)
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import TOPIC_READERS, reader_of
-from pitotbench.logbook.joining import read_mapped, rename
-from pitotbench.logbook.mapping import find_mapping, recognized
+from pitotbench.logbook.joining import Parameters, read_mapped, rename
+from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 
-def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
+def read_log(
+    path: Path | str,
+    mapping: Path | str | None = None,
+    parameters: abc.Mapping[str, float] | None = None,
+) -> FlightLog:
     """Read a flight log from a file.
 
     `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
-    `log.header["mapping"]`. `log.header["warnings"]` lists, with row numbers, what was dropped and
-    what looks wrong.
+    `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
+    log was flown, by name, in place of those that it holds. `log.header["warnings"]` lists, with
+    row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file),
     UnknownNameError for a mapping that is not shipped.
@@ -28,29 +42,50 @@ def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        return log_of(table_of(source) if named is None else read_mapped(source, named, read_table))
+        stated = dict(parameters or {})
+        return log_of(
+            table_of(source, stated)
+            if named is None
+            else _advised(read_mapped(source, named, read_table, stated), named)
+        )
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
 
 
-def table_of(path: Path) -> Table:
+def table_of(path: Path, stated: Parameters | None = None) -> Table:
     """Return the table of a file under our column names as far as they are known, without a mapping
     by the user.
 
-    Raises BadInputError for a file that cannot be read.
+    The `stated` parameters of an autopilot replace those in the header. Raises BadInputError for a
+    file that cannot be read.
     """
     if path.suffix.lower() in TOPIC_READERS:
         name = TOPIC_READERS[path.suffix.lower()].mapping
-        table = read_mapped(path, find_mapping(name), read_table)
+        known = find_mapping(name)
+        table = _advised(read_mapped(path, known, read_table, stated), known)
     else:
         table = read_table(path)
+        if stated:
+            table = replace(table, header={**table.header, PARAMETERS: stated})
         found = recognized(table.names)
         if found is None:
             return table
-        name, table = found, rename(table, find_mapping(found).files[0])
+        name, table = found, mapped(table, found)
     title = find_mapping(name).title
     note = f"recognized as {title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
+
+
+def mapped(table: Table, mapping: Path | str) -> Table:
+    """Return a table under our column names by a mapping of one file. Raises as `read_log` does."""
+    named = find_mapping(mapping)
+    return _advised(rename(table, named.files[0]), named)
+
+
+def _advised(table: Table, mapping: Mapping) -> Table:
+    """The table with the choices of its mapping for a calibration, which go with the log."""
+    advice = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
+    return replace(table, header={**table.header, **advice})
 
 
 def needs_mapping(path: Path) -> str:

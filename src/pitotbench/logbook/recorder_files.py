@@ -22,6 +22,7 @@ _PRESSURE_ALTITUDE, _GPS_ALTITUDE = (25, 30), (30, 35)
 _SHORTEST = 35
 _DAY = 86400.0  # s
 _DATE = re.compile(rb"^HFDTE(?:DATE:)?\s*(\d\d)(\d\d)(\d\d)", re.MULTILINE)
+_NUMBER = re.compile(rb"-?\d+")
 _EXTENSION = re.compile(rb"(\d\d)(\d\d)([A-Z]{3})")
 _KEPT = {"glider": rb"^H.GTY[^:\r\n]*:([^\r\n]*)", "recorder": rb"^H.FTY[^:\r\n]*:([^\r\n]*)"}
 
@@ -49,23 +50,40 @@ def read_igc(path: Path) -> Table:
     """
     data = unpacked(path)
     lines = data.split(b"\n")
+    written = [line.rstrip() for line in lines if line.startswith(b"B")]
+    usual = int(np.median([len(line) for line in written])) if written else 0
     # The bytes of each extension of the B records, from the I record: `3638FXA`, counted from 1.
     listed = _EXTENSION.findall(next((line for line in lines if line.startswith(b"I")), b"")[3:])
-    extensions = {code.decode(): (int(first) - 1, int(end)) for first, end, code in listed}
+    spans = {code.decode(): (int(first) - 1, int(end)) for first, end, code in listed}
+    extensions = {n: (a, b) for n, (a, b) in spans.items() if _SHORTEST <= a < b <= usual}
     length = max([_SHORTEST, *(end for _, end in extensions.values())])
-    written = [line[:length] for line in lines if line.startswith(b"B")]
-    whole = [line for line in written if len(line.rstrip()) == length]
+    whole = [line[:length] for line in written if len(line) >= length]
     if not whole:
         raise BadInputError("not an IGC file: it holds no fix (no line begins with B)")
     fixes = np.frombuffer(b"".join(whole), dtype="S1").reshape(len(whole), length)
-    valid = fixes[:, _FIX] == b"A"
+    fixed = (*_CLOCK, *_LATITUDE, *_LONGITUDE, _PRESSURE_ALTITUDE, _GPS_ALTITUDE)
+    legible = np.array([np.isfinite(_numbers(fixes, span)) for span in fixed])
+    for (first, end), rows in zip(fixed, legible, strict=True):
+        if not rows.any():
+            raise BadInputError(
+                f"the fixes hold no number at bytes {first + 1} to {end}; load the file from the "
+                "recorder again"
+            )
+    valid = legible.all(axis=0) & (fixes[:, _FIX] == b"A")
     if not valid.any():
-        raise BadInputError("the recorder had no fix of three dimensions in the whole flight")
+        raise BadInputError(
+            "the recorder had no fix of three dimensions in the whole flight; use another log"
+        )
     warnings = ["read as the IGC file of a flight recorder"]
     if len(whole) < len(written) or not valid.all():
         warnings.append(
             f"{len(written) - int(valid.sum())} of {len(written)} fixes are left out: broken off, "
-            "or without height"
+            "illegible, or without height"
+        )
+    if lost := spans.keys() - extensions.keys():
+        warnings.append(
+            f"the extensions {', '.join(sorted(lost))} are left out: their bytes are not those of "
+            "an extension of the fixes"
         )
     fixes = fixes[valid]
     columns = _columns(fixes, extensions)
@@ -73,8 +91,11 @@ def read_igc(path: Path) -> Table:
     date = _DATE.search(data)
     if date:
         day, month, year = (int(part) for part in date.groups())
-        moment = datetime(2000 + year, month, day) + timedelta(seconds=begin)
-        header[START] = moment.isoformat(" ", "seconds")
+        try:
+            moment = datetime(2000 + year, month, day) + timedelta(seconds=begin)
+            header[START] = moment.isoformat(" ", "seconds")
+        except ValueError:  # a recorder without a fix writes such dates
+            warnings.append(f"the date {day:02d}.{month:02d}.{year:02d} is none: left out")
     columns["time_s"] = columns["time_s"] - begin
     return Table(tuple(columns), tuple(columns.values()), header, tuple(warnings))
 
@@ -99,9 +120,9 @@ def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) 
         if code in extensions:
             first, end = extensions[code]
             values = _numbers(fixes, (first, end)) * 10.0 ** (digits - (end - first))
-            if (
-                np.ptp(values) > 0.0
-            ):  # a field that a recorder reserves and never fills stands at zero
+            known = values[np.isfinite(values)]
+            # A field that a recorder reserves and never fills is blank, or stands at zero.
+            if 2 * len(known) > len(values) and np.ptp(known) > 0.0:
                 columns[name] = values
     return columns
 
@@ -118,17 +139,12 @@ def _tail(fixes: NDArray[np.bytes_], span: tuple[int, int] | None) -> Array:
 
 
 def _numbers(fixes: NDArray[np.bytes_], span: tuple[int, int]) -> Array:
-    """Return the numbers between two bytes of each fix, (n,).
-
-    Raises BadInputError for anything else.
-    """
+    """Return the numbers between two bytes of each fix, (n,); NaN for anything else."""
     cells = np.ascontiguousarray(fixes[:, span[0] : span[1]]).view(f"S{span[1] - span[0]}").ravel()
     try:
         return cells.astype(np.float64)
-    except ValueError as error:
-        raise BadInputError(
-            f"a fix holds no number at bytes {span[0] + 1} to {span[1]}: {error}"
-        ) from error
+    except ValueError:
+        return np.array([float(c) if _NUMBER.fullmatch(c) else np.nan for c in cells.tolist()])
 
 
 def _header(data: bytes) -> dict[str, Any]:

@@ -421,14 +421,16 @@ class Layout:
             (i, c) for i, c in enumerate(self.cells, start=len(self.signatures)) if is_examined(c)
         )
 
+    @property
+    def examined(self) -> list[int]:
+        """The columns of the cells that are examined."""
+        return [i for i, _ in self.places]
+
     def without(self, columns: Sequence[Array], sizes: Sequence[float] | Array) -> "Layout":
         """Return the layout with columns (n, c) at their sizes subtracted from the residuals."""
-        explained = np.zeros_like(self.residuals.values)
-        for column, size in zip(columns, sizes, strict=True):
-            explained = explained + column * size
-        return replace(
-            self, residuals=replace(self.residuals, values=self.residuals.values - explained)
-        )
+        each = (column * size for column, size in zip(columns, sizes, strict=True))
+        values = self.residuals.values - sum(each, np.zeros_like(self.residuals.values))
+        return replace(self, residuals=replace(self.residuals, values=values))
 
     def with_angles(self, angles: Mapping[str, float]) -> "Layout":
         """Return the layout with errors of the vanes, which its track lacks, in its residuals, to

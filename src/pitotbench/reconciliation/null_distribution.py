@@ -5,7 +5,7 @@ back.
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, TypeAdapter
@@ -17,13 +17,18 @@ from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.signatures import FITTED, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+# Learning never lets a spread fall below this one.
+Spread = Annotated[float, Field(allow_inf_nan=False, ge=THRESHOLDS.score_deviation_lowest)]
+
 
 @dataclass(frozen=True, slots=True)
 class Measure:
     """Mean and standard deviation of a measure over null flights."""
 
-    mean: float
-    deviation: float
+    mean: Finite
+    deviation: Positive
 
     def standardized(self, value: float) -> float:
         """Return a value less the mean, in standard deviations."""
@@ -59,12 +64,12 @@ class ScoreScale:
     those before it. No spread is below 1.
     """
 
-    search_gain: Mapping[str, float]
-    effect_spread: Mapping[str, float]
-    cell_mean: Mapping[str, float]
-    cell_spread: Mapping[str, float]
-    fluctuation: Mapping[str, float] = field(default_factory=dict)
-    left_over: Mapping[str, float] = field(default_factory=dict)
+    search_gain: Mapping[str, Finite]
+    effect_spread: Mapping[str, Spread]
+    cell_mean: Mapping[str, Finite]
+    cell_spread: Mapping[str, Spread]
+    fluctuation: Mapping[str, Spread] = field(default_factory=dict)
+    left_over: Mapping[str, Spread] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""
@@ -146,19 +151,6 @@ def cell_label(cell: Cell) -> str:
 
 # A null distribution as text and back; a text that cannot be right is refused.
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
-# Learning never lets a spread fall below this one.
-Spread = Annotated[float, Field(allow_inf_nan=False, ge=THRESHOLDS.score_deviation_lowest)]
-
-
-@dataclass(frozen=True, slots=True)
-class _Measure:
-    """The fields of a Measure, as JSON holds them."""
-
-    mean: Finite
-    deviation: Positive
-
 
 @dataclass(frozen=True, slots=True)
 class _Noise:
@@ -171,31 +163,19 @@ class _Noise:
 
 
 @dataclass(frozen=True, slots=True)
-class _Scale:
-    """The fields of a ScoreScale, as JSON holds them."""
-
-    search_gain: dict[str, Finite]
-    effect_spread: dict[str, Spread]
-    cell_mean: dict[str, Finite]
-    cell_spread: dict[str, Spread]
-    fluctuation: dict[str, Spread]
-    left_over: dict[str, Spread]
-
-
-@dataclass(frozen=True, slots=True)
 class _Text:
     """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
     obey.
     """
 
     noise: _Noise
-    scores: _Scale
+    scores: ScoreScale
     threshold: Positive
     cell_threshold: Positive
     flights: Annotated[int, Field(ge=THRESHOLDS.null_flights_fewest)]
-    gust_level: _Measure
-    channel_powers: dict[str, _Measure]
-    spectral_lines: dict[str, _Measure]
+    gust_level: Measure
+    channel_powers: dict[str, Measure]
+    spectral_lines: dict[str, Measure]
 
 
 def text_of(null: NullDistribution) -> str:
@@ -210,24 +190,8 @@ def read_distribution(text: str | bytes) -> NullDistribution:
     cannot give (not finite, a threshold or a deviation of zero).
     """
     checked = TypeAdapter(_Text).validate_json(text, strict=True)
-    return NullDistribution(
-        noise=_noise(checked.noise),
-        scores=ScoreScale(**_fields(checked.scores)),
-        threshold=checked.threshold,
-        cell_threshold=checked.cell_threshold,
-        flights=checked.flights,
-        gust_level=Measure(checked.gust_level.mean, checked.gust_level.deviation),
-        channel_powers=_measures(checked.channel_powers),
-        spectral_lines=_measures(checked.spectral_lines),
-    )
-
-
-def _fields(checked: _Scale) -> dict[str, Any]:
-    return {f.name: getattr(checked, f.name) for f in fields(checked)}
-
-
-def _measures(checked: dict[str, _Measure]) -> dict[str, Measure]:
-    return {name: Measure(each.mean, each.deviation) for name, each in checked.items()}
+    own = {f.name: getattr(checked, f.name) for f in fields(checked)}
+    return NullDistribution(**own | {"noise": _noise(checked.noise)})
 
 
 def _noise(checked: _Noise) -> NoiseModel:

@@ -140,7 +140,8 @@ def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
     nearby.
 
     The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane
-    that answers gusts more, raise both.
+    that answers gusts more, raise both. A spike counts up to a limit: a wander lasts, and a busy
+    hand on a throttle makes spikes in what the engines tell.
     """
     innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
@@ -150,6 +151,7 @@ def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
     squares = np.concatenate(
         [p**2 / (s**2 + SMALLEST_POWER) for p, s in zip(stretches, sizes, strict=True)]
     )
+    squares = np.minimum(squares, THRESHOLDS.wander_spike**2)
     powers = np.log(np.mean(squares, axis=0) + SMALLEST_POWER)
     return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
 
@@ -385,13 +387,11 @@ def scores_of(flight: Flight) -> FlightScores:
         name: significance(equations.fit(columns))
         for name, columns in columns_of(layout.signatures).items()
     }
-    places = layout.places
-    every = [i for i, _ in places]
     cells = {
         cell_label(cell): float(v)
-        for (_, cell), v in zip(places, equations.scores(every), strict=True)
+        for (_, cell), v in zip(layout.places, equations.scores(layout.examined), strict=True)
     }
-    beside = equations.scores(range(len(layout.signatures)), every)
+    beside = equations.scores(range(len(layout.signatures)), layout.examined)
     sizes = {
         size_label(s.effect, s.parameter): float(v)
         for s, v in zip(layout.signatures, beside, strict=True)

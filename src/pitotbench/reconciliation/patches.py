@@ -33,8 +33,8 @@ def patch_of_effects(
     `source` names the log, `date` is the date of the patch, and `shapes` are those that were
     fitted. `others` hold, for each effect, the effects that the log cannot separate from it; they
     stand in comments, ready to replace it. A case takes no size outside the plausible range: one
-    that its bound leaves there is set to the end of the range, and a comment says so. Shapes
-    without an entry keep their typical value.
+    that may lie there by chance is set to its end, and a comment says so. Shapes without an entry
+    keep their typical value.
     """
     entries, lines = [], [f"# found in {source}", f"# {date}"]
     for number, effect in enumerate(effects):

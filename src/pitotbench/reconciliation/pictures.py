@@ -74,10 +74,8 @@ def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:
 
 def _moved(layout: Layout, fit: Fit) -> Array:
     """The change of the residuals by a fit, (n, c)."""
-    total = np.zeros_like(layout.residuals.values)
-    for column, size in zip(fit.columns, fit.sizes, strict=True):
-        total += layout.signatures[column].column * size
-    return total
+    left = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
+    return layout.residuals.values - left.residuals.values
 
 
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.

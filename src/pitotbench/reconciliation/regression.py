@@ -93,7 +93,7 @@ def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistributi
     These do not tell what an effect for a part of the flight scores. Without them the Bayes factor
     alone decides.
     """
-    scores = equations.scores([i for i, _ in layout.places])
+    scores = equations.scores(layout.examined)
     cells = (
         null.scores.of_cell(cell, float(score))
         for (_, cell), score in zip(layout.places, scores, strict=True)

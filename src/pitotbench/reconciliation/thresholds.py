@@ -148,6 +148,9 @@ class Thresholds:
     outweighing_share: float = (
         0.5  # of the explained SS; an explanation of less than twice the rest names nothing
     )
+    wander_spike: float = (
+        6.0  # times the noise nearby: an instant farther off counts as much, and no more
+    )
     wander_share: float = (
         0.5  # of the channel's surplus before; less is the form error of the named effect
     )

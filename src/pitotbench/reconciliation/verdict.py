@@ -87,7 +87,7 @@ class ShownFlight:
     def located(self, given: Sequence[int] = ()) -> list[Located]:
         """Return the most significant place in every channel, in σ beyond the mean of null flights."""
         places, best = self.block.layout.places, dict[str, Located]()
-        values = self.block.equations.scores([i for i, _ in places], given)
+        values = self.block.equations.scores(self.block.layout.examined, given)
         for (_, cell), value in zip(places, values, strict=True):
             score = self.block.null.scores.of_cell(cell, float(value))
             if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
@@ -108,8 +108,7 @@ def _shown(block: Block, fitted: Fitted) -> ShownFlight:
     counted, beside = layout.checked.effects, unexplained(fit.gain)
     larger = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * fit.gain
     outweighs = bool(beside) and not counted and (not fit.columns or bool(unexplained(larger)))
-    cells = [i for i, _ in layout.places]
-    closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), cells)
+    closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), layout.examined)
     return ShownFlight(block, fit, closure, (*counted, *gusts), beside, outweighs)
 
 
@@ -596,10 +595,10 @@ def _left_out(each: ShownFlight, sizes: Sizes) -> Closure | None:
     here = sizes.among(block.keys)
     columns = [block.keys.index(key) for key in here.keys]
     once = [c for c in each.fit.columns if c not in columns]
-    cells = [i for i, _ in block.layout.places]
     if not columns:
         return None
-    return closure_of(block.equations, columns, here.values.tolist(), cells, here.covariance, once)
+    values, cells = here.values.tolist(), block.layout.examined
+    return closure_of(block.equations, columns, values, cells, here.covariance, once)
 
 
 def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
@@ -705,7 +704,7 @@ def hold_out(
     equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
     columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
     errors = with_form_error(own.covariance, values)
-    return closure_of(equations, columns, values, [i for i, _ in layout.places], errors)
+    return closure_of(equations, columns, values, layout.examined, errors)
 
 
 def closes(held: Closure) -> bool:

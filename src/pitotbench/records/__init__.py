@@ -48,6 +48,8 @@ USUAL_ACCURACIES: dict[str, float] = {
     "velocity_mps": 0.05,  # of each horizontal component
 }
 
+SEARCH_FLIGHTS = 40  # by which `plan` improves the best card
+
 
 # How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table. The
 # records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is

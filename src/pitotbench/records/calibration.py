@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from math import atan2, degrees, hypot
+from math import atan2, degrees, hypot, inf
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +68,38 @@ class Disagreement:
     fatal: bool
 
 
+# The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the
+# curve.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedSpeedPoint:
+    """One airspeed, one wind [m/s], from legs or a turn at constant airspeed.
+
+    `legs` is 1 for a turn. `indicated_airspeed`, `calibrated_airspeed`, `correction` (calibrated
+    minus indicated) and `two_sigma` (its bound) are mean values over the legs; `true_airspeed`
+    belongs to the same mean. `spread` is the standard deviation of the redundant solutions: those
+    of three legs out of four, or the residuals of a regression; None where nothing is redundant.
+    `two_sigma` contains the stated accuracies of temperature and pressures,
+    `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind is the velocity of
+    the air toward north and east.
+    """
+
+    method: str
+    legs: int
+    seconds: float
+    indicated_airspeed: float
+    calibrated_airspeed: float
+    correction: float
+    two_sigma: float
+    true_airspeed: float
+    true_airspeed_two_sigma: float
+    spread: float | None
+    wind_north: float
+    wind_east: float
+    wind_two_sigma: float  # of the larger component
+
+
 @dataclass(frozen=True, slots=True)
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
@@ -78,7 +110,8 @@ class ErrorCurve:
     the bound of each point: it is made to contain the true correction at that airspeed in 95 % of
     flights. `simultaneous_two_sigma` is wider: the band is made to contain the true curve at all
     airspeeds at once. `white_two_sigma` is the Cramér-Rao bound for white residuals, for comparison
-    only.
+    only. `altitude_assumed`: nothing shows that the error is the static source's, so that the
+    altitude may have none. `highest` [m] is the greatest pressure altitude of the data.
     """
 
     indicated_airspeed: MetersPerSecond
@@ -94,10 +127,14 @@ class ErrorCurve:
     correlation: Array | None = (
         None  # (n, n), of the errors of the correction; None where it is not known
     )
+    altitude_assumed: bool = False
+    highest: float = inf
 
     def __post_init__(self) -> None:
         arrays = [
-            (f.name, array) for f in fields(self) if (array := getattr(self, f.name)) is not None
+            (f.name, array)
+            for f in fields(self)
+            if hasattr(array := getattr(self, f.name), "shape")
         ]
         lines = [(name, array) for name, array in arrays if name != "correlation"]
         check_lengths("ErrorCurve", lines, len(self.indicated_airspeed))
@@ -168,7 +205,8 @@ class Assumption:
 class Residuals:
     """The residuals of the fitted model, for pictures and checks: one entry a sample used.
 
-    `airspeed` is measured minus predicted, expressed as calibrated airspeed [m/s].
+    `airspeed` is measured minus predicted, with all unknowns in the prediction, expressed as
+    calibrated airspeed [m/s].
     """
 
     time: Seconds
@@ -348,19 +386,21 @@ class AutopilotSettings:
 class Calibration(Shown):
     """An error curve and a wind with their bounds, and the numbers to check them by.
 
-    `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of
-    Martos, Kiszely and Foster (2011). It is no bound on the curve. `reason` says why the iteration
+    `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed: of `residuals`, or
+    by the estimator alone that of its white fit, the figure of Martos, Kiszely and Foster (2011).
+    It is no bound on the curve. `points`: the fixed-speed points of the log that the curve was held
+    against. `reason` says why the iteration
     stopped. `condition_number` is that of the scaled, whitened normal problem. `error_location` is
     the place of the pressure error, stated, assumed or estimated: `static`, `total` or `impact`.
     `assumptions`: the accuracies on which every bound depends. `impact_pressure_zero` [Pa]: the
     zero offset of the sensor that was found and that `curve.correction` takes out, None where none
     was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
     `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why
-    others were not.
+    other rows were not.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
     number used.
-    `log_start`: time of the first row [s]. `autopilot`: the parameters in the log, None for another
-    log.
+    `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
+    for another log.
     `provenance`: the files and the choices behind the answer, where who asked for it told them.
     """
 
@@ -386,6 +426,7 @@ class Calibration(Shown):
     parts: tuple[tuple[float, float], ...] = ()
     left_out: tuple[str, ...] = ()
     disagreements: tuple[Disagreement, ...] = ()
+    points: tuple[FixedSpeedPoint, ...] = ()
     place_assumed: bool = False
     mach: float = 0.0
     log_start: float = 0.0

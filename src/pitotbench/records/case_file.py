@@ -107,6 +107,8 @@ def _text(source: Path | str) -> tuple[str, str]:
             f"{source}: not a case; a case is a TOML file that ends in .toml, a log is read by "
             "calibrate"
         )
+    if path.exists() and not path.is_file():
+        raise BadInputError(f"{source}: not a regular file; a case is a TOML file")
     try:
         return str(source), path.read_text(encoding="utf-8")
     except OSError as error:
@@ -133,10 +135,11 @@ def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -
                 continue
             place = tuple(str(part) for part in item["loc"])
             problems.append(
-                f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}"
+                f"{reading.written(place)}: {item['msg'].lower().replace('an object', 'a table')}, "
+                f"not {item['input']!r}"
             )
-    except TypeError as error:  # a date, which TOML knows and JSON does not
-        problems.append(f"a value is neither number, text, boolean, list nor table: {error}")
+    except TypeError:  # a date, which TOML knows and JSON does not
+        problems.append("a value is neither number, text, boolean, list nor table: a date or time")
     return None
 
 

@@ -1,7 +1,7 @@
 """A flight log: what a measured log can hold, without anything that only a simulator knows."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import nan
 from types import MappingProxyType
 from typing import Any, Self
@@ -38,6 +38,9 @@ class Caution(str):
         caution = super().__new__(cls, text)
         caution.code, caution.column, caution.size = code, column, size
         return caution
+
+
+START = "first_row_s"  # header entry of a part of a log: the time of the first row of the whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -86,6 +89,16 @@ class FlightLog(Shown, Recorded):
         """Return the log of some rows (a mask or sorted indices), with the same header."""
         picked = {name: array[rows] for name, array in self.channels().items()}
         return FlightLog(**picked, header=self.header)
+
+    def part(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "FlightLog":
+        """Return a part of the log, whose clock remains that of the whole."""
+        return replace(self.select(rows), header={**self.header, START: self.start})
+
+    @property
+    def start(self) -> float:
+        """The time [s] of the first row of the whole, from which the minutes of the log count."""
+        first, start = float(self.time[0]), self.header.get(START)
+        return float(start) if isinstance(start, int | float) and start <= first else first
 
     @property
     def cautions(self) -> tuple[Caution, ...]:

@@ -234,26 +234,31 @@ def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
     return shown
 
 
-def card_html(curve: ErrorCurve, subject: str) -> str:
-    """The card as an HTML table with a link that saves it as CSV."""
-    data = quote(card_csv(curve))
+def card_html(result: Calibration, subject: str) -> str:
+    """The card as an HTML table with its doubts and a link that saves it as CSV."""
+    data = quote(card_csv(result.curve, doubts_of(result)))
     name = "".join(letter if letter.isalnum() else "-" for letter in subject) or "airspeed"
     link = (
         f'<a download="card-{name}.csv" href="data:text/csv;charset=utf-8,{data}">Save as CSV</a>'
     )
-    return f'{html_table(GLANCE_COLUMNS, curve_points(curve))}<p class="save">{link}</p>'
+    doubts = "".join(f"<p>{escape(line)}</p>" for line in doubts_of(result))
+    table = html_table(GLANCE_COLUMNS, curve_points(result.curve))
+    return f'{doubts}{table}<p class="save">{link}</p>'
 
 
-def card_csv(curve: ErrorCurve) -> str:
-    """The card as CSV: the unit ends each column's name; all points of the curve."""
+def card_csv(curve: ErrorCurve, doubts: Sequence[str] = ()) -> str:
+    """The card as CSV: the unit ends each column's name; all points of the curve, each with the
+    doubts.
+    """
     points = curve_points(curve)
     keys = [column.key for column in shown_columns(GLANCE_COLUMNS, points)]
+    told = [" ".join(doubts)] if doubts else []
     text = StringIO()
     rows = writer(text, lineterminator="\n")
-    rows.writerow(keys)
-    rows.writerows(
-        ["" if (value := p[key]) is None else f"{value:.3f}" for key in keys] for p in points
-    )
+    rows.writerow([*keys, *["doubts"] * len(told)])
+    for point in points:
+        cells = ("" if (value := point[key]) is None else f"{value:.3f}" for key in keys)
+        rows.writerow([*cells, *told])
     return text.getvalue()
 
 
@@ -315,7 +320,8 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
     """
     told = []
     if flight.count > 1:
-        begin, end = (minutes_text(float(flight.log.time[row])) for row in (0, -1))
+        times = flight.log.time[[0, -1]] - flight.log.start
+        begin, end = map(minutes_text, times)
         told.append(f"flight {flight.number} of {flight.count} in the log, {begin} to {end}")
     if flight.joined > 1:
         told.append(f"one curve from {flight.joined} flights, the wind of this one")
@@ -396,6 +402,42 @@ def headline(result: Calibration) -> list[str]:
     leads = {True: "Do not use this answer", False: "Two findings of this log disagree"}
     told = sorted(result.disagreements, key=lambda each: not each.fatal)
     return [f"{leads[each.fatal]}: {each.words}." for each in told]
+
+
+# By the code of a warning or the kind of a disagreement, the check that fails with it.
+HEADINGS, GEOMETRY = "heading and track agree", "headings and airspeeds suffice"
+FAILED_BY = {
+    "latency": "latency of the GPS velocity",
+    "wind": "constant wind",
+    "confounded": GEOMETRY,
+    "one heading": GEOMETRY,
+    "curve size": "curve of a possible size",
+    "outside prior": "sensors within their accuracies",
+    "faulty rows": "no faulty rows",
+    "flights disagree": "flights agree",
+    "samples": "samples and curve agree",
+    "height": "wind triangle and height agree",
+    "fixed_speed": "fixed-speed points and curve agree",
+    **dict.fromkeys(("heading", "mirrored", "axes turned", "track"), HEADINGS),
+}
+_ASSUMED = (
+    "What the error does to the altimeter is assumed: nothing shows at which source it is, and the "
+    "altimeter may be right."
+)
+
+
+def doubts_of(result: Calibration) -> list[str]:
+    """What an answer must not go without, wherever it is taken: what contradicts it, what is
+    assumed, and which checks failed.
+    """
+    failed = dict.fromkeys(FAILED_BY[w.code] for w in result.warnings if w.code in FAILED_BY)
+    checks = [f"Checks that failed: {', '.join(failed)}."] if failed else []
+    return [*headline(result), *doubts_of_curve(result.curve), *checks]
+
+
+def doubts_of_curve(curve: ErrorCurve) -> list[str]:
+    """What is assumed of a curve, in at most one line."""
+    return [_ASSUMED] if curve.altitude_assumed else []
 
 
 def part_lines(result: Calibration) -> list[str]:

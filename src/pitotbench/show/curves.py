@@ -50,7 +50,6 @@ _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt
 def curve_panels(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
-    points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | str | None = AUTO,
 ) -> list[Panel]:
     """The error curve between its limits, its bounds, and the altitude error where the static
@@ -65,9 +64,7 @@ def curve_panels(
     chosen = limit_for(first, limit)
     note = " ".join(judgment.sentence for judgment in judgments(first, limit))
     panels = [
-        panel(
-            "Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note, _MAIN
-        ),
+        panel("Error curve", lambda axes: draw_curve(axes, results, true, chosen), note, _MAIN),
         panel(
             "How well the curve is known",
             lambda axes: draw_bound(axes, first, true),
@@ -83,13 +80,13 @@ def draw_curve(
     axes: Axes,
     results: Mapping[str, Calibration],
     truth: MetersPerSecond | None,
-    points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | None = None,
 ) -> None:
     """Draw the correction over indicated airspeed with ±2σ and the data behind it, the curves of
     other models, the limit, and the truth where known.
 
-    Points of fixed-speed methods lie over the curve, as in Martos et al. (2011), Fig. 13.
+    The points of fixed-speed methods of the first lie over its curve, as in Martos et al. (2011),
+    Fig. 13.
     """
     name, first = next(iter(results.items()))
     speed, value, bound = _knots(first)
@@ -109,7 +106,7 @@ def draw_curve(
     axes.plot(speed, value, color=BLUE, label=f"curve ({name})")
     if truth is not None:
         axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
-    draw_points(axes, points)
+    draw_points(axes, first.points)
     axes.axhline(0.0, color=INK, lw=0.5)
     # A limit far beyond the curve would squeeze it to a stripe; the sentence of the rule tells its
     # margin.
@@ -150,7 +147,7 @@ def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurv
 def parts_panel(log: FlightLog, result: Calibration) -> Panel:
     """The flight over time, with the parts that the calibration used in color."""
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
-    time = (log.time - log.time[0]) / 60.0
+    time = (log.time - log.start) / 60.0
 
     def draw_parts(axes: Axes, values: Array) -> None:
         axes.plot(*thin(time, values), color=GREY, lw=0.8, label="left out")
@@ -271,7 +268,7 @@ def residual_panels(result: Calibration) -> list[Panel]:
         axes.grid(axis="x", visible=False)
 
     def draw_residuals(axes: Axes) -> None:
-        time, value = broken(*thin(residuals.time - residuals.time[0], residuals.airspeed / KNOT))
+        time, value = broken(*thin(residuals.time - result.log_start, residuals.airspeed / KNOT))
         axes.plot(time / 60.0, value, color=GREY, lw=0.5)
         axes.axhline(bound, color=RED, lw=1.2, ls="--")
         axes.axhline(

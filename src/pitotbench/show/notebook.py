@@ -28,7 +28,9 @@ from pitotbench.show.calibration import (
     assumption_lines,
     card_csv,
     curve_points,
+    doubts_of,
     glance_points,
+    headline,
     short_answer_of,
 )
 from pitotbench.show.columns import html_table, json_rows
@@ -88,7 +90,8 @@ def plot(record: object, axes: Axes | None = None) -> Figure:
 
 
 in_one_line.register(
-    Calibration, lambda r: f"{r.model}. {short_answer_of(r, '').correction_sentence}"
+    Calibration,
+    lambda r: " ".join([f"{r.model}.", *headline(r), short_answer_of(r, "").correction_sentence]),
 )
 in_one_line.register(LogInspection, lambda record: " ".join(inspection_sentences(record)))
 in_one_line.register(Plan, lambda record: plan_advice(record)[0])
@@ -106,7 +109,8 @@ draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 def _(record: Calibration) -> str:
     answer = short_answer_of(record, "")
     limits = [judgment.sentence for judgment in judgments(record)]
-    lines = [answer.correction_sentence, answer.wind_sentence, *limits, *assumption_lines(record)]
+    told = [*doubts_of(record), answer.correction_sentence, answer.wind_sentence]
+    lines = [*told, *limits, *assumption_lines(record)]
     warnings = [f"<b>Warning:</b> {escape(text)}" for text in record.warnings]
     words = "".join(f"<p>{line}</p>" for line in [*map(escape, lines), *warnings])
     return words + html_table(GLANCE_COLUMNS, glance_points(record.curve))
@@ -114,7 +118,7 @@ def _(record: Calibration) -> str:
 
 @draw_record.register
 def _(record: Calibration, axes: Axes) -> None:
-    draw_curve(axes, {record.model: record}, None, (), limit_for(record))
+    draw_curve(axes, {record.model: record}, None, limit_for(record))
 
 
 def write_page(record: Calibration, path: Path) -> None:
@@ -133,7 +137,7 @@ def write_record(record: Calibration, path: Path, rule: str) -> None:
 def write_card(record: Calibration, path: Path) -> None:
     """Write the airspeed card of a calibration."""
     require_file(path, (".csv",))
-    write_text(path, card_csv(record.curve))
+    write_text(path, card_csv(record.curve, doubts_of(record)))
 
 
 def judge(record: Calibration, rule: str) -> list[LimitJudgment]:

@@ -14,7 +14,6 @@ from pitotbench.records.aircraft import AircraftCheck, Attached, StepResponse
 from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.show.calibration import (
     ShortAnswer,
@@ -179,21 +178,18 @@ def flight_section(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond],
     tolerances: Mapping[str, float] | None,
-    points: Sequence[FixedSpeedPoint] = (),
 ) -> Section:
     """The section of a simulated flight as one data system (`20/1`) recorded it.
 
     `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another
     section draws the
-    flight itself. `points` of fixed-speed methods are drawn over the curve.
+    flight itself.
     """
     maneuver = flight.case.maneuver.replace("_", " ")
     answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
     flown = [] if tolerances is None else flight_panels(flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
-    html = _html(
-        name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points
-    )
+    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown)
     return Section(name, maneuver, system, answer, html)
 
 
@@ -201,7 +197,6 @@ def log_section(
     name: str,
     log: FlightLog | None,
     result: Calibration,
-    points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | str | None = AUTO,
     lines: Sequence[str] = (),
     settings: AutopilotSettings | None = None,
@@ -221,7 +216,7 @@ def log_section(
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     parts = [parts_panel(log, result)] if log and result.left_out else []
     html = _html(
-        anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts, settings
+        anchor, name, rows, answer, {result.model: result}, None, [], limit, parts, settings
     )
     simulated = (
         log.simulated
@@ -240,13 +235,12 @@ def _html(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
     flown: Sequence[Panel],
-    points: Sequence[FixedSpeedPoint],
     limit: Limit | str | None = AUTO,
     parts: Sequence[Panel] = (),
     settings: AutopilotSettings | None = None,
 ) -> str:
     first = next(iter(results.values()))
-    curves = curve_panels(results, truth, points, limit)
+    curves = curve_panels(results, truth, limit)
     return render(
         "section.html",
         anchor=anchor,
@@ -258,9 +252,9 @@ def _html(
         headline=headline(first),
         conditions=condition_lines(first),
         settings="" if settings is None else settings_html(settings),
-        card=card_html(first.curve, title),
+        card=card_html(first, title),
         panels=[*parts, *curves[1:], *residual_panels(first)],
-        numbers=calibration_html(first) + points_html(points, first.curve),
+        numbers=calibration_html(first) + points_html(first.points, first.curve),
     )
 
 

@@ -7,6 +7,7 @@ from csv import writer
 from dataclasses import dataclass, replace
 from html import escape
 from io import StringIO
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +26,10 @@ from pitotbench.records.calibration import (
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check
 from pitotbench.show.calibration import (
+    FAILED_BY,
+    GEOMETRY,
     GLANCE_COLUMNS,
+    HEADINGS,
     condition_lines,
     glance_points,
     headline,
@@ -271,18 +275,20 @@ TABLES = (".csv", ".html", ".xml")
 
 def _handbook(curve: ErrorCurve) -> list[Column[int]]:
     """The columns for the airspeeds of a curve; those of the altimeter only where the static source
-    errs.
+    is known to err, up to the first height above the flight.
     """
 
     def column(heading: str, unit: str, key: str, style: str, values: Array) -> Column[int]:
         return Column(heading, lambda row: float(values[row]), unit, style, key)
 
+    known = curve.altitude_correction is not None and not curve.altitude_assumed
+    above = next((h for h in _HEIGHTS_FT if h * FOOT >= curve.highest), _HEIGHTS_FT[-1])
     columns = [
         column("KIAS", "", "indicated_airspeed_kt", ".0f", curve.indicated_airspeed_kt),
         column("KCAS", "", "calibrated_airspeed_kt", ".1f", curve.calibrated_airspeed_kt),
         column("±2σ", "kt", "two_sigma_kt", ".1f", curve.two_sigma_kt),
     ]
-    for height in _HEIGHTS_FT if curve.altitude_correction is not None else ():
+    for height in [h for h in _HEIGHTS_FT if h <= above] if known else []:
         value, bound = (each / FOOT for each in altitude_correction(curve, height * FOOT))
         at, heading = f"at_{height}_ft", f"add to the altimeter at {height:,} ft"
         columns.append(column(heading, "ft", f"altitude_correction_{at}", "+.0f", value))
@@ -305,40 +311,46 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
 
     found = corrected(curve.normalized_pressure_error)
     bound = np.abs(corrected(curve.normalized_pressure_error + curve.normalized_two_sigma) - found)
-    if curve.altitude_correction is not None and curve.altitude_two_sigma is not None:
-        # Where the place of the error is assumed, the curve's own 2σ holds zero, and so does this
-        # one.
-        assumed = curve.altitude_two_sigma >= np.abs(curve.altitude_correction)
-        bound = np.where(assumed, np.maximum(bound, np.abs(found)), bound)
-    return found, bound
+    # Where the place of the error is assumed, there may be no error of the altitude at all.
+    return found, np.maximum(bound, np.abs(found)) if curve.altitude_assumed else bound
 
 
-def handbook_csv(curves: Mapping[str, ErrorCurve]) -> str:
-    """The tables as CSV: one line an airspeed and configuration; the unit ends each column's name."""
+Doubts = Mapping[str, Sequence[str]]  # of the curve of a configuration
+_NONE: Doubts = MappingProxyType({})
+
+
+def handbook_csv(curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE) -> str:
+    """The tables as CSV: one line an airspeed and configuration, each with the doubts; the unit
+    ends each column's name.
+    """
     tables = {
         name: {column.key: column for column in _handbook(curve)} for name, curve in curves.items()
     }
     keys = list(dict.fromkeys(key for columns in tables.values() for key in columns))
     named = ["configuration"] if any(curves) else []
+    doubtful = ["doubts"] if any(doubts.values()) else []
     text = StringIO()
     lines = writer(text, lineterminator="\n")
-    lines.writerow([*named, *keys])
+    lines.writerow([*named, *keys, *doubtful])
     for name, columns in tables.items():
         for row in range(len(curves[name].indicated_airspeed)):
             cells = [f"{columns[key].value(row):.3f}" if key in columns else "" for key in keys]
-            lines.writerow([*([name] if named else []), *cells])
+            told = [" ".join(doubts.get(name, ()))] if doubtful else []
+            lines.writerow([*([name] if named else []), *cells, *told])
     return text.getvalue()
 
 
-def handbook_page(curves: Mapping[str, ErrorCurve], subject: str) -> str:
-    """The tables as a page to print, a table for each configuration."""
+def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE) -> str:
+    """The tables as a page to print, a table for each configuration below its doubts."""
     tables = []
     for name, curve in curves.items():
         every = range(len(curve.indicated_airspeed))
         kept = [
             row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0
         ] or every
-        tables.append((name or "Airspeed and altimeter", html_table(_handbook(curve), kept)))
+        told = "".join(f"<p><b>{escape(line)}</b></p>" for line in doubts.get(name, ()))
+        table = html_table(_handbook(curve), kept)
+        tables.append((name or "Airspeed and altimeter", told + table))
     return render(
         "takehome.html",
         title=f"Airspeed calibration: {subject}",
@@ -359,9 +371,9 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str) -> str:
 _SYSTEM_PROPERTY = "instrumentation/airspeed-indicator/indicated-speed-kt"
 
 
-def jsbsim_system(curve: ErrorCurve, subject: str) -> str:
+def jsbsim_system(curve: ErrorCurve, subject: str, doubts: Sequence[str] = ()) -> str:
     """A JSBSim system whose airspeed indicator reads as the airplane's: the indicated airspeed by
-    calibrated one.
+    calibrated one. The doubts stand in its comment.
 
     Beyond the curve the outer correction stays. Raises BadInputError where an indicated airspeed
     belongs to two calibrated ones.
@@ -381,8 +393,9 @@ def jsbsim_system(curve: ErrorCurve, subject: str) -> str:
         (calibrated[-1] + 1000.0, indicated[-1] + 1000.0),
     ]
     data = "\n".join(f"            {v:.4f} {i:.4f}" for v, i in rows)
+    about = " ".join([subject, *doubts])
     return f"""<?xml version="1.0"?>
-<!-- The airspeed indicator of {escape(subject.replace("--", "-"))}. Put this file into the aircraft's folder
+<!-- The airspeed indicator of {escape(about.replace("--", "-"))}. Put this file into the aircraft's folder
      Systems, and <system file="NAME"/> (this file's name without .xml) into the aircraft's file. -->
 <system name="airspeed indicator">
   <channel name="indicated airspeed">
@@ -401,7 +414,9 @@ def jsbsim_system(curve: ErrorCurve, subject: str) -> str:
 """
 
 
-def table_text(suffix: str, curves: Mapping[str, ErrorCurve], subject: str) -> str:
+def table_text(
+    suffix: str, curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE
+) -> str:
     """The curves of the configurations in the form that a file's suffix asks for: .csv, .html or
     .xml (JSBSim).
 
@@ -409,45 +424,27 @@ def table_text(suffix: str, curves: Mapping[str, ErrorCurve], subject: str) -> s
     indicator.
     """
     if suffix == ".csv":
-        return handbook_csv(curves)
+        return handbook_csv(curves, doubts)
     if suffix == ".html":
-        return handbook_page(curves, subject)
+        return handbook_page(curves, subject, doubts)
     if len(curves) > 1:
         raise BadInputError(
             f"a JSBSim system reads one curve, and there are {len(curves)} ({', '.join(curves)}): "
             "give one log, or "
             "a card of one configuration"
         )
-    return jsbsim_system(next(iter(curves.values())), subject)
+    ((name, curve),) = curves.items()
+    return jsbsim_system(curve, subject, doubts.get(name, ()))
 
 
 # The record for the file: of a calibration, and of a reconciliation in the order of a qualification
 # test.
 
-_HEADINGS, _GEOMETRY = "heading and track agree", "headings and airspeeds suffice"
-# By the code of a warning or the kind of a disagreement, the check that fails with it.
-_FAILED_BY = {
-    "latency": "latency of the GPS velocity",
-    "wind": "constant wind",
-    "confounded": _GEOMETRY,
-    "one heading": _GEOMETRY,
-    "curve size": "curve of a possible size",
-    "outside prior": "sensors within their accuracies",
-    "faulty rows": "no faulty rows",
-    "flights disagree": "flights agree",
-    "samples": "samples and curve agree",
-    "height": "wind triangle and height agree",
-    "fixed_speed": "fixed-speed points and curve agree",
-    **dict.fromkeys(("heading", "mirrored", "axes turned", "track"), _HEADINGS),
-}
 _NOT_SHOWN = "the log does not show it, or it was not looked for"
 
 
-def checks_of(result: Calibration, points: int = 0) -> list[Check]:
-    """Return the checks of a calibration, passed, failed or skipped, each with its finding.
-
-    `points` is the number of fixed-speed points that the curve was held against.
-    """
+def checks_of(result: Calibration) -> list[Check]:
+    """Return the checks of a calibration, passed, failed or skipped, each with its finding."""
     found, wind, made = result.diagnostics, result.wind, result.provenance
     failed: dict[str, list[str]] = (
         {} if result.converged else {"the fit converged": [result.reason]}
@@ -457,7 +454,7 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
         *((w.code, str(w)) for w in result.warnings),
     ]
     for kind, why in told:
-        failed.setdefault(_FAILED_BY.get(kind, ""), []).append(why)
+        failed.setdefault(FAILED_BY.get(kind, ""), []).append(why)
     late, change, agreement = found.latency, found.wind_change, found.height_agreement
     delay = ""
     if late is not None and np.isfinite(late.two_sigma):
@@ -474,19 +471,21 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
     largest = 100.0 * float(np.max(np.abs(result.curve.normalized_pressure_error)))
     passed = {  # no finding where it was not looked for
         "the fit converged": result.reason,
-        _GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
+        GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
         "samples and curve agree": ""
         if result.method == "height"
         else "none lie off it by more than chance",
         "wind triangle and height agree": ""
         if agreement is None
         else f"so much apart by chance in {100.0 * agreement:.2g} % of logs",
-        "fixed-speed points and curve agree": f"{points} points" if points else "",
+        "fixed-speed points and curve agree": f"{len(result.points)} points"
+        if result.points
+        else "",
         "latency of the GPS velocity": delay,
         "constant wind": ""
         if change is None
         else f"Bayes factor of a change {change.bayes_factor:.2g}",
-        _HEADINGS: "no constant angle"
+        HEADINGS: "no constant angle"
         if any("heading" in each.channels for each in made.inputs)
         else "",
         "curve of a possible size": f"Δp/q_c up to {largest:.1f} %",
@@ -496,10 +495,13 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
         if len(made.inputs) > 1
         else "",
     }
-    left_out = f"left out: {', '.join(result.left_out)}" if result.left_out else ""
+    used = result.residuals.used
+    rows = [] if used.all() else [f"{int(used.sum()):,} of {len(used):,} rows used"]
+    left_out = [f"left out: {', '.join(result.left_out)}"] if result.left_out else []
+    less = "; ".join([*rows, *left_out])
     return [
         *(check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()),
-        check("the whole log was used", "", "" if left_out else "no part was left out", left_out),
+        check("the whole log was used", "", "" if less else "no row was left out", less),
     ]
 
 
@@ -534,20 +536,18 @@ WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
 )
 
 
-def calibration_record(
-    flights: Sequence[Calibration], limit: Limit | str | None = AUTO, points: int = 0
-) -> str:
+def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None = AUTO) -> str:
     """The record of one curve, from one flight or from several with a wind each, as a page of two
     sheets.
 
-    `limit` as for `judgments`; `points` as for `checks_of`, of the first flight.
+    `limit` as for `judgments`.
     """
     from pitotbench.show.curves import curve_panels
     from pitotbench.show.verdict import CHECK_COLUMNS
 
     result = flights[0]
     answer = [*headline(result), short_answer_of(result, "").correction_sentence]
-    drawing = curve_panels({result.model: result}, None, limit=limit)[0].drawing
+    drawing = curve_panels({result.model: result}, None, limit)[0].drawing
     card = html_table(GLANCE_COLUMNS, glance_points(result.curve))
     winds = [
         replace(window, begin=window.begin - each.log_start, end=window.end - each.log_start)
@@ -561,14 +561,14 @@ def calibration_record(
     checks = []
     for number, each in enumerate(flights, start=1):
         of = f"flight {number}: " if len(flights) > 1 else ""
-        found = checks_of(each, points if each is result else 0)
+        found = checks_of(each)
         checks += [replace(c, why=of + c.why) if c.status == "failed" else c for c in found]
     by_status = sorted(checks, key=lambda each: _STATUSES.index(each.status))
     worst = {
         each.name: each for each in reversed(by_status)
     }  # of several flights the worst one is told
     warnings = dict.fromkeys(
-        str(w) for each in flights for w in each.warnings if w.code not in _FAILED_BY
+        str(w) for each in flights for w in each.warnings if w.code not in FAILED_BY
     )
     parts: list[Part] = [
         (

@@ -8,7 +8,6 @@ from dataclasses import asdict
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import tomli_w
 
@@ -127,6 +126,7 @@ def library_aircraft() -> dict[str, Path]:
 # library.
 
 PACKAGE = Path(__file__).resolve().parents[1]
+SHIPPED = (PACKAGE / "aircraft", PACKAGE.parents[1] / "aircraft")  # of the wheel, of the checkout
 OWN = Path("aircraft")  # relative to the working directory: the variants that the user keeps
 
 
@@ -135,17 +135,20 @@ def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
 
     Looks in the package (the wheel ships its aircraft), in the checkout, then in `./aircraft`,
     where variants such as `navajo+pod` are written, then in JSBSim's own library. A name with a
-    slash, or that ends in `.xml`, is the path of a JSBSim file or of its folder. Where an aircraft
-    lacks the bench's autopilot, the folder is a copy with one attached. Raises UnknownNameError
-    where no folder holds it; the message lists the known aircraft and the nearest name. Raises
-    BadInputError or SimulationError for an aircraft that cannot be flown; the message says why.
+    slash, or that ends in `.xml`, is the path of a JSBSim file or of its folder. Only the files of
+    the package and the checkout reach JSBSim as they are: of any other aircraft, or one that lacks
+    the bench's autopilot, the folder is a cleaned copy that has one (`attach`). Raises
+    UnknownNameError where no folder holds it; the message lists the known aircraft and the nearest
+    name. Raises BadInputError or SimulationError for an aircraft that cannot be flown; the message
+    says why.
     """
     if places is None and is_path(name):
         return _attached(Path(name))
     known = known_aircraft(places)
     if name in known:
         folder = known[name]
-        return folder if places is not None or has_autopilot(folder) else _attached(folder)
+        ready = places is not None or (folder.parent in SHIPPED and has_autopilot(folder))
+        return folder if ready else _attached(folder)
     if places is None and name in library_aircraft():
         return _attached(library_aircraft()[name].parent)
     lost = explain("aircraft", name, list(known))
@@ -188,8 +191,7 @@ def has_autopilot(folder: Path) -> bool:
 def known_aircraft(places: tuple[Path, ...] | None = None) -> dict[str, Path]:
     """Return every aircraft by name. Where two folders hold one name, the first counts."""
     found: dict[str, Path] = {}
-    shelves = (PACKAGE / "aircraft", PACKAGE.parents[1] / "aircraft", OWN.resolve())
-    for shelf in shelves if places is None else places:
+    for shelf in (*SHIPPED, OWN.resolve()) if places is None else places:
         for file in sorted(shelf.glob("*/*.xml")):
             if file.stem == file.parent.name:
                 found.setdefault(file.stem, file.parent)
@@ -208,11 +210,20 @@ def write_record(folder: Path, attached: Attached) -> None:
 @cache
 def read_record(folder: Path) -> Attached | None:
     """Return the record in an aircraft's folder; None where the aircraft has an autopilot of its
-    own.
+    own. Raises BadInputError for a file that holds no such record.
     """
+    from pydantic import TypeAdapter  # slow to load
+
     file = folder / FILE
     if not file.is_file():
         return None
-    table = tomllib.loads(file.read_text(encoding="utf-8"))
-    entries: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
-    return Attached(**entries)
+    try:
+        found = TypeAdapter(Attached).validate_python(tomllib.loads(file.read_text("utf-8")))
+        if found.speed_kt:
+            return found
+    except ValueError:  # no text, no TOML, or a wrong field
+        pass
+    raise BadInputError(
+        f"{file}: not the record of an attached autopilot; make this aircraft again from the "
+        "author's files"
+    )

@@ -525,6 +525,8 @@ def read_handbook(file: Path) -> list[HandbookRow]:
     `calibrated_airspeed_kt` of a climb or a glide (blank: the best). Raises BadInputError for
     another column or figure, for text in place of a number, and for a missing value.
     """
+    if file.exists() and not file.is_file():
+        raise BadInputError(f"{file}: not a regular file; a handbook's table is a CSV file")
     with file.open(encoding="utf-8-sig", newline="") as opened:
         table = csv.DictReader(opened)
         names = [name.strip() for name in table.fieldnames or ()]

@@ -5,6 +5,7 @@ errors here.
 import re
 from collections.abc import Callable
 from contextlib import ExitStack
+from errno import ENOENT
 from math import degrees, isfinite, pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -91,7 +92,7 @@ def load_fdm(
 
     `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of
     engines and systems, by default `Engines` and `Systems` in that folder. Raises SimulationError
-    where JSBSim refuses a file.
+    where JSBSim refuses a file, FileNotFoundError where a file was deleted meanwhile.
     """
     import jsbsim  # loads with the first aircraft, not with the table of maneuvers
 
@@ -106,15 +107,19 @@ def load_fdm(
     fdm.set_debug_level(0)
     fdm.set_dt(1.0 / rate)
     engines, systems = parts or (folder / "Engines", folder / "Systems")
+    files = [folder / f"{folder.name}.xml", *folder.rglob("*.xml")]
     try:
         loaded = fdm.load_model_with_paths(
             folder.name, str(folder.parent), str(engines), str(systems)
         )
     except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
-        said = transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
-        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}") from error
+        loaded, said = False, transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
+    else:
+        said = transcript.said()
     if not loaded:
-        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{transcript.said()}")
+        if lost := [str(file) for file in files if not file.is_file()]:
+            raise FileNotFoundError(ENOENT, "deleted while it was read", lost[0])
+        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}")
     return fdm, transcript
 
 

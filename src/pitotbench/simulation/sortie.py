@@ -10,7 +10,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Attached
-from pitotbench.records.case import Case, rate_problem
+from pitotbench.records.case import Case, PressureErrorSpec, rate_problem
 from pitotbench.records.flight import Flight
 from pitotbench.simulation.aircraft import find_aircraft, read_record
 from pitotbench.simulation.card import Card, override
@@ -157,6 +157,12 @@ def scaled_case(case: Case) -> Case:
     return replace(case, pressure_error=replace(case.pressure_error, reference_pressure=reference))
 
 
+def with_usual_curve(case: Case) -> Case:
+    """Return a case that states no error curve with the usual one at the speeds of its aircraft."""
+    usual = PressureErrorSpec(location=case.pressure_error.location)
+    return scaled_case(case) if case.pressure_error == usual else case
+
+
 def speed_range(aircraft: str) -> tuple[float, float]:
     """Return the slowest and the fastest speed of the cards for an aircraft [m/s, calibrated]."""
     record = read_record(find_aircraft(aircraft))
@@ -183,6 +189,9 @@ def fly(
 ) -> Flight:
     """Fly the maneuver of a case and return the truth at the case's rate of integration.
 
+    A case that states no error curve has the usual one at the speeds of its aircraft (see
+    `with_usual_curve`), which `Flight.case` then holds.
+
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's;
     it jumps where a set-up between speeds was flown unrecorded. `progress(seconds, label)` is
     called as each segment begins. `channels` names the channels to record beside the time, by
@@ -194,10 +203,10 @@ def fly(
     SimulationError where the case cannot be flown.
     """
     # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
-    recorded = lines_of(channels)
-    maneuver = MANEUVERS[case.maneuver]
+    recorded, maneuver = lines_of(channels), MANEUVERS[case.maneuver]
     if problem := rate_problem(case.integration_rate):
         raise BadInputError(problem)
+    case = with_usual_curve(case)
     overlay = overlay_of(case)
     card = card_of(case)
     air = Air.of(case, overlay.temperature_offset)

@@ -14,6 +14,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.units import Array, Booleans
 from pitotlab.blind.case import NO_ANSWER, SURE, JudgedCase
 from pitotlab.blind.sealed import judged_in, kept_sets
+from pitotlab.tables import write_figures
 
 # What a mechanic would look at where a fault of the generator is none of the table.
 PARTS_OUTSIDE: Mapping[str, tuple[str, ...]] = {
@@ -156,13 +157,18 @@ def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
     return NamedParts(len(cases), first, right, wrong)
 
 
-def lines(cases: Sequence[JudgedCase]) -> list[str]:
-    """The score by part as lines: named parts, and the proper scores over causes and parts."""
-    strong = [
+def strong_causes(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
+    """The cases of one flight with a single cause above 7σ."""
+    return [
         c
         for c in cases
         if c.is_single and c.flights == 1 and c.band == "above 7" and c.verdict != "not scored"
     ]
+
+
+def lines(cases: Sequence[JudgedCase]) -> list[str]:
+    """The score by part as lines: named parts, and the proper scores over causes and parts."""
+    strong = strong_causes(cases)
     outside = [c for c in cases if c.kind == "outside" and c.verdict != "not scored"]
     gap = with_a_gap(cases)
     of_table = [c for c in gap if c.kind != "outside"]
@@ -180,7 +186,19 @@ def lines(cases: Sequence[JudgedCase]) -> list[str]:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Print the score by part of every kept set."""
-    parser.parse_args(words)
-    for path in kept_sets():
-        print(path.name.split(".")[0], *lines(judged_in(path)), sep="\n  ")
+    """Print the score by part of every kept set.
+
+    `--page` writes the sum over the sets into docs/how-good-is-it.md.
+    """
+    parser.add_argument("--page", action="store_true", help="write the numbers into the page")
+    options = parser.parse_args(words)
+    each = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
+    for name, cases in each.items():
+        print(name, *lines(cases), sep="\n  ")
+    every = named_parts(strong_causes([c for cases in each.values() for c in cases]), summed)
+    print(f"all sets, one flight above 7: {every}")
+    if options.page:
+        share = f"{100.0 * every.right / every.cases:.0f}"
+        numbers = {"part share": share, "parts right": str(every.right)}
+        numbers |= {"parts": str(every.cases), "parts wrong": str(every.wrong)}
+        write_figures(numbers)

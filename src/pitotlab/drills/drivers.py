@@ -263,6 +263,13 @@ def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dic
         "state": "done",
         "failures": [],
         "trace": "",
+        "columns": {},
+        **{name: [] for name in ("das", "calibrations", "rows", "sections")},
+        "keep_logs": "none",
+        "log_format": "",
+        "drawn": False,
+        "made": dict.fromkeys(("code", "aircraft", "host"), "")
+        | {"versions": {}, "cpu_s": 0.0, "wall_s": 0.0},
     }
     if isinstance(result, Failure):
         state, failures = (

@@ -1,8 +1,8 @@
 """Flights of a prescribed motion through prescribed air, recorded by prescribed sensors: logs with
 a known truth.
 
-The error sits in the static source: p_i = p(h) + Δp_s, the total pressure is right, so q_ci = q_c −
-Δp_s.
+The error sits in the static source: p_i = p(h) + Δp_s, so q_ci = q_c − Δp_s where the total pressure
+is right. An error of the total source takes its part of q_ci and leaves p_i as it is.
 Nothing here comes from the product: the judge writes the log to a file and reads it as a user
 would.
 """
@@ -22,15 +22,15 @@ from pitotlab.outside.motion import (
     fixes,
     fly_maneuver,
     in_steps,
+    lagged,
+    levels,
     receive,
     wander,
 )
 from pitotlab.outside.moving_air import Cell
-from pitotlab.outside.physics import FOOT, Array, Day, StaticError, impact_from_indicated
+from pitotlab.outside.physics import FOOT, Array, Day, SourceError, impact_from_indicated
 
 WIND_RMS = 6.0  # m/s, a component of the mean wind
-SPEED_WANDER, SPEED_SECONDS = 0.15, 8.0  # m/s, s: how well the pilot holds the speed
-HEIGHT_WANDER, HEIGHT_SECONDS = 4.0, 12.0  # m, s: and the height
 _PURPOSES = (
     "card",
     "error",
@@ -41,6 +41,8 @@ _PURPOSES = (
     "thermals",
     "sensors",
     "receiver",
+    "unknowns",
+    "levels",
 )
 
 
@@ -79,6 +81,7 @@ class State:
     temperature: Array  # K
     impact: Array  # Pa, true impact pressure
     indicated_impact: Array  # Pa
+    total_error: Array  # Pa, by which the total pressure is read too low
     heading: Array  # rad
     turn_rate: Array  # rad/s
 
@@ -102,14 +105,24 @@ class OutsideFlight:
     seed: int
     fix_rate: float  # Hz
     sky: Sky
-    error: StaticError
+    error: SourceError
     state: State
     columns: dict[str, Array]
     truth: Truth
 
     def correction(self, indicated_airspeed: Array) -> Array:
-        """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
-        return physics.true_correction(self.error, indicated_airspeed)
+        """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s], as the log
+        shows them.
+        """
+        impact = impact_from_indicated(
+            self.error, _impact_of_reading(self.cell, indicated_airspeed)
+        )
+        return physics.calibrated_airspeed(impact) - indicated_airspeed
+
+    def position_error(self, indicated_airspeed: Array) -> Array:
+        """True minus indicated pressure altitude [ft] at indicated airspeeds [m/s] of the log."""
+        indicated = _impact_of_reading(self.cell, indicated_airspeed)
+        return _position_error(self.cell, self.sky, self.error, indicated)
 
 
 def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
@@ -122,12 +135,14 @@ def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
     dice = {
         name: np.random.default_rng(child) for name, child in zip(_PURPOSES, children, strict=True)
     }
+    if cell.drawn:
+        cell = cell.drawn(cell, dice["unknowns"])
     sky = _draw_sky(cell, dice["wind"])
-    draw = physics.draw_two_slopes if cell.two_slopes else physics.draw_inverse_plus
-    error = draw(cell.low, cell.high, dice["error"])
+    error = cell.source(cell.low, cell.high, dice["error"])
     state = _fly(cell, maneuver, sky, error, dice)
     fix_rate = 20.0 if seed % 2 == 0 else 1.0
-    columns = _record(cell, state, fix_rate, seed // 2 % 2 == 1, dice)
+    air_temperature = {"air": True, "total": False}.get(cell.temperature, seed // 2 % 2 == 1)
+    columns = _logged(cell, _record(cell, state, fix_rate, air_temperature, dice))
     return OutsideFlight(
         cell, maneuver, seed, fix_rate, sky, error, state, columns, _truth(cell, sky, error, state)
     )
@@ -140,7 +155,7 @@ def _draw_sky(cell: Cell, dice: np.random.Generator) -> Sky:
 
 
 def _fly(
-    cell: Cell, maneuver: str, sky: Sky, error: StaticError, dice: dict[str, np.random.Generator]
+    cell: Cell, maneuver: str, sky: Sky, error: SourceError, dice: dict[str, np.random.Generator]
 ) -> State:
     card = dice["card"]
     motion = fly_maneuver(
@@ -150,13 +165,22 @@ def _fly(
         _true_over_indicated(cell, sky.day),
         card.uniform(0.0, 2.0 * np.pi),
         float(card.choice([-1.0, 1.0])),
+        cell.bank,
     )
     count = len(motion.time)
-    height = cell.height + wander(count, HEIGHT_WANDER, HEIGHT_SECONDS, dice["pilot"])
+    height = cell.height + wander(count, cell.height_wander, cell.height_seconds, dice["pilot"])
+    if cell.height_step:
+        height = height + levels(motion.time, cell.height_step, dice["levels"])
     down = -np.gradient(height, 1.0 / RATE)
     slow = cell.slow_wind(motion.time, dice["slow_wind"])
+    if any(cell.shear):
+        slow[:, :2] += (height - cell.height)[:, None] * np.array(cell.shear)
     quiet = _commanded_airspeed(
-        motion, sky.day, error, height, wander(count, SPEED_WANDER, SPEED_SECONDS, dice["pilot"])
+        motion,
+        sky.day,
+        error,
+        height,
+        wander(count, cell.speed_wander, cell.speed_seconds, dice["pilot"]),
     )
     level = np.sqrt(quiet**2 - (down - slow[:, 2]) ** 2)
     through_air = np.stack(
@@ -171,6 +195,7 @@ def _fly(
     pressure = sky.pressure(height, position[:, 0], position[:, 1])
     temperature = sky.day.temperature(height)
     impact = pressure * physics.impact_over_static(airspeed / physics.speed_of_sound(temperature))
+    indicated = physics.indicated_from_impact(error, impact)
     return State(
         time=motion.time,
         height=height,
@@ -183,7 +208,8 @@ def _fly(
         pressure=pressure,
         temperature=temperature,
         impact=impact,
-        indicated_impact=physics.indicated_from_impact(error, impact),
+        indicated_impact=indicated,
+        total_error=physics.total_share(error, indicated) * impact,
         heading=motion.heading,
         turn_rate=motion.turn_rate,
     )
@@ -200,7 +226,7 @@ def _true_over_indicated(cell: Cell, day: Day) -> float:
 
 
 def _commanded_airspeed(
-    motion: Motion, day: Day, error: StaticError, height: Array, wandering: Array
+    motion: Motion, day: Day, error: SourceError, height: Array, wandering: Array
 ) -> Array:
     """True airspeed [m/s] at which the gauge shows what the card asks for, in air without gusts."""
     impact = impact_from_indicated(
@@ -239,24 +265,37 @@ def _record(
     dice: dict[str, np.random.Generator],
 ) -> dict[str, Array]:
     sensors, count = dice["sensors"], len(state.time)
-    total_pressure = state.pressure + state.impact
-    static = state.pressure + (state.impact - state.indicated_impact)
-    impact = total_pressure - static + NOISE.impact * sensors.standard_normal(count)
+    total_pressure = state.pressure + state.impact - state.total_error
+    static = state.pressure + (state.impact - state.indicated_impact) - state.total_error
+    reading = cell.impact_scale * (total_pressure - static) + cell.impact_zero
+    impact = reading + NOISE.impact * sensors.standard_normal(count)
     mach = physics.mach_number(state.impact / state.pressure)
     temperature = (
-        state.temperature if air_temperature else physics.total_temperature(state.temperature, mach)
+        state.temperature
+        if air_temperature
+        else physics.total_temperature(state.temperature, mach, cell.recovery)
     )
-    offset = cell.probe_offset * float(sensors.choice([-1.0, 1.0]))
+    temperature = lagged(temperature, cell.probe_lag, RATE)
+    offset = cell.probe_offset * float(sensors.choice([-1.0, 1.0])) + cell.probe_bias
     velocity, height = receive(
-        state.time, state.ground_velocity, state.height, fix_rate, cell.gps_late, dice["receiver"]
+        state.time,
+        np.stack([lagged(v, cell.gps_filter, RATE) for v in state.ground_velocity.T], axis=-1),
+        lagged(state.height, cell.gps_filter, RATE),
+        fix_rate,
+        cell.gps_late,
+        dice["receiver"],
+        cell.height_late,
     )
+    velocity[:, :2] += cell.velocity_bias
     attitude = _attitude(state) + NOISE.attitude * sensors.standard_normal((count, 3))
     return {
         "time_s": state.time,
         "impact_pressure_pa": in_steps(impact, cell.airspeed_step)
         if cell.airspeed_step
         else impact,
-        "static_pressure_pa": static + NOISE.static * sensors.standard_normal(count),
+        "static_pressure_pa": static
+        + NOISE.static * sensors.standard_normal(count)
+        + cell.static_bias,
         "air_temperature_k" if air_temperature else "total_temperature_k": (
             temperature + offset + NOISE.temperature * sensors.standard_normal(count)
         ),
@@ -271,6 +310,27 @@ def _record(
     }
 
 
+def _logged(cell: Cell, columns: dict[str, Array]) -> dict[str, Array]:
+    """The rows that the recorder keeps, as its display shows them."""
+    margin, every = round(cell.trim * RATE), round(RATE / cell.log_rate)
+    rows = slice(margin, len(columns["time_s"]) - margin, every)
+    columns = {name: column[rows] for name, column in columns.items()}
+    for show in cell.shown:
+        columns = show(columns)
+    return columns
+
+
+def read_airspeed(cell: Cell, indicated_airspeed: Array) -> Array:
+    """The airspeed [m/s] that the log shows for that of the sources [m/s]."""
+    impact = physics.impact_pressure(indicated_airspeed)
+    return physics.calibrated_airspeed(cell.impact_scale * impact + cell.impact_zero)
+
+
+def _impact_of_reading(cell: Cell, airspeed: Array) -> Array:
+    """The impact pressure [Pa] of the sources for an airspeed of the log [m/s]."""
+    return (physics.impact_pressure(airspeed) - cell.impact_zero) / cell.impact_scale
+
+
 def _attitude(state: State) -> Array:
     """Roll, pitch and heading [rad] of a coordinated flight: (n, 3); 4° of angle of attack at the
     mean airspeed.
@@ -282,19 +342,25 @@ def _attitude(state: State) -> Array:
     return np.stack([roll, attack * np.cos(roll) + climb, state.heading], axis=-1)
 
 
-def _truth(cell: Cell, sky: Sky, error: StaticError, state: State) -> Truth:
-    step = 5.0 * physics.KNOT
-    points = (
-        np.arange(np.ceil(cell.low / step - 1e-9), np.floor(cell.high / step + 1e-9) + 1.0) * step
-    )
-    impact = impact_from_indicated(error, physics.impact_pressure(points))
-    pressure = sky.day.pressure(np.full(len(points), cell.height))
-    indicated_pressure = pressure + (impact - physics.impact_pressure(points))
+def _position_error(cell: Cell, sky: Sky, error: SourceError, indicated: Array) -> Array:
+    """True minus indicated pressure altitude [ft] at impact pressures of the sources [Pa]."""
+    impact = impact_from_indicated(error, indicated)
+    pressure = sky.day.pressure(np.full(len(indicated), cell.height))
+    total = physics.total_share(error, indicated) * impact
+    indicated_pressure = pressure + (impact - indicated) - total
     above = physics.pressure_altitude(pressure) - physics.pressure_altitude(indicated_pressure)
+    return above / FOOT
+
+
+def _truth(cell: Cell, sky: Sky, error: SourceError, state: State) -> Truth:
+    step = 5.0 * physics.KNOT
+    low, high = read_airspeed(cell, np.array([cell.low, cell.high]))
+    points = np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1.0) * step
+    indicated = _impact_of_reading(cell, points)
     return Truth(
         indicated_airspeed=points,
-        calibrated_airspeed=physics.calibrated_airspeed(impact),
-        position_error=above / FOOT,
+        calibrated_airspeed=physics.calibrated_airspeed(impact_from_indicated(error, indicated)),
+        position_error=_position_error(cell, sky, error, indicated),
         mean_wind=sky.wind[:2] + state.slow_wind[:, :2].mean(axis=0),
     )
 

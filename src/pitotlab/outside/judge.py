@@ -4,12 +4,12 @@ import argparse
 import csv
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from pitotlab.outside.generator import OutsideFlight, generate, write_csv
 from pitotlab.outside.moving_air import CELLS
 from pitotlab.outside.oracle import USUAL_ONE_SIGMA, Height, bound, known_covariance
 from pitotlab.outside.physics import FOOT, KNOT, Array
+from pitotlab.outside.written import checked_seeds
 
 TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
 FORMS = ("text", "markdown")
@@ -51,10 +52,15 @@ def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
     if form == "markdown":
         ruled = [columns, ["---"] * len(columns), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in ruled)
-    widths = [max(len(text) for text in column) for column in zip(columns, *body, strict=True)]
+    return laid_out([columns, *body])
+
+
+def laid_out(lines: Sequence[Sequence[str]]) -> str:
+    """Lines of entries under one another, each column as wide as its widest entry."""
+    widths = [max(len(text) for text in column) for column in zip(*lines, strict=True)]
     return "\n".join(
-        "  ".join(text.rjust(width) for text, width in zip(cells, widths, strict=True))
-        for cells in (columns, *body)
+        "  ".join(text.rjust(width) for text, width in zip(entries, widths, strict=True))
+        for entries in lines
     )
 
 
@@ -70,23 +76,23 @@ def line_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         "n": str(len(answered)),
         "refused": str(sum(row["outcome"] == "refused" for row in rows)),
         "crashed": str(sum(row["outcome"] == "crashed" for row in rows)),
-        "curve %": _text(_mean(coverage), 1),
-        "±": _text(standard_error(coverage), 1),
-        "whole %": _text(100.0 * _mean(_column(answered, "whole_band")), 0),
-        "wind %": _text(100.0 * _mean(_column(answered, "wind_inside")), 0),
-        "2σ kt": _text(_mean(bound), 3),
-        "rms kt": _text(rms, 3),
-        "mean kt": _text(_mean(_column(answered, "mean_error_kt")), 3),
-        "2σ/2rms": _text(_mean(bound) / (2.0 * rms) if rms else float("nan"), 2),
-        "/oracle": _text(_mean(bound / _column(answered, "oracle_two_sigma_kt")), 2),
-        "/joined": _text(_mean(bound / _column(answered, "joined_two_sigma_kt")), 2),
-        "ft %": _text(100.0 * _mean(_given(answered, "coverage_ft")), 1),
-        "2σ ft": _text(_mean(_given(answered, "two_sigma_ft")), 1),
+        "curve %": text_of(_mean(coverage), 1),
+        "±": text_of(standard_error(coverage), 1),
+        "whole %": text_of(100.0 * _mean(_column(answered, "whole_band")), 0),
+        "wind %": text_of(100.0 * _mean(_column(answered, "wind_inside")), 0),
+        "2σ kt": text_of(_mean(bound), 3),
+        "rms kt": text_of(rms, 3),
+        "mean kt": text_of(_mean(_column(answered, "mean_error_kt")), 3),
+        "2σ/2rms": text_of(_mean(bound) / (2.0 * rms) if rms else float("nan"), 2),
+        "/oracle": text_of(_mean(bound / _column(answered, "oracle_two_sigma_kt")), 2),
+        "/joined": text_of(_mean(bound / _column(answered, "joined_two_sigma_kt")), 2),
+        "ft %": text_of(100.0 * _mean(_given(answered, "coverage_ft")), 1),
+        "2σ ft": text_of(_mean(_given(answered, "two_sigma_ft")), 1),
         "ft given": str(len(_given(answered, "coverage_ft"))),
-        "warned %": _text(100.0 * _mean(_column(answered, "warned")), 0),
-        "headline %": _text(100.0 * _mean(_column(answered, "headline")), 1),
+        "warned %": text_of(100.0 * _mean(_column(answered, "warned")), 0),
+        "headline %": text_of(100.0 * _mean(_column(answered, "headline")), 1),
         "outside": str(len(outside)),
-        "warned of these %": _text(100.0 * _mean(_column(outside, "warned")), 0),
+        "warned of these %": text_of(100.0 * _mean(_column(outside, "warned")), 0),
         "by maneuver %": _by_maneuver(answered),
     }
 
@@ -122,17 +128,18 @@ def _mean(values: Array) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
 
 
-def _text(value: float, digits: int) -> str:
+def text_of(value: float, digits: int) -> str:
+    """A number, or a dash where there is none."""
     return f"{value:.{digits}f}" if np.isfinite(value) else "–"
 
 
-DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
 # Where the command's defaults are not those of CalibrationOptions.
 COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
 LONG_LOG = (
     600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
 )
 NAN = float("nan")
+AnyRow = TypeVar("AnyRow")
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,7 +270,7 @@ def options_text(stated: Mapping[str, str]) -> str:
     return ",".join(f"{name}={value}" for name, value in sorted(stated.items())) or "defaults"
 
 
-def read_rows(path: Path) -> list[Row]:
+def read_rows(path: Path, kind: type[AnyRow]) -> list[AnyRow]:
     """The rows of a file of the judge, none where there is no file; a row that breaks off is cut
     from the file.
 
@@ -275,21 +282,14 @@ def read_rows(path: Path) -> list[Row]:
     kept = whole[: whole.rfind(b"\n") + 1]
     if kept != whole:
         path.write_bytes(kept)
-    names = [field.name for field in fields(Row)]
+    columns = fields(kind)  # type: ignore[arg-type]
     lines = list(csv.reader(kept.decode("utf-8").splitlines()))
-    if lines and lines[0] != names:
+    if lines and lines[0] != [field.name for field in columns]:
         raise ValueError(f"{path} has other columns than this judge writes: give another --out")
-    return [_row(dict(zip(names, line, strict=True))) for line in lines[1:]]
-
-
-def _row(cells: Mapping[str, str]) -> Row:
-    kinds: dict[str, Callable[[str], object]] = {"seed": int}
-    texts = {"cell", "options", "maneuver", "outcome", "says"}
-    entries = {
-        name: text if name in texts else kinds.get(name, float)(text)
-        for name, text in cells.items()
-    }
-    return Row(**entries)  # type: ignore[arg-type]
+    return [
+        kind(*(field.type(cell) for field, cell in zip(columns, line, strict=True)))  # type: ignore[operator]
+        for line in lines[1:]
+    ]
 
 
 def judge_all(
@@ -298,7 +298,7 @@ def judge_all(
     """Judge what the file does not hold yet, append row by row, and return all rows that were asked
     for.
     """
-    held = {(row.cell, row.seed, row.options): row for row in read_rows(out)}
+    held = {(row.cell, row.seed, row.options): row for row in read_rows(out, Row)}
     asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
     missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]
     new = not out.exists() or out.stat().st_size == 0
@@ -336,16 +336,6 @@ def _judged(
             yield done.result()
 
 
-def _seeds(parser: argparse.ArgumentParser, first: int, flights: int) -> range:
-    seeds = range(first, first + flights)
-    if flights < 1 or first < 0 or (seeds[-1] >= DEVELOPMENT_BELOW and first < SCORED_FROM):
-        parser.error(
-            f"seeds {first} to {first + flights - 1}: stay below {DEVELOPMENT_BELOW} (development) "
-            f"or begin at {SCORED_FROM} or above (scored)"
-        )
-    return seeds
-
-
 def _stated(parser: argparse.ArgumentParser, text: str) -> dict[str, str]:
     pairs = [part.partition("=") for part in text.split(",") if part]
     if any(not equals for _, equals, _ in pairs):
@@ -371,7 +361,10 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     unknown = [cell for cell in cells if cell not in CELLS]
     if unknown:
         parser.error(f"unknown cell {unknown[0]!r}; known: {', '.join(CELLS)}")
-    seeds, stated = _seeds(parser, choice.seed, choice.flights), _stated(parser, choice.options)
+    seeds, stated = (
+        checked_seeds(parser, choice.seed, choice.flights),
+        _stated(parser, choice.options),
+    )
     rows = judge_all(cells, seeds, stated, choice.jobs, choice.out)
     if sys.stderr.isatty():
         print(file=sys.stderr)

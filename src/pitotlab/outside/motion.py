@@ -12,6 +12,7 @@ RATE = 20.0  # rows a second
 RAMP_SECONDS = 60.0  # from the highest speed to the lowest: 1 kt/s between 160 and 100 kt
 STANDARD_TURN = np.radians(3.0)  # rad/s
 BANK = np.radians(30.0)
+CLIMB = 2.54  # m/s: 500 ft/min, from one level to another
 CORNER = 0.7  # s, over which ramps and turns begin
 
 
@@ -93,11 +94,12 @@ def fly_maneuver(
     true_over_indicated: float,
     start: float,
     side: float,
+    bank: float = BANK,
 ) -> Motion:
     """Fly legs between two indicated airspeeds [m/s], from a heading [rad], turning to one side (1
     right, -1 left).
 
-    `true_over_indicated` is the ratio of the airspeeds that fixes the rate of a banked turn.
+    `true_over_indicated` is the ratio of the airspeeds that fixes the rate of a turn at `bank`.
     """
     speeds, rates = [], []
     speed, ramp = legs[0].speed, 1.0 / (RAMP_SECONDS * RATE)
@@ -106,7 +108,7 @@ def fly_maneuver(
         target_angle = np.radians(leg.turn)
         while rows < leg.seconds * RATE or turned < target_angle or abs(speed - leg.speed) > 1e-9:
             speed += float(np.clip(leg.speed - speed, -ramp, ramp))
-            banked = GRAVITY * np.tan(BANK) / ((low + speed * (high - low)) * true_over_indicated)
+            banked = GRAVITY * np.tan(bank) / ((low + speed * (high - low)) * true_over_indicated)
             rate = (
                 banked
                 if leg.steep
@@ -135,6 +137,37 @@ def wander(count: int, rms: float, seconds: float, dice: np.random.Generator) ->
         2.0 * np.sqrt(np.pi) * seconds * RATE
     )  # rms of white noise after the filter
     return np.asarray(rms * noise / expected)
+
+
+def levels(time: Array, step: float, dice: np.random.Generator) -> Array:
+    """Height [m] over the middle of two levels, `step` apart: the pilot goes to the other one at
+    500 ft/min after one to three minutes.
+    """
+    level, now = float(dice.choice([-0.5, 0.5])), 0.0
+    corners = [(now, level)]
+    while now < time[-1]:
+        now += dice.uniform(60.0, 180.0)
+        corners.append((now, level))
+        now, level = now + step / CLIMB, -level
+        corners.append((now, level))
+    knots, heights = np.array(corners).T
+    return np.asarray(
+        step * gaussian_filter1d(np.interp(time, knots, heights), 2.0 * RATE, mode="nearest")
+    )
+
+
+def lagged(signal: Array, seconds: float, rate: float) -> Array:
+    """The signal behind a lag of the first order, at rest in the first row; it trails a ramp by
+    `seconds` less one row.
+    """
+    if not seconds:
+        return signal
+    gain, state = 1.0 / (seconds * rate), float(signal[0])
+    out = np.empty_like(signal)
+    for row, value in enumerate(signal):
+        state += gain * (float(value) - state)
+        out[row] = state
+    return out
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,10 +200,12 @@ def receive(
     fix_rate: float,
     late: float,
     dice: np.random.Generator,
+    height_late: float = 0.0,
 ) -> tuple[Array, Array]:
     """Velocity (n, 3) and height (n,) as a standalone receiver reports them, held between fixes.
 
-    `late` is by how much a fix trails the state that it describes [s].
+    `late` is by how much a fix trails the state that it describes [s], `height_late` by how much
+    more its height does.
     """
     row = fixes(time, fix_rate)
     then = time[row] - late
@@ -178,7 +213,7 @@ def receive(
     noise = NOISE.velocity * dice.standard_normal(velocity.shape)
     white = NOISE.height * dice.standard_normal(len(time))
     slow = _slow_height(time, dice)
-    return described + noise[row], np.interp(then, time, height) + (white + slow)[row]
+    return described + noise[row], np.interp(then - height_late, time, height) + (white + slow)[row]
 
 
 def _slow_height(time: Array, dice: np.random.Generator) -> Array:

@@ -6,7 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import gamma, kv
 
-from pitotlab.outside.physics import FOOT, KNOT, Array
+from pitotlab.outside.motion import BANK, RATE, lagged
+from pitotlab.outside.physics import (
+    FOOT,
+    KNOT,
+    Array,
+    SourceError,
+    draw_inverse_plus,
+    draw_two_slopes,
+)
 
 VON_KARMAN = 1.339  # the factor beside the length in the spectra of MIL-F-8785C
 
@@ -91,17 +99,8 @@ def answer(gust: Array, heading: Array, rate: float) -> Array:
     """
     c, n = np.cos(heading), np.sin(heading)
     along, across = c * gust[:, 0] + n * gust[:, 1], c * gust[:, 1] - n * gust[:, 0]
-    u, v = _lagged(along, 20.0, rate), _lagged(across, 4.0, rate)
+    u, v = lagged(along, 20.0, rate), lagged(across, 4.0, rate)
     return np.stack([c * u - n * v, n * u + c * v, np.zeros_like(u)], axis=-1)
-
-
-def _lagged(signal: Array, seconds: float, rate: float) -> Array:
-    gain, state = 1.0 / (seconds * rate), float(signal[0])
-    out = np.empty_like(signal)
-    for row, value in enumerate(signal):
-        state += gain * (float(value) - state)
-        out[row] = state
-    return out
 
 
 SlowWind = Callable[[Array, np.random.Generator], Array]  # time [s] to velocities [m/s], (n, 3)
@@ -136,10 +135,22 @@ def steady_change(time: Array, dice: np.random.Generator) -> Array:
     return np.stack([level * np.cos(toward), level * np.sin(toward), np.zeros_like(time)], axis=-1)
 
 
+def drift(time: Array, dice: np.random.Generator, *, size: float, seconds: float) -> Array:
+    """A horizontal wind that wanders: Ornstein-Uhlenbeck, `size` [m/s] a component, in time."""
+    level = ou_gusts(time, size, seconds, dice)
+    level[:, 2] = 0.0
+    return level
+
+
 SHORT = ("step_decrease", "rapid_decel", "circle")
 # Mostly the short ones, as the long ones cost time; an odd number, so that each meets both rates of
 # GPS.
 ALL = (*SHORT, *SHORT, "race_track", *SHORT, *SHORT, *SHORT, "four_leg")
+
+
+Source = Callable[[float, float, np.random.Generator], SourceError]  # between two airspeeds
+Display = Callable[[dict[str, Array]], dict[str, Array]]
+Draw = Callable[["Cell", np.random.Generator], "Cell"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,10 +170,32 @@ class Cell:
     thermals: bool = False
     carried: bool = False
     slow_wind: SlowWind = still
+    shear: tuple[float, float] = (0.0, 0.0)  # 1/s, of the wind toward north and east with height
+    height_step: float = 0.0  # m, between the levels that the pilot flies
+    height_wander: float = 4.0  # m, how well the pilot holds the height, and over how long
+    height_seconds: float = 12.0  # s
+    speed_wander: float = 0.15  # m/s, and the speed
+    speed_seconds: float = 8.0  # s
+    bank: float = BANK  # rad, at most, in turns
+    source: Source = draw_inverse_plus
     probe_offset: float = 0.0  # K, of either sign
+    probe_bias: float = 0.0  # K
+    probe_lag: float = 0.0  # s
+    recovery: float = 1.0  # share of the rise that a probe of the total temperature shows
+    temperature: str = "by seed"  # what is logged: air, total, or one after the other
+    static_bias: float = 0.0  # Pa
+    impact_scale: float = 1.0  # on the reading of the impact pressure
+    impact_zero: float = 0.0  # Pa, added to it
     airspeed_step: float = 0.0  # m/s
+    velocity_bias: tuple[float, float] = (0.0, 0.0)  # m/s, north and east
+    gps_filter: float = 0.0  # s, a lag of the first order
     gps_late: float = 0.0  # s
-    two_slopes: bool = False
+    height_late: float = 0.0  # s, by which the receiver's height is later than its velocity
+    log_rate: float = RATE  # rows a second
+    trim: float = 0.0  # s left out at both ends, where a late or early receiver has no truth
+    shown: tuple[Display, ...] = ()  # what a display makes of the columns, one after the other
+    drawn: Draw | None = None  # what is drawn anew for each flight
+    calibrate: tuple[tuple[str, str], ...] = ()  # choices of the calibration that the cell needs
 
 
 BASE = Cell("base", "gusts 0.5 m/s of 300 m, every assumption holds", maneuvers=ALL)
@@ -205,7 +238,7 @@ CELLS: dict[str, Cell] = {
             airspeed_step=KNOT,
             gust_sigma=0.0,
         ),
-        replace(_AIR, name="two_slope", says="error curve with a kink", two_slopes=True),
+        replace(_AIR, name="two_slope", says="error curve with a kink", source=draw_two_slopes),
         replace(_AIR, name="bursts", says="gusts in bursts x 4", bursts=True),
         replace(
             _AIR,

@@ -8,6 +8,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -71,9 +72,9 @@ def calibrated_airspeed(impact: Array) -> Array:
     return SOUND_AT_SEA_LEVEL * mach_number(impact / SEA_LEVEL_PRESSURE)
 
 
-def total_temperature(temperature: Array, mach: Array) -> Array:
-    """Total temperature [K], all of the rise recovered."""
-    return temperature * (1.0 + 0.2 * mach**2)
+def total_temperature(temperature: Array, mach: Array, recovery: float = 1.0) -> Array:
+    """Temperature [K] of a probe that recovers a share of the rise, all of it by default."""
+    return temperature * (1.0 + 0.2 * recovery * mach**2)
 
 
 def pressure_altitude(pressure: Array) -> Array:
@@ -123,7 +124,45 @@ class TwoSlopes:
         return np.where(v < kink, below, above)
 
 
-StaticError = InversePlus | TwoSlopes
+@dataclass(frozen=True, slots=True)
+class Tabulated:
+    """Δp/q_c at points of ln q_ci [ln Pa], straight between them and level beyond."""
+
+    log_impact: tuple[float, ...]
+    shares: tuple[float, ...]
+
+    def share(self, indicated_impact: Array) -> Array:
+        """Δp/q_c at indicated impact pressures [Pa]."""
+        return np.interp(np.log(indicated_impact), self.log_impact, self.shares)
+
+
+StaticError = InversePlus | TwoSlopes | Tabulated
+
+
+@dataclass(frozen=True, slots=True)
+class TwoSources:
+    """Errors of both sources in shares of q_c, positive where they lower the impact pressure.
+
+    p_i = p + f_s q_c and q_ci = q_c (1 − f_s − f_t): that of the total source leaves the static
+    pressure as it is.
+    """
+
+    static: StaticError
+    total: StaticError
+
+    def share(self, indicated_impact: Array) -> Array:
+        """(q_c − q_ci)/q_c at indicated impact pressures [Pa]."""
+        return self.static.share(indicated_impact) + self.total.share(indicated_impact)
+
+
+SourceError = StaticError | TwoSources
+
+
+def total_share(error: SourceError, indicated_impact: Array) -> Array:
+    """The part of (q_c − q_ci)/q_c that the total source has."""
+    if isinstance(error, TwoSources):
+        return error.total.share(indicated_impact)
+    return np.zeros_like(indicated_impact)
 
 
 def through(airspeeds: Array, shares: Array) -> InversePlus:
@@ -155,12 +194,57 @@ def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSl
     )
 
 
-def impact_from_indicated(error: StaticError, indicated_impact: Array) -> Array:
-    """q_c [Pa] from q_ci [Pa]: q_ci = q_c − Δp_s."""
+def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
+    """The source of an airplane whose handbook adds `corrections` [m/s] at indicated `airspeeds`
+    [m/s], smooth between them.
+    """
+    at = np.linspace(airspeeds[0], airspeeds[-1], 201)
+    indicated = impact_pressure(at)
+    impact = impact_pressure(at + PchipInterpolator(airspeeds, corrections)(at))
+    return Tabulated(tuple(np.log(indicated)), tuple(1.0 - indicated / impact))
+
+
+def line_in_log(low: float, high: float, at_low: float, at_high: float) -> Tabulated:
+    """Δp/q_c from one value to another between two indicated airspeeds [m/s], straight in ln q_ci;
+    it goes on by half the range on either side.
+    """
+    x = np.log(impact_pressure(np.array([low, high])))
+    u = np.array([-2.0, 2.0])
+    return Tabulated(
+        tuple(x.mean() + 0.5 * u * np.ptp(x)),
+        tuple(0.5 * (at_low + at_high) + 0.5 * u * (at_high - at_low)),
+    )
+
+
+def draw_smooth(low: float, high: float, dice: np.random.Generator) -> TwoSources:
+    """Two sources drawn from priors over u, the place in the range of ln q_ci from −1 to 1.
+
+    Static: level and slope N(0, 0.05), and departures with a Matérn-3/2 correlation of length 0.7,
+    whose size has the median 0.002 and a factor of 2.5 as its standard deviation. Total: level
+    N(0, 0.01) and slope N(0, 0.002).
+    """
+    x = np.log(impact_pressure(np.array([low, high])))
+    u = np.linspace(-2.0, 2.0, 121)
+    at = tuple(x.mean() + 0.5 * u * np.ptp(x))
+    level, slope, total_level, total_slope = np.array([0.05, 0.05, 0.01, 0.002]) * (
+        dice.standard_normal(4)
+    )
+    size = 0.002 * 2.5 ** dice.standard_normal()
+    apart = np.sqrt(3.0) * np.abs(u[:, None] - u) / 0.7
+    root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(u)))
+    departures = size * root @ dice.standard_normal(len(u))
+    return TwoSources(
+        Tabulated(at, tuple(level + slope * u + departures)),
+        Tabulated(at, tuple(total_level + total_slope * u)),
+    )
+
+
+def impact_from_indicated(error: SourceError, indicated_impact: Array) -> Array:
+    """q_c [Pa] from q_ci [Pa]: q_ci = q_c (1 − share)."""
     return indicated_impact / (1.0 - error.share(indicated_impact))
 
 
-def indicated_from_impact(error: StaticError, impact: Array) -> Array:
+def indicated_from_impact(error: SourceError, impact: Array) -> Array:
     """q_ci [Pa] from q_c [Pa], by fixed point: the error changes slowly with speed, so each turn
     gains a digit.
     """
@@ -174,7 +258,7 @@ def indicated_from_impact(error: StaticError, impact: Array) -> Array:
     return indicated
 
 
-def true_correction(error: StaticError, indicated_airspeed: Array) -> Array:
+def true_correction(error: SourceError, indicated_airspeed: Array) -> Array:
     """Calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
     impact = impact_from_indicated(error, impact_pressure(indicated_airspeed))
     return calibrated_airspeed(impact) - indicated_airspeed

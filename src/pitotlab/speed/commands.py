@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from os import devnull
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
@@ -31,6 +32,32 @@ SHIPPED, SHIPPED_SPEED = (
 
 
 @dataclass(frozen=True, slots=True)
+class Line:
+    """A measured number with its name. `limit` is the most that it should be; `figure` names the
+    number on the page of measured numbers.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    limit: float = inf
+    note: str = ""
+    figure: str = ""
+
+    @property
+    def is_exceeded(self) -> bool:
+        """Whether the number is above its limit."""
+        return self.value > self.limit
+
+    def __str__(self) -> str:
+        limit = f"limit {self.limit:.2f}{self.unit}" if self.limit < inf else ""
+        notes = "; ".join(part for part in (limit, self.note) if part)
+        exceeded = "   exceeded" if self.is_exceeded else ""
+        end = f"   ({notes}){exceeded}" if notes else ""
+        return f"{self.name:<54} {self.value:6.2f}{self.unit}{end}"
+
+
+@dataclass(frozen=True, slots=True)
 class Ratio:
     """A ratio of CPU times measured in pairs: the least time over the least, and the ratios of the
     pairs.
@@ -39,9 +66,10 @@ class Ratio:
     least: float
     pairs: tuple[float, ...]
 
-    def __str__(self) -> str:
+    def line(self, name: str, limit: float = inf) -> Line:
+        """Return the line of this ratio."""
         spread = f"{min(self.pairs):.2f} to {max(self.pairs):.2f}, median {median(self.pairs):.2f}"
-        return f"{self.least:6.2f}   pairs {spread}"
+        return Line(name, self.least, "", limit, f"pairs {spread}")
 
 
 def overhead_ratio(
@@ -162,14 +190,14 @@ def cpu_seconds_of_command(
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def start_lines() -> Iterator[str]:
+def start_lines() -> Iterator[Line]:
     """Measure what it costs to start; yield a line for each command."""
     for name, arguments in STARTS.items():
         least = min(cpu_seconds_of_command(arguments) for _ in range(_TRIES))
-        yield f"{name:<54} {least:6.2f} s{'' if 'numpy' in name else ' (limit 0.30 s)'}"
+        yield Line(name, least, " s", inf if "numpy" in name else 0.30)
 
 
-def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
+def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[Line]:
     """Measure the campaigns of the README in one process each, one also without its report; yield a
     line for each.
 
@@ -193,10 +221,10 @@ def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
                 now.append(cpu_seconds_of_command((*command, f"{folder}/out{pair}")))
             bare = bare_loops(Path(folder, "out0"))
         measured = f"{min(now):.1f} s / {bare:.2f} s"
-        yield f"{name + ', CPU / bare loops':<54} {min(now) / bare:6.2f}   (limit {limit:.2f}; {measured})"
+        yield Line(f"{name}, CPU / bare loops", min(now) / bare, "", limit, measured)
         if before:
             ratio, then = min(before) / min(now), f"{min(before):.1f} s / {bare:.2f} s"
-            yield f"{name + ', CPU of the older checkout / this':<54} {ratio:6.2f}   ({then})"
+            yield Line(f"{name}, CPU of the older checkout / this", ratio, note=then)
 
 
 def bare_loops(results: Path) -> float:
@@ -209,26 +237,27 @@ def bare_loops(results: Path) -> float:
     return total
 
 
-def plan_lines(older: Path | None = None) -> Iterator[str]:
+def plan_lines(older: Path | None = None) -> Iterator[Line]:
     """Measure the plan of the README; yield a line."""
     with TemporaryDirectory() as folder:
         for name, source in _sources(older):
             seconds = cpu_seconds_of_command(
                 ("-c", _START, *PLAN, "--out", f"{folder}/{name}"), source
             )
-            yield f"{'plan, flags of the README, ' + name:<54} {seconds:6.1f} s"
+            yield Line(f"plan, flags of the README, {name}", seconds, " s")
 
 
-def study_lines(older: Path | None = None) -> Iterator[str]:
+def study_lines(older: Path | None = None) -> Iterator[Line]:
     """Measure the study of the paper's claims with one seed; yield a line."""
     with TemporaryDirectory() as folder:
         for name, source in _sources(older):
             script = str(source.parent / "scripts" / "reproduce_study.py")
             command = (script, "--claims-only", "--jobs", "1", "--out", f"{folder}/{name}")
-            yield f"{'study, claims only, ' + name:<54} {cpu_seconds_of_command(command, source):6.1f} s"
+            seconds = cpu_seconds_of_command(command, source)
+            yield Line(f"study, claims only, {name}", seconds, " s")
 
 
-def reconcile_lines(older: Path | None = None) -> Iterator[str]:
+def reconcile_lines(older: Path | None = None) -> Iterator[Line]:
     """Measure the reconciliation of one log with an empty cache and with a filled one; yield a line
     for each.
 
@@ -244,7 +273,7 @@ def reconcile_lines(older: Path | None = None) -> Iterator[str]:
             for state in ("cold", "warm"):
                 command = ("-c", _START, "reconcile", log, "--out", f"{folder}/{name}-{state}")
                 seconds = cpu_seconds_of_command(command, source, cache)
-                yield f"{f'reconcile one log, {state}, {name}':<54} {seconds:6.1f} s"
+                yield Line(f"reconcile one log, {state}, {name}", seconds, " s")
 
 
 def _sources(older: Path | None) -> Iterator[tuple[str, Path]]:
@@ -253,7 +282,7 @@ def _sources(older: Path | None) -> Iterator[tuple[str, Path]]:
     yield "this", HERE
 
 
-COMPARED: dict[str, Callable[[Path | None], Iterator[str]]] = {
+COMPARED: dict[str, Callable[[Path | None], Iterator[Line]]] = {
     "campaigns": campaign_lines,
     "reconcile": reconcile_lines,
     "plan": plan_lines,

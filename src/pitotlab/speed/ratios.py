@@ -7,6 +7,7 @@ from hour to hour; ratios within one run differ less.
 
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -17,71 +18,79 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS, LOG_CHANNELS, record
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.sortie import fly
-from pitotlab.speed.commands import COMPARED, SHIPPED, overhead_ratio, start_lines, step_ratio
+from pitotlab.speed.commands import COMPARED, SHIPPED, Line, overhead_ratio, start_lines, step_ratio
 from pitotlab.speed.fits import FIT_ROWS, fit_times
 from pitotlab.speed.growth import cross_check_growth, peak_megabytes, reading_times, tiled
+from pitotlab.tables import write_figures
 
 CROSS_CHECK_ROWS, READ_ROWS = 300_000, 1_000_000
 
 
-def flight_ratios() -> Iterator[str]:
+def flight_ratios() -> Iterator[Line]:
     """Measure the steps and the recording of flights; yield a line for each ratio."""
-    yield f"bare step of our airplane / of JSBSim's {SHIPPED}          {step_ratio()}"
-    yield f"flight, every channel / bare JSBSim loop               {overhead_ratio()}"
-    logged = overhead_ratio(channels=LOG_CHANNELS)
-    yield f"flight, channels of a log / bare JSBSim loop           {logged}   (limit 1.25)"
-    needed = overhead_ratio(channels=CALIBRATION_CHANNELS)
-    yield f"flight, channels of a calibration / bare JSBSim loop   {needed}"
+    yield step_ratio().line(f"bare step of our airplane / of JSBSim's {SHIPPED}")
+    yield overhead_ratio().line("flight, every channel / bare JSBSim loop")
+    for what, channels, limit in (
+        ("a log", LOG_CHANNELS, 1.25),
+        ("a calibration", CALIBRATION_CHANNELS, inf),
+    ):
+        ratio = overhead_ratio(channels=channels)
+        yield ratio.line(f"flight, channels of {what} / bare JSBSim loop", limit)
 
 
 def _log() -> FlightLog:
     return record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
 
 
-def long_log_ratios() -> Iterator[str]:
+def long_log_ratios() -> Iterator[Line]:
     """Measure the cross-check and the reading of long logs; yield a line for each ratio."""
     log = _log()
     growth = cross_check_growth(log, CROSS_CHECK_ROWS // 10, 10)
-    yield f"cross-check a row, 300,000 rows / 30,000 rows          {growth:6.2f}   (limit 1.30)"
+    yield Line("cross-check a row, 300,000 rows / 30,000 rows", growth, "", 1.30)
     with TemporaryDirectory() as folder:
         path = Path(folder, "long.csv")
         times = reading_times(tiled(log, READ_ROWS), path)
-        peak = peak_megabytes(path, "calibrate")
+        peak = peak_megabytes(path, "calibrate") / 1e3
     both = times.read + times.calibrate
-    yield f"read 1,000,000 rows of CSV / one pass of Arrow         {times.read / times.arrow:6.2f}"
-    yield f"read and calibrate them / one pass of Arrow            {both / times.arrow:6.2f}   (limit 2.00)"
-    yield f"peak memory of reading and calibrating them            {peak / 1e3:6.2f} GB   (limit 0.90 GB)"
+    yield Line("read 1,000,000 rows of CSV / one pass of Arrow", times.read / times.arrow)
+    yield Line("read and calibrate them / one pass of Arrow", both / times.arrow, "", 2.00)
+    yield Line("peak memory of reading and calibrating them", peak, " GB", 0.90, figure="memory")
 
 
-def fit_ratios() -> Iterator[str]:
+def fit_ratios() -> Iterator[Line]:
     """Measure fits of one log; yield a line for each ratio."""
     log = _log()
     fit = fit_times(log.select(np.arange(min(FIT_ROWS, len(log)))))
-    yield f"rows fitted: {fit.rows:,} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s"
-    yield f"fit with covering bound / SciPy least_squares alone    {fit.covering / fit.scipy:6.2f}   (limit 1.00)"
-    yield f"vector output error / SciPy least_squares alone        {fit.vector / fit.scipy:6.2f}   (limit 1.00)"
-    yield f"fit with the altitude equation / SciPy alone           {fit.static / fit.scipy:6.2f}   (limit 1.00)"
-    yield f"fit without heights / SciPy alone                      {fit.triangle / fit.scipy:6.2f}"
-    yield f"one panel of a page / one fit with covering bound      {fit.panel / fit.covering:6.2f}"
+    rows = f"{fit.rows:,} rows x 3 outputs, 5 parameters"
+    yield Line("SciPy least_squares alone", fit.scipy, " s", note=rows)
+    for name, seconds, limit, figure in (
+        ("fit with covering bound", fit.covering, 1.0, "fit"),
+        ("vector output error", fit.vector, 1.0, ""),
+        ("fit with the altitude equation", fit.static, 1.0, ""),
+        ("fit without heights", fit.triangle, inf, ""),
+    ):
+        yield Line(f"{name} / SciPy alone", seconds / fit.scipy, "", limit, figure=figure)
+    yield Line("one panel of a page / one fit with covering bound", fit.panel / fit.covering)
     evaluations = fit.covering / fit.evaluation
-    yield f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)"
+    yield Line("fit with covering bound / one residual and Jacobian", evaluations, "", 40.0)
 
 
 DEFAULT_PARTS = "starts,flights,fits,logs,campaigns"
-PARTS: dict[str, Callable[[], Iterator[str]]] = {
+PARTS: dict[str, Callable[[], Iterator[Line]]] = {
     "flights": flight_ratios,
     "fits": fit_ratios,
     "logs": long_log_ratios,
 }
 
 
-def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+def command(parser: ArgumentParser, words: Sequence[str]) -> int:
     """Print how fast the bench is: CPU times, and their ratios to what the same work costs without
     it.
 
     CPU seconds of one thread, the least of several tries; reconcile, plan and study run once.
     `--against` runs campaigns, reconcile, plan and study of an older checkout in turn with this
-    one.
+    one. A number above its limit is called exceeded, and ends with exit code 1. `--page` writes the
+    numbers that docs/how-good-is-it.md quotes.
     """
     parts = {"starts": start_lines} | PARTS
     parser.add_argument("--against", type=Path, help="the src folder of an older checkout")
@@ -91,11 +100,19 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         default=DEFAULT_PARTS,
         help=f"parts of {known}, with commas (default: %(default)s)",
     )
+    parser.add_argument("--page", action="store_true", help="write the numbers into the page")
     options = parser.parse_args(words)
     older = options.against and options.against.resolve()
     asked = options.only.split(",")
     if unknown := {*asked} - {*parts, *COMPARED}:
         parser.error(f"--only {', '.join(sorted(unknown))}: known are {known}")
+    exceeded = []
     for name in asked:
         for line in parts[name]() if name in parts else COMPARED[name](older):
             print(line, flush=True)
+            exceeded += [line.name] if line.is_exceeded else []
+            if options.page and line.figure:
+                write_figures({line.figure: f"{line.value:.1f}"})
+    if exceeded:
+        print(f"exceeded: {len(exceeded)}: {'; '.join(exceeded)}")
+    return 1 if exceeded else 0

@@ -5,7 +5,9 @@ autopilot.
 import os
 import re
 import shutil
+import time
 import xml.etree.ElementTree as ET
+from collections.abc import Set
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -18,10 +20,12 @@ from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
 from pitotbench.simulation.aircraft import (
     ENGINES,
+    FILE,
     SYSTEMS,
     has_autopilot,
     library,
     parse_xml,
+    read_record,
     write_record,
 )
 from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, explore
@@ -87,9 +91,7 @@ def take_in(file: Path, folder: Path) -> Path:
     taking = _Taking(file.resolve().parent)
     root = taking.read(file.resolve())
     if root.tag != "fdm_config":
-        raise BadInputError(
-            f"{file.name}: not an aircraft of JSBSim: its root is <{_short(root.tag)}>"
-        )
+        raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{root.tag:.60}>")
     for part in (folder / "Engines", folder / "Systems"):
         part.mkdir(parents=True)
     for element in [e for e in root if e.tag in CLOSED]:
@@ -101,11 +103,11 @@ def take_in(file: Path, folder: Path) -> Path:
 
 
 def aircraft_name(path: Path) -> str:
-    """Return the name of the aircraft at a path: that of the file, with all signs but letters and
-    digits as `_`.
+    """Return the name of the aircraft at a path: that of the file, with `_` for what the name of a
+    variant cannot hold.
     """
-    name = re.sub(r"[^A-Za-z0-9-]+", "_", path.stem if path.suffix == ".xml" else path.name)
-    return name.strip("_")[:60] or "aircraft"
+    name = re.sub(r"[^A-Za-z0-9.+-]+", "_", path.stem if path.suffix == ".xml" else path.name)
+    return name.strip("_.")[:60] or "aircraft"
 
 
 class _Taking:
@@ -168,8 +170,7 @@ class _Taking:
         name = name.strip()
         if not NAME.fullmatch(name) or ".." in name:
             raise BadInputError(
-                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no "
-                "path"
+                f"the aircraft names the file {name[:60]!r}: a plain file name is allowed, no path"
             )
         name = name if name.endswith(".xml") else f"{name}.xml"
         for place in places:
@@ -215,15 +216,13 @@ def _write(root: ET.Element, file: Path) -> None:
     ET.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
 # Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot.
 # Done once.
 
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
 MOST_KEPT = 50  # attached aircraft in the cache
+DAY = 86_400.0  # s
+AUTOPILOT = Path("Systems", "attached-autopilot.xml")
 SURFACES = {"elevator": "elevator", "aileron": "left-aileron", "rudder": "rudder"}
 ENGINE_KINDS = {
     "piston_engine": "piston",
@@ -239,32 +238,47 @@ def attach(source: Path) -> Path:
     folder.
 
     It is made the first time, which takes seconds, and kept in the cache under a digest of all
-    files. Raises BadInputError for files that are not taken, SimulationError for an aircraft that
-    cannot be flown.
+    files. It is made again where another process has deleted it. Raises BadInputError for files
+    that are not taken, SimulationError for an aircraft that cannot be flown.
     """
     if not source.exists():
         raise BadInputError(f"{source}: no such aircraft file or folder")
     source = source.resolve()
     main = source / f"{source.name}.xml"
     stamps = tuple(file.stat().st_mtime_ns for file in (source, main) if file.exists())
-    return _attach(source, stamps, cache_folder() / "aircraft")
+    shelf = cache_folder() / "aircraft"
+    kept, files = _attach(source, stamps, shelf)
+    if not _is_whole(kept, files):
+        _attach.cache_clear()
+        kept, files = _attach(source, stamps, shelf)
+    with suppress(OSError):  # the cache spares what is in use
+        os.utime(kept.parent)
+    return kept
 
 
 @cache
-def _attach(source: Path, stamps: tuple[int, ...], shelf: Path) -> Path:
+def _attach(source: Path, stamps: tuple[int, ...], shelf: Path) -> tuple[Path, frozenset[Path]]:
+    """Return the folder of the aircraft in the cache, and the files that it must hold."""
     name = aircraft_name(source)
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         folder = Path(scratch) / name
         folder.mkdir()
         take_in(source, folder)
+        flyable = has_autopilot(folder)  # a copy or a variant of a flyable one has it
+        if flyable and (record := read_record(source if source.is_dir() else source.parent)):
+            write_record(folder, record)
+        files = {file.relative_to(folder) for file in folder.rglob("*.*")}
+        files |= set() if flyable else {AUTOPILOT, Path(FILE)}
         place = shelf / f"{name}-{_digest(folder)}"
-        if (place / name).is_dir():
-            with suppress(OSError):
-                os.utime(place)
-            return place / name
-        if not has_autopilot(folder):  # a copy of one of the bench's own aircraft has it
-            make_flyable(folder)
-        return _keep(folder.parent, place) / name
+        if not _is_whole(place / name, files):
+            if not flyable:
+                make_flyable(folder)
+            place = _keep(folder, place, files)
+        return place / name, frozenset(files)
+
+
+def _is_whole(folder: Path, files: Set[Path]) -> bool:
+    return all((folder / file).is_file() for file in files)
 
 
 def make_flyable(folder: Path) -> Attached:
@@ -298,9 +312,7 @@ def make_flyable(folder: Path) -> Attached:
     ]
     missing = tuple(c.name for c in CHANNELS if c.name in still or not aircraft.serves(c.path))
     texts = "".join(f.read_text(encoding="utf-8") for f in sorted(folder.rglob("*.xml")))
-    write_autopilot(
-        folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft
-    )
+    write_autopilot(folder / AUTOPILOT, envelope, models, gains, aircraft)
     write_levers(tree.getroot(), aircraft.engines, texts)
     open_all_tanks(tree.getroot())
     tree.write(file, encoding="utf-8", xml_declaration=True)
@@ -368,28 +380,29 @@ def _digest(folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def _keep(made: Path, place: Path) -> Path:
-    """Move a finished aircraft to its place in the cache, completely or not at all; return where it
-    is.
+def _keep(made: Path, place: Path, files: Set[Path]) -> Path:
+    """Put the folder of a finished aircraft into its place in the cache, completely or not at all;
+    return the place.
     """
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=place.parent, prefix=".") as scratch:
-            copy = Path(shutil.copytree(made, Path(scratch) / "made"))
+            copy = Path(shutil.copytree(made.parent, Path(scratch) / "made"))
+            if place.is_dir() and not _is_whole(place / made.name, files):  # half of it was deleted
+                place.rename(Path(scratch) / "damaged")
             with suppress(OSError):  # another process has just made the same
                 copy.rename(place)
-        if place.is_dir():
+        if _is_whole(place / made.name, files):
             _prune(place.parent)
             return place
     except OSError:  # a cache that cannot be written
         pass
-    return Path(shutil.copytree(made, mkdtemp(prefix="pitotbench-"), dirs_exist_ok=True))
+    return Path(shutil.copytree(made.parent, mkdtemp(prefix="pitotbench-"), dirs_exist_ok=True))
 
 
 def _prune(shelf: Path) -> None:
-    """Remove all but the aircraft used last."""
-    kept = sorted(
-        (p for p in shelf.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime, reverse=True
-    )
-    for old in kept[MOST_KEPT:]:
-        shutil.rmtree(old, ignore_errors=True)
+    """Remove all but the aircraft used last, and those used within a day, which may be in use."""
+    stamps = sorted((p.stat().st_mtime, p) for p in shelf.iterdir() if p.is_dir())
+    for used, old in stamps[:-MOST_KEPT]:
+        if used < time.time() - DAY:
+            shutil.rmtree(old, ignore_errors=True)

@@ -1,0 +1,395 @@
+"""The fit of one calibration problem: relinearized to its answer, its noise marginalized once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.special import chdtrc
+
+from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.observations import Blocks, block_length, divide
+from pitotbench.calibration.prediction import WindPath, correlated, wind_by_circle
+from pitotbench.records import NoAnswerError
+from pitotbench.units import Array
+from pitotlab.candidate.heights import altitude_guess
+from pitotlab.candidate.linear_gaussian import (
+    LinearGaussian,
+    Mode,
+    Normal,
+    Search,
+    drawn,
+    mode_of,
+    with_curvature,
+)
+from pitotlab.candidate.triangle import Triangle, height_equations, triangle
+from pitotlab.candidate.unknowns import UNKNOWN, Flight, Unknowns
+
+SEARCH = Search()
+_PASSES = 10
+_SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior of the last step, fine and coarse
+_CLEARLY = 3.0  # log odds by which another hypothesis takes over the search
+_NEAR, _SAME_PATH = 1.0, 1.0  # standard errors; m/s rms between two paths of the wind
+_SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
+_HEAVIEST, _COVERED = 8, 0.9  # nodes of which jumps and mean winds are computed; their weight
+_SELDOM = 1e-4
+_JUMP_TIMES = 24
+
+
+@dataclass(frozen=True, slots=True)
+class WindFit:
+    """The wind of one flight: its mean, (2,) with covariance (2, 2).
+
+    `path` is the slow wind less its mean, `jump` the probability of a front and `jump_time` its
+    likeliest time [s].
+    """
+
+    mean: Array
+    covariance: Array
+    path: WindPath | None
+    jump: float
+    jump_time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """The answer: β as a mixture of normals, the likeliest noise, the wind of each flight.
+
+    `noise` (d,) are the sizes of the noise at the mode. `agreement` is the probability of so large
+    a difference between triangle and heights by chance, None without heights. `unknown` is the
+    probability of an uncalibrated impact-pressure system. `blocks` counts the block means.
+    """
+
+    unknowns: Unknowns
+    posterior: Posterior
+    noise: Array
+    winds: tuple[WindFit, ...]
+    agreement: float | None
+    unknown: float
+    blocks: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """The problem linearized at one place."""
+
+    problem: LinearGaussian
+    triangles: tuple[Triangle, ...]
+
+
+def _linearize(
+    unknowns: Unknowns,
+    blocks: Sequence[Blocks],
+    beta: Array,
+    gusts: Sequence[float],
+    paths: Sequence[WindPath | None],
+) -> _Point:
+    triangles = tuple(
+        triangle(unknowns, flight, own, beta, gust, path)
+        for flight, own, gust, path in zip(unknowns.flights, blocks, gusts, paths, strict=True)
+    )
+    equations = [each.equations for each in triangles]
+    equations += [
+        height_equations(unknowns, flight, beta)
+        for flight in unknowns.flights
+        if flight.heights is not None
+    ]
+    return _Point(
+        LinearGaussian(equations, unknowns.count, unknowns.hypotheses(), unknowns.log_prior),
+        triangles,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """The answer of the coarse passes: β (p,), the mode of φ, the likeliest hypothesis, the size of
+    the gusts [m/s] and the path of the slow wind of each flight."""
+
+    beta: Array
+    mode: Mode
+    best: int
+    gusts: list[float]
+    paths: list[WindPath | None]
+
+
+def approach(unknowns: Unknowns) -> Approach:
+    """Move β and the paths of the slow wind to the answer, on blocks twice as long as the last.
+
+    Raises NoAnswerError where the log is too short, the fit leaves the model's domain or the passes
+    do not settle.
+    """
+    flights = unknowns.flights
+    beta = np.zeros(unknowns.count)
+    for flight in flights:
+        beta[flight.winds] = wind_by_circle(flight.observations)
+    coarse = [divide(f.observations, 2.0 * block_length(f.observations)) for f in flights]
+    _require_enough(unknowns, coarse)
+    near: Mode | Array = _guess(unknowns)
+    gusts, best = [0.0] * len(flights), 0
+    paths: list[WindPath | None] = [None] * len(flights)
+    for _ in range(_PASSES):
+        point = _linearize(unknowns, coarse, beta, gusts, paths)
+        near = mode_of(point.problem, near, SEARCH, _ROUGHLY, best)
+        place = near.place
+        rivals = range(len(unknowns.rivals))
+        heights = [float(point.problem.heights(place[None], h)[0]) for h in rivals]
+        if max(heights) > heights[best] + _CLEARLY:
+            best = int(np.argmax(heights))
+            continue
+        found, covariance = point.problem.solve(place, best)
+        step, beta = found - beta, found
+        gusts = [float(np.exp(place[flight.triangle.start])) for flight in flights]
+        last, paths = paths, _paths(unknowns, point, place, beta)
+        if np.all(np.abs(step) < _NEAR * np.sqrt(np.diag(covariance))) and _same(last, paths):
+            exact = with_curvature(point.problem, near, SEARCH, best)
+            return Approach(beta, exact, best, gusts, paths)
+    raise NoAnswerError(
+        "the fit does not settle: check the log for gross errors, or choose a simpler model"
+    )
+
+
+def fit(unknowns: Unknowns) -> Fit:
+    """Fit a problem: linearize it at its answer, and marginalize the noise there.
+
+    Raises as `approach` does.
+    """
+    flights, near = unknowns.flights, approach(unknowns)
+    fine = [divide(f.observations, block_length(f.observations)) for f in flights]
+    point = _linearize(unknowns, fine, near.beta, near.gusts, near.paths)
+    place = mode_of(point.problem, near.mode, SEARCH, _SETTLED, near.best).place
+    mode = Mode(place, near.mode.curvature)
+    nodes = drawn(point.problem, mode, SEARCH, near.best, len(flights) == 1)
+    agreement = _agreement(point, nodes)
+    jumps = []
+    for number in range(len(flights)):
+        nodes, jump = _with_jump(unknowns, point, number, nodes)
+        jumps.append(jump)
+    winds = tuple(
+        _wind_of(unknowns, point, number, nodes, jump) for number, jump in enumerate(jumps)
+    )
+    chance = sum(n.weight for n in nodes if unknowns.rivals[n.hypothesis][0] == UNKNOWN)
+    count = sum(len(each.count) for each in fine)
+    return Fit(unknowns, _posterior(nodes), np.exp(place), winds, agreement, float(chance), count)
+
+
+def _posterior(nodes: Sequence[Normal]) -> Posterior:
+    return Posterior(
+        np.array([node.weight for node in nodes]),
+        np.stack([node.mean for node in nodes]),
+        np.stack([node.covariance for node in nodes]),
+    )
+
+
+def _require_enough(unknowns: Unknowns, blocks: Sequence[Blocks]) -> None:
+    for flight, own in zip(unknowns.flights, blocks, strict=True):
+        needed = len(unknowns.static) + len(unknowns.total) + 2 + flight.triangle.stop
+        if len(own.count) <= min(needed, 2 + 2 * len(unknowns.static)):
+            time = flight.observations.time
+            raise NoAnswerError(
+                f"by its clock the log lasts {time[-1] - time[0]:.3g} s, too short for an answer: "
+                "check the unit of the time, or fly longer"
+            )
+
+
+def _guess(unknowns: Unknowns) -> Array:
+    place = np.log(unknowns.medians()[:, 0])
+    for flight in unknowns.flights:
+        if flight.heights is not None:
+            place[flight.height] = altitude_guess(flight.heights.rows)
+    return np.asarray(place)
+
+
+def _paths(unknowns: Unknowns, point: _Point, phi: Array, beta: Array) -> list[WindPath | None]:
+    """The slow wind of each flight as estimated under one noise, smoothed over five minutes."""
+    found: list[WindPath | None] = []
+    for flight, own in zip(unknowns.flights, point.triangles, strict=True):
+        part, level = own.equations, phi[flight.triangle]
+        left = part.response - part.regressors @ beta[part.places]
+        seen = -part.noise_of.stack(level[None]).weigh(left[:, None])[0] * own.along
+        wind = np.exp(2.0 * level[3]) * correlated(own.blocks, float(np.exp(level[4])), seen)
+        wind = gaussian_filter1d(wind, _SMOOTH_PATH / own.blocks.length, axis=0, mode="nearest")
+        found.append(WindPath(own.blocks.mean(flight.observations.time), wind))
+    return found
+
+
+def _same(before: Sequence[WindPath | None], paths: Sequence[WindPath | None]) -> bool:
+    """Whether other paths of the wind would hardly change the problem."""
+    for last, path in zip(before, paths, strict=True):
+        if path is not None:
+            moved = path.wind if last is None else path.wind - last.wind
+            if float(np.sqrt(np.mean(moved**2))) > _SAME_PATH:
+                return False
+    return True
+
+
+def _heaviest(nodes: Sequence[Normal]) -> list[Normal]:
+    """The heaviest nodes, which hold most of the weight."""
+    ordered = sorted(nodes, key=lambda node: -node.weight)
+    held = np.cumsum([node.weight for node in ordered])
+    return ordered[: min(_HEAVIEST, int(np.searchsorted(held, _COVERED)) + 1)]
+
+
+def _with_jump(
+    unknowns: Unknowns, point: _Point, number: int, nodes: Sequence[Normal]
+) -> tuple[tuple[Normal, ...], tuple[float, float]]:
+    """Add the answers with one jump of a flight's wind, at each of some times.
+
+    Returns the nodes, and the jump's probability with its likeliest time [s]. A jump is two more
+    columns, so that each answer is an update of rank two (the Schur complement of the normal
+    equations). The instruments stand for the regressors, as in the likelihood of φ.
+    """
+    priors, own = unknowns.priors, point.triangles[number]
+    part = own.equations
+    time = own.blocks.mean(unknowns.flights[number].observations.time)
+    times = time[0] + (time[-1] - time[0]) * (np.arange(_JUMP_TIMES) + 0.5) / _JUMP_TIMES
+    ramp = np.clip((time[:, None] - times) / priors.jump_seconds + 0.5, 0.0, 1.0)
+    ramp -= np.average(ramp, axis=0, weights=own.blocks.count)
+    further = -(own.along[:, None, :] * ramp[:, :, None]).reshape(len(time), -1)
+    chance = priors.jump_odds / _JUMP_TIMES
+    found, shares, covered = list(nodes), np.zeros(_JUMP_TIMES), 0.0
+    for node in _heaviest(nodes):
+        covered += node.weight
+        mean, covariance = point.problem.by_instruments(node.noise, node.hypothesis)
+        noise = part.noise_of.stack(node.noise[None, part.own])
+        left = part.response - part.instruments @ mean[part.places]
+        weighed = noise.weigh(np.column_stack([further, left]))[0]
+        crossed = np.zeros((len(mean), further.shape[1]))
+        crossed[part.places] = part.instruments.T @ weighed[:, :-1]
+        pull, inner = further.T @ weighed[:, -1], further.T @ weighed[:, :-1]
+        moved = covariance @ crossed
+        for place in range(_JUMP_TIMES):
+            both = slice(2 * place, 2 * place + 2)
+            information = inner[both, both] - crossed[:, both].T @ moved[:, both]
+            left_over = np.linalg.inv(information + np.eye(2) / priors.jump**2)
+            size = left_over @ pull[both]
+            gain = 0.5 * float(pull[both] @ size + np.linalg.slogdet(left_over)[1])
+            odds = float(np.exp(min(gain - 2.0 * np.log(priors.jump), 50.0))) * chance
+            shares[place] += node.weight * odds
+            if node.weight * odds > _SELDOM:
+                shift, spread = moved[:, both] @ size, moved[:, both] @ left_over @ moved[:, both].T
+                found.append(
+                    replace(
+                        node,
+                        weight=node.weight * odds,
+                        mean=node.mean - shift,
+                        covariance=node.covariance + spread,
+                    )
+                )
+    total = sum(node.weight for node in found)
+    jump = float(shares.sum() / (covered + shares.sum()))
+    scaled = tuple(replace(node, weight=node.weight / total) for node in found)
+    return scaled, (jump, float(times[np.argmax(shares)]))
+
+
+# The wind of a flight is W + w(t), with w a Gauss-Markov process. The data determine its mean far
+# better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the
+# estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6,
+# 1991).
+
+_COARSE = 5e-5  # of the variance: error of treating blocks as points, 0.7 cm/s at 1 m/s
+
+
+def _wind_of(
+    unknowns: Unknowns,
+    point: _Point,
+    number: int,
+    nodes: Sequence[Normal],
+    jump: tuple[float, float],
+) -> WindFit:
+    flight, own = unknowns.flights[number], point.triangles[number]
+    heaviest = _heaviest(nodes)
+    weights = np.array([node.weight for node in heaviest]) / sum(n.weight for n in heaviest)
+    found = [_mean(flight, own, node) for node in heaviest]
+    means = np.stack([mean for mean, _ in found])
+    mean = weights @ means
+    within = np.einsum("m,mab->ab", weights, np.stack([spread for _, spread in found]))
+    offset = means - mean
+    covariance = within + np.einsum("m,ma,mb->ab", weights, offset, offset)
+    return WindFit(mean, covariance, own.path, *jump)
+
+
+def _mean(flight: Flight, own: Triangle, node: Normal) -> tuple[Array, Array]:
+    """The mean wind of a flight under one noise, (2,), and its covariance, (2, 2)."""
+    part, level = own.equations, node.noise[flight.triangle]
+    share = own.blocks.count / own.blocks.count.sum()
+    of_level = np.zeros((2, len(node.mean)))
+    of_level[[0, 1], flight.winds] = 1.0
+    layers = share @ own.blocks.mean(flight.shear_basis(flight.observations.height()))
+    for axis, name in enumerate(("north", "east")):
+        of_level[axis, [flight.at[f"shear_{name}_{i}"] for i in range(len(layers))]] = layers
+    variance = float(np.exp(2.0 * level[3]))
+    kernel = correlated(own.blocks, float(np.exp(level[4])), share[:, None])[:, 0]
+    crossed = -variance * kernel[:, None] * own.along
+    weighed = part.noise_of.stack(level[None]).weigh(crossed)[0]
+    left = part.response - part.regressors @ node.mean[part.places]
+    mean = of_level @ node.mean + weighed.T @ left
+    of_level[:, part.places] -= weighed.T @ part.regressors
+    rest = variance * float(share @ kernel) * np.eye(2) - crossed.T @ weighed
+    return mean, of_level @ node.covariance @ of_level.T + _at_least(rest, _COARSE * variance)
+
+
+def _at_least(matrix: Array, floor: float) -> Array:
+    """A symmetric matrix with eigenvalues raised to a floor."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
+
+
+_LEAST_GAINED = 0.01  # share of a variance: of a direction that gains less, small errors decide
+
+
+def _agreement(point: _Point, nodes: Sequence[Normal]) -> float | None:
+    """The probability of so large a difference between the heights and the triangles by chance.
+
+    The triangles' answer is the prior of the heights' equations: what these move it by is compared
+    with what it may be moved by, under each likely noise (Box, Journal of the Royal Statistical
+    Society A 143, 1980).
+    """
+    problem, count = point.problem, len(point.triangles)
+    if len(problem.equations) == count:
+        return None
+    found = []
+    heaviest = _heaviest(nodes)
+    for node in heaviest:
+        prior = problem.hypotheses[node.hypothesis].precision_of(node.noise[None])[0]
+        first = LinearGaussian(
+            problem.equations[:count], problem.count, problem.hypotheses, problem.log_prior
+        ).information(node.noise)
+        second = LinearGaussian(
+            problem.equations[count:], problem.count, problem.hypotheses, problem.log_prior
+        ).information(node.noise)
+        flat = (prior == 0.0) & (np.diag(first[0]) == 0.0)  # unknowns of the heights alone
+        shared = ~flat
+        found.append(node.weight * _chance(first, second, prior, shared, flat))
+    return float(sum(found) / sum(node.weight for node in heaviest))
+
+
+def _chance(
+    first: tuple[Array, Array],
+    second: tuple[Array, Array],
+    prior: Array,
+    shared: Array,
+    flat: Array,
+) -> float:
+    """The tail probability for two sets of information, (p, p) and (p,), on the shared unknowns."""
+    a, pull = second
+    if flat.any():  # eliminate what only the heights hold
+        inner = np.linalg.inv(a[np.ix_(flat, flat)])
+        crossed = a[np.ix_(shared, flat)] @ inner
+        a, pull = (
+            a[np.ix_(shared, shared)] - crossed @ a[np.ix_(flat, shared)],
+            pull[shared] - crossed @ pull[flat],
+        )
+    else:
+        a, pull = a[np.ix_(shared, shared)], pull[shared]
+    precision = first[0][np.ix_(shared, shared)] + np.diag(prior[shared])
+    scale = 1.0 / np.sqrt(np.diag(precision))
+    known = np.linalg.inv(precision * np.outer(scale, scale)) * np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(known / np.outer(scale, scale))
+    root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    gained, axes = np.linalg.eigh(root.T @ a @ root)  # information in units of the prior's
+    moved = gained / (1.0 + gained) > _LEAST_GAINED
+    if not moved.any():
+        return 1.0
+    score = (root @ axes).T @ (pull - a @ (known @ first[1][shared]))
+    distance = float(np.sum(score[moved] ** 2 / (gained[moved] * (1.0 + gained[moved]))))
+    return float(chdtrc(int(moved.sum()), distance))

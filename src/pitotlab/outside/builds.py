@@ -1,0 +1,320 @@
+"""Two builds of the product, judged on the same written logs.
+
+`outside judge` runs in each build: only its calibration and its record of options are used, and
+what a build does not know is left out with a note. `outside compare` then reads both files of rows.
+"""
+
+import argparse
+import csv
+import json
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import chisquare, norm
+
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotlab.outside.judge import (
+    COMMAND_DEFAULTS,
+    NAN,
+    laid_out,
+    read_rows,
+    standard_error,
+    text_of,
+)
+from pitotlab.outside.physics import KNOT, Array
+from pitotlab.outside.written import TRUTH
+
+Calibrate = Callable[[Any, CalibrationOptions], Any]  # a log and its options to an answer
+
+Z_AT = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the range of airspeeds
+WRONG_BELOW = 0.5  # share of the curve inside its bound
+RANKS = 10  # classes of the test of ranks
+PROBES = ("probe_2k", "probe_5k", "probe_-5k", "probe_-20k")
+
+
+@dataclass(frozen=True, slots=True)
+class BuildRow:
+    """What one build made of one written log; airspeeds in kt. A column of the file each."""
+
+    set: str
+    seed: int
+    options: str
+    maneuver: str
+    gps_hz: float
+    outcome: str  # answered, refused or crashed
+    inside: float = NAN  # share of the curve inside its bound
+    two_sigma_kt: float = NAN  # mean over the curve
+    rms_kt: float = NAN
+    z1: float = NAN  # error over half the bound, at `Z_AT`
+    z2: float = NAN
+    z3: float = NAN
+    z4: float = NAN
+    z5: float = NAN
+    wind_inside: float = NAN  # share of the two components
+    warned: float = NAN  # 1 where there was any warning
+    headline: float = NAN  # 1 where two findings disagree
+    usable: float = NAN  # 0 where the answer says not to use it
+    cpu_s: float = NAN
+    says: str = ""  # warnings and disagreements, or why there is no answer
+
+
+def options_known(stated: Mapping[str, Any]) -> tuple[CalibrationOptions, str]:
+    """The options of this build and their words; a choice that it does not know is left out, with a
+    note on the error stream.
+    """
+    known = {}
+    for name, value in stated.items():
+        try:
+            CalibrationOptions(**{name: value})
+        except (TypeError, ValueError) as error:
+            print(f"left out {name}={value!r}, which this build refuses: {error}", file=sys.stderr)
+        else:
+            known[name] = value
+    return CalibrationOptions(**known), json.dumps(known, sort_keys=True)
+
+
+def judge_log(
+    path: Path, truth: Mapping[str, Any], options: CalibrationOptions, calibrate: Calibrate
+) -> dict[str, Any]:
+    """Read and calibrate a log, and hold the answer against its truth: entries of a `BuildRow`."""
+    log, begun = None, 0.0
+    try:
+        log = read_log(path)
+        begun = time.process_time()
+        found = calibrate(log, options)
+    except (BadInputError, NoAnswerError) as error:
+        return {"outcome": "refused", "says": str(error)}
+    except Exception as error:  # a crash is a result of its kind and must not end a night's run
+        return {"outcome": "crashed", "says": f"{type(error).__name__}: {error}"}
+    seconds = time.process_time() - begun
+    return {"outcome": "answered", "cpu_s": round(seconds, 4), **held(found, truth)}
+
+
+def held(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
+    """The curve and the wind of an answer against the truth."""
+    at = np.array(truth["indicated_airspeed_kt"])
+    curve = found.curve
+    airspeed = curve.indicated_airspeed / KNOT
+    flown = (airspeed > at[0] - 0.02) & (airspeed < at[-1] + 0.02)
+    true = np.interp(airspeed, at, truth["correction_kt"])
+    error, bound = curve.correction / KNOT - true, curve.two_sigma / KNOT
+    places = at[0] + np.array(Z_AT) * (at[-1] - at[0])
+    z = np.interp(places, airspeed, error) / (0.5 * np.interp(places, airspeed, bound))
+    wind = NAN
+    if found.wind is not None:
+        parts = (found.wind.north, found.wind.east)
+        off = np.array([part.value for part in parts]) / KNOT - truth["mean_wind_kt"]
+        wind = np.mean(np.abs(off) <= np.array([part.two_sigma for part in parts]) / KNOT)
+    told = (*found.warnings, *(each.words for each in found.disagreements))
+    return {
+        "inside": np.mean(np.abs(error[flown]) <= bound[flown]),
+        "two_sigma_kt": np.mean(bound[flown]),
+        "rms_kt": np.sqrt(np.mean(error[flown] ** 2)),
+        **{f"z{number}": value for number, value in enumerate(z, start=1)},
+        "wind_inside": wind,
+        "warned": float(bool(found.warnings)),
+        "headline": float(bool(found.disagreements)),
+        "usable": float(found.usable),
+        "says": " | ".join(told),
+    }
+
+
+def judge_folder(
+    folder: Path, out: Path, stated: Mapping[str, Any], calibrate: Calibrate = calibrate
+) -> None:
+    """Judge the logs under a folder that the file has no row of yet, and append a row each.
+
+    Raises BadInputError for a folder without written logs.
+    """
+    paths = sorted(folder.rglob(f"*{TRUTH}"))
+    if not paths:
+        raise BadInputError(f"{folder} holds no log with its truth: write some with outside write")
+    done = {(row.set, row.seed, row.options) for row in read_rows(out, BuildRow)}
+    choices: dict[str, tuple[CalibrationOptions, str]] = {}
+    warm = False
+    with out.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not file.tell():
+            writer.writerow([field.name for field in fields(BuildRow)])
+        for path in paths:
+            truth = json.loads(path.read_text(encoding="utf-8"))
+            # what the set needs yields to what is stated
+            asked = {**COMMAND_DEFAULTS, **truth["calibrate"], **stated}
+            word = json.dumps(asked, sort_keys=True)
+            if word not in choices:
+                choices[word] = options_known(asked)
+            options, words = choices[word]
+            if (truth["set"], truth["seed"], words) in done:
+                continue
+            done.add((truth["set"], truth["seed"], words))
+            log = path.with_name(path.name.removesuffix(TRUTH) + ".csv")
+            if not warm:  # what loads with the first calibration is not its time
+                judge_log(log, truth, options, calibrate)
+                warm = True
+            named = {name: truth[name] for name in ("set", "seed", "maneuver", "gps_hz")}
+            row = BuildRow(**named, options=words, **judge_log(log, truth, options, calibrate))
+            writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
+            file.flush()
+            print(f"{row.set} {row.seed} {row.maneuver}: {row.outcome}", file=sys.stderr)
+
+
+def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """Judge the installed build on logs that `outside write` has written; a run that was ended
+    goes on.
+    """
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--out", type=Path, required=True, help="one row a log (CSV)")
+    parser.add_argument("--calibrate", default="{}", help="choices of the calibration (JSON)")
+    parser.add_argument(
+        "--candidate", action="store_true", help="the laboratory's candidate, not the product"
+    )
+    choice = parser.parse_args(words)
+    try:
+        stated = json.loads(choice.calibrate)
+    except json.JSONDecodeError as error:
+        parser.error(f"--calibrate {choice.calibrate!r}: {error}")
+    if choice.candidate:
+        # loaded here, since an older build of the product does not carry it
+        from pitotlab.candidate import calibrate as of_candidate
+
+        judge_folder(choice.folder, choice.out, stated, of_candidate)
+    else:
+        judge_folder(choice.folder, choice.out, stated)
+
+
+def wilson(count: int, of: int) -> tuple[float, float]:
+    """The 95 % interval of a share [%] (Wilson 1927)."""
+    if not of:
+        return NAN, NAN
+    z = float(norm.ppf(0.975))
+    share, squared = count / of, z * z / of
+    middle = (share + squared / 2.0) / (1.0 + squared)
+    half = z * np.sqrt(share * (1.0 - share) / of + squared / (4.0 * of)) / (1.0 + squared)
+    return 100.0 * max(middle - half, 0.0), 100.0 * min(middle + half, 1.0)
+
+
+def is_wrong(row: BuildRow) -> bool:
+    """Whether under half of the curve is inside its bound."""
+    return row.inside < WRONG_BELOW
+
+
+def is_silent(row: BuildRow) -> bool:
+    """Whether an answer has neither a warning nor a disagreement."""
+    return row.warned == 0.0 and row.headline == 0.0
+
+
+FIGURES: dict[str, Callable[[Sequence[BuildRow]], str]] = {
+    "n": lambda rows: str(len(rows)),
+    "inside %": lambda rows: text_of(100.0 * _mean(rows, "inside"), 1),
+    "bound": lambda rows: text_of(_mean(rows, "two_sigma_kt"), 2),
+    "rms": lambda rows: text_of(np.sqrt(np.mean(_of(rows, "rms_kt") ** 2)) if rows else NAN, 2),
+    "wrong": lambda rows: str(sum(map(is_wrong, rows))),
+    "silent": lambda rows: str(sum(is_wrong(row) and is_silent(row) for row in rows)),
+    "warned": lambda rows: str(sum(not is_silent(row) for row in rows)),
+    "headline": lambda rows: str(sum(row.headline == 1.0 for row in rows)),
+    "wind %": lambda rows: text_of(100.0 * _mean(rows, "wind_inside"), 0),
+    "CPU s": lambda rows: text_of(_mean(rows, "cpu_s"), 2),
+}
+
+
+def compared(
+    first: Sequence[BuildRow], second: Sequence[BuildRow], word: str = ""
+) -> tuple[list[list[str]], list[str]]:
+    """The rows of a table of two builds, a kind each and totals, and what is said below it.
+
+    Counted are the logs that both files have; `n` are those answered, `word` counts the answers that
+    say it, and `of both` is the mean bound of the second over that of the first where both answer.
+    """
+    for rows in (first, second):
+        if len({(row.set, row.seed) for row in rows}) < len(rows):
+            raise BadInputError("a file has a log twice, with other options: choose with --options")
+    keys = {(row.set, row.seed) for row in first} & {(row.set, row.seed) for row in second}
+    sides = [{(row.set, row.seed): row for row in rows} for rows in (first, second)]
+    kinds = {name: [key for key in keys if key[0] == name] for name, _ in sorted(keys)}
+    if len(kinds) > 1:
+        kinds["all"] = list(keys)
+        kinds["without probes"] = [key for key in keys if key[0] not in PROBES]
+    names = [*FIGURES, *([f"says {word}"] if word else [])]
+    lines = [["kind", *(f"{name} {side}" for name in names for side in (1, 2)), "2/1"]]
+    below = []
+    for kind, chosen in kinds.items():
+        answered = [
+            [side[key] for key in sorted(chosen) if side[key].outcome == "answered"]
+            for side in sides
+        ]
+        entries = [figure(rows) for figure in FIGURES.values() for rows in answered]
+        if word:
+            entries += [str(sum(word in row.says for row in rows)) for rows in answered]
+        both = [key for key in chosen if all(side[key].outcome == "answered" for side in sides)]
+        means = [_mean([side[key] for key in both], "two_sigma_kt") for side in sides]
+        lines.append([kind, *entries, text_of(means[1] / means[0], 2)])
+        below += [f"{kind}, {side}: {_said_of(rows)}" for side, rows in enumerate(answered, 1)]
+    return lines, below
+
+
+def _said_of(rows: Sequence[BuildRow]) -> str:
+    """Intervals of what is wrong and of the share inside, and the test of the ranks."""
+    wrong = sum(map(is_wrong, rows))
+    silent = sum(is_wrong(row) and is_silent(row) for row in rows)
+    spread = standard_error(100.0 * _of(rows, "inside"))
+    intervals = [
+        f"{name} {count} of {len(rows)} ({low:.1f} to {high:.1f} %)"
+        for name, count in (("wrong", wrong), ("in silence", silent))
+        for low, high in [wilson(count, len(rows))]
+    ]
+    inside = f"inside {text_of(100.0 * _mean(rows, 'inside'), 1)} ± {text_of(spread, 1)} %"
+    return ", ".join([*intervals, inside, ranks_of(rows)])
+
+
+def ranks_of(rows: Sequence[BuildRow]) -> str:
+    """The rms of z over all places, and whether the ranks Φ(z) are uniform: one place a flight,
+    since those of one flight hang together.
+    """
+    z = np.array([[row.z1, row.z2, row.z3, row.z4, row.z5] for row in rows]).reshape(-1, len(Z_AT))
+    if len(z) < RANKS:
+        return f"rms z {np.sqrt(np.mean(z**2)) if len(z) else NAN:.2f}"
+    one = z[np.arange(len(z)), np.arange(len(z)) % len(Z_AT)]
+    counts = np.histogram(norm.cdf(one), bins=RANKS, range=(0.0, 1.0))[0]
+    return (
+        f"rms z {np.sqrt(np.mean(z**2)):.2f}, ranks {' '.join(map(str, counts))} "
+        f"(uniform: p = {chisquare(counts).pvalue:.2g})"
+    )
+
+
+def _of(rows: Sequence[BuildRow], name: str) -> Array:
+    return np.array([getattr(row, name) for row in rows], dtype=np.float64)
+
+
+def _mean(rows: Sequence[BuildRow], name: str) -> float:
+    values = _of(rows, name)
+    values = values[np.isfinite(values)]
+    return float(np.mean(values)) if len(values) else NAN
+
+
+def compare_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """Print two files of `outside judge` side by side, a line a kind."""
+    parser.add_argument("first", type=Path)
+    parser.add_argument("second", type=Path)
+    parser.add_argument("--word", default="", help="count the answers whose warnings hold it")
+    parser.add_argument(
+        "--options",
+        nargs=2,
+        default=("", ""),
+        metavar="TEXT",
+        help="of each file, only rows whose options hold the text",
+    )
+    choice = parser.parse_args(words)
+    rows = [
+        [row for row in read_rows(path, BuildRow) if text in row.options]
+        for path, text in zip((choice.first, choice.second), choice.options, strict=True)
+    ]
+    lines, below = compared(rows[0], rows[1], choice.word)
+    print(laid_out(lines), *below, sep="\n")

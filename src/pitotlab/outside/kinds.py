@@ -1,0 +1,253 @@
+"""Kinds of flights beyond the judge's cells, and the sets in which they are written and judged.
+
+A kind is a cell with other fields. What a cockpit's display makes of the columns is a function of
+the columns, and what is drawn anew for each flight a function of the cell.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from pitotlab.outside.moving_air import BASE, CELLS, SHORT, Cell, Display, drift
+from pitotlab.outside.physics import (
+    FOOT,
+    KNOT,
+    Array,
+    calibrated_airspeed,
+    draw_smooth,
+    handbook,
+    line_in_log,
+    pressure_altitude,
+)
+
+Columns = dict[str, Array]
+
+# A Cessna 172S by its handbook, flaps up: indicated airspeed and what is added to it [kt]
+C172S_KIAS = np.array([40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 100.0, 110.0, 130.0])
+C172S_ADD = np.array([12.0, 6.0, 2.0, 0.0, -2.0, -3.0, -3.0, -3.0, -3.0])
+
+
+def barometric(columns: Columns) -> Columns:
+    """The height is that of the static source in the standard atmosphere, not of the receiver."""
+    return columns | {"altitude_m": pressure_altitude(columns["static_pressure_pa"])}
+
+
+def air_data(columns: Columns) -> Columns:
+    """Indicated airspeed and pressure altitude in place of the two pressures."""
+    return _without(columns, "impact_pressure_pa", "static_pressure_pa") | {
+        "indicated_airspeed_kt": calibrated_airspeed(columns["impact_pressure_pa"]) / KNOT,
+        "pressure_altitude_ft": pressure_altitude(columns["static_pressure_pa"]) / FOOT,
+    }
+
+
+def ground_track(columns: Columns) -> Columns:
+    """Ground speed and true track in place of the velocities toward north and east."""
+    north, east = columns["velocity_north_mps"], columns["velocity_east_mps"]
+    return _without(columns, "velocity_north_mps", "velocity_east_mps") | {
+        "ground_speed_kt": np.hypot(north, east) / KNOT,
+        "track_deg": np.mod(np.degrees(np.arctan2(east, north)), 360.0),
+    }
+
+
+def celsius(columns: Columns) -> Columns:
+    """The temperature of the air in °C."""
+    return _without(columns, "air_temperature_k") | {
+        "air_temperature_degc": columns["air_temperature_k"] - 273.15
+    }
+
+
+def stepped(name: str, step: float, to: Callable[[Array], Array] = np.round) -> Display:
+    """A display that shows one column in steps, rounded, or cut off with `to=np.trunc`."""
+    return lambda columns: columns | {name: to(columns[name] / step) * step}
+
+
+def _without(columns: Columns, *names: str) -> Columns:
+    return {name: column for name, column in columns.items() if name not in names}
+
+
+def _factor(dice: np.random.Generator, by: float) -> float:
+    """A log-normal factor of median 1; one standard deviation is a factor of `by`."""
+    return float(by ** dice.standard_normal())
+
+
+def draw_priors(cell: Cell, dice: np.random.Generator) -> Cell:
+    """Every unknown of a calibration but the curve, drawn from the priors that are stated for it."""
+    probe, recovery, static, late, height_late = dice.standard_normal(5) * (
+        np.array([0.75, 0.01, 15.0, 0.3, 0.15])
+    )
+    return replace(
+        cell,
+        gust_sigma=min(0.5 * _factor(dice, 2.5), 3.0),
+        gust_length=533.0 * _factor(dice, 2.5),
+        slow_wind=partial(drift, size=0.4 * _factor(dice, 2.5), seconds=300.0 * _factor(dice, 2.5)),
+        shear=tuple(0.015 * dice.standard_normal(2)),
+        probe_bias=float(probe),
+        recovery=1.0 + float(recovery),
+        static_bias=float(static),
+        velocity_bias=tuple(0.025 * dice.standard_normal(2)),
+        gps_late=float(late),
+        height_late=float(height_late),
+    )
+
+
+def draw_scale(cell: Cell, dice: np.random.Generator) -> Cell:
+    """A factor of 0.7 to 1.5 on the impact pressure; a third of the flights has a zero as well."""
+    factor, zero, which = dice.uniform(0.7, 1.5), dice.uniform(20.0, 80.0), dice.random()
+    return replace(cell, impact_scale=factor, impact_zero=zero if which < 1.0 / 3.0 else 0.0)
+
+
+def draw_shear(cell: Cell, dice: np.random.Generator) -> Cell:
+    """A wind that changes by 0.03 m/s a meter of height, toward anywhere."""
+    toward = dice.uniform(0.0, 2.0 * np.pi)
+    return replace(cell, shear=(0.03 * float(np.cos(toward)), 0.03 * float(np.sin(toward))))
+
+
+_BASE = replace(BASE, maneuvers=SHORT)
+_OF_THE_CELLS = (
+    *("calm", "jet", "probe_2k", "probe_5k", "length_2000", "wave", "front", "linear"),
+    *("calm_steps", "bursts"),
+)
+_FILTERED = replace(
+    _BASE, name="filtered", says="GPS filter 0.3 s, late 0.2 s", gps_filter=0.3, gps_late=0.2
+)
+_LAG = replace(_BASE, name="probe_lag", says="the probe lags 10 s", probe_lag=10.0)
+_SHEAR = replace(
+    _BASE,
+    name="shear",
+    says="shear 0.03/s, two heights 150 ft apart",
+    height_step=150.0 * FOOT,
+    drawn=draw_shear,
+)
+_PILOT = replace(
+    _BASE,
+    name="pilot",
+    says="the pilot is off by 100 ft and 5 kt (rms)",
+    height_wander=100.0 * FOOT,
+    height_seconds=40.0,
+    speed_wander=5.0 * KNOT,
+    speed_seconds=20.0,
+)
+_TRACK = (ground_track, stepped("ground_speed_kt", 1.0), stepped("track_deg", 1.0))
+_WHOLE = (celsius, stepped("air_temperature_degc", 1.0, np.trunc))
+
+KINDS: dict[str, Cell] = {
+    cell.name: cell
+    for cell in (
+        _BASE,
+        *(CELLS[name] for name in _OF_THE_CELLS),
+        replace(CELLS["two_slope"], calibrate=(("model", "auto"),)),
+        _FILTERED,
+        replace(_FILTERED, name="filtered_calm", says="the same, calm", gust_sigma=0.0),
+        replace(
+            CELLS["steps"], name="steps_1hz", says="airspeed in 1 kt, rows at 1 Hz", log_rate=1.0
+        ),
+        replace(
+            _BASE, name="slow_turns", says="turns at 10° of bank", bank=float(np.radians(10.0))
+        ),
+        _SHEAR,
+        *(
+            replace(
+                _BASE,
+                name=f"altitude_{step}ft",
+                says=f"indicated airspeed, and pressure altitude in {step} ft",
+                shown=(air_data, stepped("pressure_altitude_ft", float(step))),
+            )
+            for step in (10, 1)
+        ),
+        _LAG,
+        replace(
+            _LAG,
+            name="probe_lag_climbs",
+            says="the same, two heights 500 ft apart",
+            height_step=500.0 * FOOT,
+        ),
+        _PILOT,
+        replace(_BASE, name="ground_track", says="ground speed in 1 kt, track in 1°", shown=_TRACK),
+        replace(
+            _BASE,
+            name="whole_degrees",
+            says="temperature of the air in whole °C, cut off",
+            temperature="air",
+            shown=_WHOLE,
+        ),
+        replace(
+            _BASE,
+            name="recovery",
+            says="the probe recovers 0.9, not stated",
+            temperature="total",
+            recovery=0.9,
+        ),
+        replace(
+            _BASE, name="barometric", says="the height is that of the source", shown=(barometric,)
+        ),
+        replace(
+            _PILOT,
+            name="cockpit",
+            says="1 Hz, 1 kt, 10 ft, 1 kt, 1°, whole °C that lag 10 s, 100 ft and 5 kt off",
+            temperature="air",
+            probe_lag=10.0,
+            log_rate=1.0,
+            shown=(
+                air_data,
+                stepped("indicated_airspeed_kt", 1.0),
+                stepped("pressure_altitude_ft", 10.0),
+                *_TRACK,
+                *_WHOLE,
+            ),
+        ),
+    )
+}
+
+_LIGHT = replace(_BASE, low=55.0 * KNOT, high=115.0 * KNOT, height=3000.0 * FOOT)
+_FOUR = ("step_decrease", "rapid_decel", "circle", "race_track")
+OTHERS: dict[str, Cell] = {
+    cell.name: cell
+    for cell in (
+        replace(
+            CELLS["uav"],
+            name="scale",
+            says="uav with 0.7 to 1.5 on the impact pressure, a third with 20 to 80 Pa",
+            drawn=draw_scale,
+        ),
+        replace(CELLS["uav"], name="scale_none", says="the flights of scale without a factor"),
+        replace(_BASE, name="probe_-20k", says="temperature 20 K low", probe_bias=-20.0),
+        replace(_BASE, name="probe_-5k", says="temperature 5 K low", probe_bias=-5.0),
+        replace(
+            _LIGHT,
+            name="light",
+            says="Δp/q_c 0.1 at 55 KIAS to -0.05 at 115, straight in ln q_ci",
+            source=lambda low, high, dice: line_in_log(low, high, 0.1, -0.05),
+        ),
+        replace(
+            _LIGHT,
+            name="c172s",
+            says="the handbook of a C172S",
+            source=lambda low, high, dice: handbook(C172S_KIAS * KNOT, C172S_ADD * KNOT),
+        ),
+        replace(
+            _BASE,
+            name="priors",
+            says="every unknown drawn from its prior",
+            # in 16 seeds each maneuver meets each rate of GPS and each temperature once
+            maneuvers=tuple(_FOUR[(row + column) % 4] for row in range(4) for column in range(4)),
+            source=draw_smooth,
+            trim=2.0,
+            drawn=draw_priors,
+        ),
+    )
+}
+# The kinds that have gusts, in rougher air: bounds are then twice as wide
+ROUGH = {
+    f"{name}_rough": replace(
+        cell, name=f"{name}_rough", says=f"{cell.says}, gusts 1 m/s", gust_sigma=1.0
+    )
+    for name, cell in KINDS.items()
+    if cell.gust_sigma
+}
+SETS: dict[str, tuple[Cell, ...]] = {
+    "kinds": tuple(KINDS.values()),
+    "rough": tuple(ROUGH.values()),
+    **{name: (cell,) for name, cell in (KINDS | ROUGH | OTHERS).items()},
+}

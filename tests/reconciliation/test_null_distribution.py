@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from pitotbench import Flight, FlightLog, Verdict
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.evidence import Evidence, without_score
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
@@ -65,6 +67,21 @@ def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribu
         "a period of 22 s",
         "a period of 24 s",
     )
+
+
+def test_an_unknown_of_the_log_is_told_where_null_flights_do_not_show_it(
+    flight: Flight, null: NullDistribution
+) -> None:
+    """A vane whose scale is off by a third, where no effect of the table stands for it."""
+    log, few = sensed_anew(flight, 120), Catalog("effect", {"pitot_lag": EFFECTS["pitot_lag"]})
+    vane = replace(log, sideslip=1.33 * log.sideslip)
+    verdict = judge_one(lay_out(vane, None, SETTING, few), null)
+    (told,) = verdict.free
+    assert told.name == "sideslip scale"
+    assert told.value == pytest.approx(0.33, abs=0.1)
+    assert not judge_one(lay_out(log, None, SETTING, few), null).free
+    wide = replace(null.scores, free={"sideslip scale": 6.0})
+    assert not judge_one(lay_out(vane, None, SETTING, few), replace(null, scores=wide)).free
 
 
 def with_curve(flight: Flight, times: float) -> FlightLog:

@@ -192,6 +192,14 @@ def test_what_a_form_leaves_open_is_no_second_cause() -> None:
     assert sorted(names(fitted(along, moved)[0])) == ["gps_latency", "pitch_stiffness"]
 
 
+def test_an_open_form_costs_an_effect_nothing_against_one_that_acts_alike() -> None:
+    """Where the pod's moment is not there, turn drag is no better an answer than the pod."""
+    moment, turn = ("pitch_stiffness", "zero_coefficient"), ("turn_drag", "coefficient_at_30deg")
+    along = {POD: 60.0 * AXES[0], turn: 60.0 * AXES[0], moment: 2000.0 * AXES[1]}
+    (gap,) = fitted(along, along[POD] + NOISE, [AXES[3]])[0]
+    assert 0.25 < gap.causes["belly_pod"] < 0.6
+
+
 def test_a_gap_of_one_moment_is_not_taken() -> None:
     """A column that explains one part of a log has no gain where that part is left out."""
     burst = np.where(np.arange(ROWS) % FOLDS == 0, 40.0 * AXES[0], 0.0)

@@ -61,7 +61,9 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. No spread is below 1.
+    those before it. `free` is the root mean square of each free parameter, in deviations of its
+    prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
+    spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]
@@ -70,6 +72,7 @@ class ScoreScale:
     cell_spread: Mapping[str, Spread]
     fluctuation: Mapping[str, Spread] = field(default_factory=dict)
     left_over: Mapping[str, Spread] = field(default_factory=dict)
+    free: Mapping[str, Spread] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""

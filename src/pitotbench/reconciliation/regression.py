@@ -344,21 +344,24 @@ class Regression:
     def _member(self, evidence: Evidence, name: str) -> tuple[float, Member]:
         """The logarithm of the evidence of a hypothesis, and it as a member of a fit.
 
-        What its form leaves open are small columns, in proportion to its size.
+        What its form leaves open are small columns, in proportion to its size. With even odds there
+        is nothing of them, so that an effect is not behind another one whose form leaves none open.
         """
         own, prior = self.columns[name], self._priors[name]
-        weighed, extra = weigh(evidence, own, prior), 0.0
+        plain = weigh(evidence, own, prior)
         columns, deviations = list[int](), list[float]()
-        share = min(1.0, float(np.max(np.abs(weighed.sizes) / prior.typical)))
+        share = min(1.0, float(np.max(np.abs(plain.sizes) / prior.typical)))
         for other in () if is_term(name) else FITTED[name].left_open:
             columns += self.columns.get(other, ())
             if other in self.columns:
                 deviations += (THRESHOLDS.open_share * share * self._priors[other].typical).tolist()
-        if columns:
-            bare, extra = evidence.given(columns, deviations, own)
-            weighed = weigh(bare, range(len(own)), prior)
-        member = Member(name, (*own, *columns), np.array([*weighed.deviations, *deviations]))
-        return weighed.log_evidence + extra, member
+        if not columns:
+            return plain.log_evidence, Member(name, own, plain.deviations)
+        bare, extra = evidence.given(columns, deviations, own)
+        opened = weigh(bare, range(len(own)), prior)
+        member = Member(name, (*own, *columns), np.array([*opened.deviations, *deviations]))
+        both = np.logaddexp(plain.log_evidence, opened.log_evidence + extra) - np.log(2.0)
+        return float(both), member
 
     def _held_out(self, members: Sequence[Member], new: Member) -> float:
         """The fall of the sum of squares by a hypothesis beside others in parts of the logs that

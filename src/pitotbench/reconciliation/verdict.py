@@ -398,14 +398,17 @@ def _strongest(places: Sequence[Located]) -> list[Located]:
 
 
 def _free(each: ShownFlight) -> Iterable[FreeSize]:
-    """The log's own unknowns that lie beyond a bound of their priors."""
-    free = each.block.layout.free
+    """The log's own unknowns that lie beyond a bound of their priors, and of what null flights
+    show.
+    """
+    free, on_null = each.block.layout.free, each.block.null.scores.free
     sizes, deviations = each.block.equations.free_estimates(each.fit.columns)
     for name, size, deviation, prior in zip(
         free.names, sizes.tolist(), deviations.tolist(), free.deviations.tolist(), strict=True
     ):
-        if abs(size) > THRESHOLDS.free_told_from * prior:
-            yield FreeSize(name, size, 2.0 * deviation, prior)
+        usual = prior * on_null.get(name, 1.0)
+        if abs(size) > THRESHOLDS.free_told_from * usual:
+            yield FreeSize(name, size, 2.0 * deviation, usual)
 
 
 def _candidates(

@@ -98,7 +98,7 @@ class FreeSize:
     """An unknown of a log itself, such as the scale of a vane, that lies far beyond its prior.
 
     `value` and `two_sigma` are in the unit of its channel, `prior` is the deviation that it has on
-    a usual log.
+    a usual log: that of its prior, or of null flights where these show more.
     """
 
     name: str

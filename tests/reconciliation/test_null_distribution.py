@@ -72,16 +72,14 @@ def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribu
 def test_an_unknown_of_the_log_is_told_where_null_flights_do_not_show_it(
     flight: Flight, null: NullDistribution
 ) -> None:
-    """A vane whose scale is off by a third, where no effect of the table stands for it."""
+    """A vane that stands 6° off, where no effect of the table can tell it."""
     log, few = sensed_anew(flight, 120), Catalog("effect", {"pitot_lag": EFFECTS["pitot_lag"]})
-    vane = replace(log, sideslip=1.33 * log.sideslip)
-    verdict = judge_one(lay_out(vane, None, SETTING, few), null)
-    (told,) = verdict.free
-    assert told.name == "sideslip scale"
-    assert told.value == pytest.approx(0.33, abs=0.1)
     assert not judge_one(lay_out(log, None, SETTING, few), null).free
-    wide = replace(null.scores, free={"sideslip scale": 6.0})
-    assert not judge_one(lay_out(vane, None, SETTING, few), replace(null, scores=wide)).free
+    layout = lay_out(replace(log, sideslip=log.sideslip + np.radians(6.0)), None, SETTING, few)
+    told = {each.name: each for each in judge_one(layout, null).free}
+    assert told["sideslip bias"].value == pytest.approx(np.radians(6.0), rel=0.3)
+    wide = replace(null.scores, free=dict.fromkeys(told, 30.0))
+    assert not judge_one(layout, replace(null, scores=wide)).free
 
 
 def with_curve(flight: Flight, times: float) -> FlightLog:

@@ -128,7 +128,7 @@ def test_the_answer_is_in_sentences_and_plain_data():
     (gap,) = document["gaps"]
     assert (gap["part"], gap["named"], gap["closes_held_out"]) == ("drag", True, 0.98)
     assert gap["causes"][0]["parameters"] == [
-        {"name": "drag_area_m2", "value": 0.12, "two_sigma": 0.01}
+        {"name": "drag_area_m2", "value": 0.12, "two_sigma": 0.01, "unit": "m²"}
     ]
     assert document["patch"] == [{"name": "belly_pod", "parameters": {"drag_area_m2": 0.12}}]
     assert document["flown_again"]["within_tolerance"][0]["after"] == 0.97

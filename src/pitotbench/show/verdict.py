@@ -24,7 +24,7 @@ from pitotbench.show.gap_words import (
     reported_rivals,
     sentences,
 )
-from pitotbench.show.words import listed, size_words, with_unit, words
+from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
 # smallest sizes.
@@ -296,7 +296,7 @@ def _cause(each: Candidate) -> dict[str, Any]:
         "name": each.name,
         "acts_on": "file" if each.name in OWN_TERMS else told,
         "probability": each.probability,
-        "parameters": [asdict(size) for size in each.sizes],
+        "parameters": [asdict(s) | {"unit": name_and_unit(s.name)[1]} for s in each.sizes],
         "times": dict(each.times),
         "score": each.score,
     }

@@ -18,10 +18,10 @@ from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.pictures import clearest_channel, traces
-from pitotbench.reconciliation.regression import fit_gaps
+from pitotbench.reconciliation.regression import Found, Member, fit_gaps
 from pitotbench.reconciliation.renewal import at_sizes
 from pitotbench.reconciliation.signatures import cause_of, returns
-from pitotbench.reconciliation.verdict import hold_out, judge
+from pitotbench.reconciliation.verdict import hold_out, judge, may_be_form
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Verdict
@@ -263,3 +263,20 @@ def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
     assert np.any(old.column)
     assert np.abs(new.column).max() < 0.05 * np.abs(old.column).max()
     assert new.shapes == {"onset": 1.2}
+
+
+def test_a_second_gap_of_a_sensor_may_be_the_form_of_a_larger_one_of_its_part() -> None:
+    """A recovery that grows is no bias beside it; two coefficients of a file are two."""
+
+    def gap(name: str, log_bayes_factor: float) -> Found:
+        return Found(Member(name, (), np.zeros(0)), log_bayes_factor)
+
+    recovery, bias, wind = (
+        gap("recovery_deficit", 900.0),
+        gap("temperature_bias", 45.0),
+        gap("wind_drift", 40.0),
+    )
+    every = (recovery, bias, wind)
+    assert [may_be_form(each, every) for each in every] == [False, True, False]
+    terms = (gap("lift_slope", 900.0), gap("pitch_damping", 45.0))
+    assert not any(may_be_form(each, terms) for each in terms)

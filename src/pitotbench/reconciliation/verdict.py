@@ -236,8 +236,8 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     """The verdict: what every gap is, and how surely. Nothing else sets the kind of a verdict.
 
     A cause or a part is named at two limits, of its probability and of the share of the gap that
-    all gaps together leave, where nothing speaks against it. What is told of a probability are two
-    numbers, one on either side of these limits.
+    all gaps together leave, where nothing speaks against it and no further gap is seen. What is
+    told of a probability are two numbers, one on either side of these limits.
     """
     closure, main = _whole(each.closure for each in shown), _largest(shown)
     doubts = tuple(each.why for each in objections)
@@ -253,17 +253,17 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     else:
         kind = "named"
     quiet = not any(each.block.stands_out for each in shown)
-    trusts = kind == "named" and not doubts
-    near = trusts and left < THRESHOLDS.told_left
-    trusted = THRESHOLDS.told_near if near else THRESHOLDS.told_far
-    gaps = [_gap(fitted, main, found, left if trusts else 1.0, trusted) for found in fitted.gaps]
+    trusts = kind == "named" and not doubts and not shows_more
+    gaps, probabilities = list[Gap](), dict[str, float]()
+    for found in fitted.gaps:
+        own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
+        trusted = THRESHOLDS.told_near if own < THRESHOLDS.told_left else THRESHOLDS.told_far
+        gaps.append(_gap(fitted, main, found, own, trusted))
+        for cause, p in found.causes.items():
+            probabilities[cause] = max(probabilities.get(cause, 0.0), trusted * p)
     gaps.sort(key=lambda gap: -gap.closes_held_out)
     if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
         kind = "one_of"
-    probabilities: dict[str, float] = {}
-    for found in fitted.gaps:
-        for cause, p in found.causes.items():
-            probabilities[cause] = max(probabilities.get(cause, 0.0), trusted * p)
     if withdrawn and doubts:
         told = ", ".join(m.name for m in fitted.members)
         doubts = (*doubts, f"the name {told} is taken back")
@@ -291,6 +291,18 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
         remains=remains,
         doubts=doubts,
         free=tuple(free for each in shown for free in _free(each)),
+    )
+
+
+def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
+    """Return whether a gap may be what the form of a larger one leaves: that of a sensor effect of
+    the same part, whose law is seldom that of the table.
+    """
+    effects = [effect_of(each.member.name.partition("|")[0]) for each in (found, *gaps)]
+    larger = [each.log_bayes_factor > found.log_bayes_factor for each in gaps]
+    return effects[0].acts_on == "sensors" and any(
+        is_larger and effect.part == effects[0].part
+        for is_larger, effect in zip(larger, effects[1:], strict=True)
     )
 
 

@@ -14,7 +14,11 @@ from pitotbench.reconciliation.evidence import Evidence, without_score
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
-from pitotbench.reconciliation.null_learning import learn_null_distribution, left_over
+from pitotbench.reconciliation.null_learning import (
+    learn_null_distribution,
+    left_over,
+    wandering_channels,
+)
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
@@ -52,6 +56,19 @@ def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(
     verdict = judge_one(lay_out(swinging, None, SETTING), null)
     assert verdict.kind == "unknown"
     assert verdict.located[0].channel == "pressure_height"
+
+
+def test_spikes_are_no_wander(flight: Flight, null: NullDistribution) -> None:
+    """As a busy hand on the throttle makes them in what the engines tell, here in the height."""
+    log = sensed_anew(flight, 124)
+    spikes = np.where(np.random.default_rng(1).random(len(log)) < 0.003, 120.0, 0.0)
+    before = lay_out(log, None, SETTING)
+    moved = lay_out(replace(log, altitude=log.altitude + spikes), None, SETTING)
+    lasting = np.where(log.time % 5.0 < 1.0, 30.0, 0.0)
+    wandering = lay_out(replace(log, altitude=log.altitude + lasting), None, SETTING)
+    assert wandering_channels(moved, before, null, 0.0) == ()
+    (found,) = wandering_channels(wandering, before, null, 0.0)
+    assert found.channel == "pressure_height"
 
 
 def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribution) -> None:

@@ -146,14 +146,14 @@ def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
     innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
     least = THRESHOLDS.wander_nearby_lowest * robust_deviation(used)
-    stretches = np.array_split(used, max(1, len(used) // THRESHOLDS.wander_nearby))
-    sizes = [np.maximum(robust_deviation(part), least) for part in stretches]
     squares = np.concatenate(
-        [p**2 / (s**2 + SMALLEST_POWER) for p, s in zip(stretches, sizes, strict=True)]
+        [
+            part**2 / (np.maximum(robust_deviation(part), least) ** 2 + SMALLEST_POWER)
+            for part in np.array_split(used, max(1, len(used) // THRESHOLDS.wander_nearby))
+        ]
     )
-    squares = np.minimum(squares, THRESHOLDS.wander_spike**2)
-    powers = np.log(np.mean(squares, axis=0) + SMALLEST_POWER)
-    return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
+    power = np.mean(np.minimum(squares, THRESHOLDS.wander_spike**2), axis=0)
+    return dict(zip(layout.residuals.names, np.log(power + SMALLEST_POWER).tolist(), strict=True))
 
 
 def powers_over(

@@ -26,7 +26,8 @@ from pitotlab.candidate.triangle import Triangle, height_equations, triangle
 from pitotlab.candidate.unknowns import UNKNOWN, Flight, Unknowns
 
 SEARCH = Search()
-_PASSES = 10
+_PASSES = 16
+_WHOLE_STEPS = 4  # passes after which a step that may swing to and fro is halved
 _SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior of the last step, fine and coarse
 _CLEARLY = 3.0  # log odds by which another hypothesis takes over the search
 _NEAR, _SAME_PATH = 1.0, 1.0  # standard errors; m/s rms between two paths of the wind
@@ -127,20 +128,24 @@ def approach(unknowns: Unknowns) -> Approach:
     near: Mode | Array = _guess(unknowns)
     gusts, best = [0.0] * len(flights), 0
     paths: list[WindPath | None] = [None] * len(flights)
-    for _ in range(_PASSES):
+    tried = {best}
+    for number in range(_PASSES):
         point = _linearize(unknowns, coarse, beta, gusts, paths)
         near = mode_of(point.problem, near, SEARCH, _ROUGHLY, best)
         place = near.place
-        rivals = range(len(unknowns.rivals))
-        heights = [float(point.problem.heights(place[None], h)[0]) for h in rivals]
-        if max(heights) > heights[best] + _CLEARLY:
-            best = int(np.argmax(heights))
-            continue
         found, covariance = point.problem.solve(place, best)
-        step, beta = found - beta, found
+        step = found - beta
+        beta = beta + (step if number < _WHOLE_STEPS else 0.5 * step)
         gusts = [float(np.exp(place[flight.triangle.start])) for flight in flights]
         last, paths = paths, _paths(unknowns, point, place, beta)
         if np.all(np.abs(step) < _NEAR * np.sqrt(np.diag(covariance))) and _same(last, paths):
+            rivals = range(len(unknowns.rivals))
+            heights = [float(point.problem.heights(place[None], h)[0]) for h in rivals]
+            likeliest = int(np.argmax(heights))
+            if heights[likeliest] > heights[best] + _CLEARLY and likeliest not in tried:
+                best = likeliest
+                tried.add(best)
+                continue
             exact = with_curvature(point.problem, near, SEARCH, best)
             return Approach(beta, exact, best, gusts, paths)
     raise NoAnswerError(

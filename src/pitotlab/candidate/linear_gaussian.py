@@ -258,8 +258,8 @@ def mode_of(
 ) -> Mode:
     """Return the mode of φ, searched from a place (d,) or from the mode of a similar problem.
 
-    Newton's method with numerical derivatives. The second derivatives are computed once, at a
-    place, and updated with each step (Broyden, Fletcher, Goldfarb and Shanno 1970). The search ends
+    Newton's method with numerical derivatives. The second derivatives are updated with each step
+    (Broyden, Fletcher, Goldfarb and Shanno 1970), and computed anew now and then. The search ends
     with a step that gains less than `enough` in log-posterior. Raises NoAnswerError where it does
     not converge.
     """
@@ -269,7 +269,9 @@ def mode_of(
     else:
         place = near
         here, slope, curvature = _around(problem, place, search, hypothesis)
-    for _ in range(search.steps):
+    for number in range(1, search.steps + 1):
+        if number % search.renewed == 0:
+            here, slope, curvature = _around(problem, place, search, hypothesis)
         if not (
             np.isfinite(here) and np.all(np.isfinite(slope)) and np.all(np.isfinite(curvature))
         ):

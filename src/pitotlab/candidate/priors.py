@@ -22,8 +22,8 @@ class Priors:
         0.05, "", "0.04 to 0.06", "light airplanes, +0.1 at 55 kt to -0.05 at 115"
     )
     slope: float = _prior(0.05, "", "0.02 to 0.06", "the same")
-    departure: float = _prior(0.002, "", "0.001 to 0.004", "curves of Gracey, NASA RP-1046 (1980)")
-    departure_factor: float = _prior(2.5, "", "2 to 4", "the same")
+    departure: float = _prior(0.005, "", "0.002 to 0.02", "0.0005 to 0.02: RP-1046, a handbook")
+    departure_factor: float = _prior(3.0, "", "2 to 4", "the same")
     departure_length: float = _prior(0.7, "half ranges", "0.5 to 1", "the same")
     # The curve of the total source, and the factor of the impact-pressure sensor.
     total_level: float = _prior(

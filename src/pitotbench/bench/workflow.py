@@ -28,7 +28,6 @@ from pitotbench.bench.null_flights import (
 from pitotbench.effects import FORMULAS
 from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
-from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.formula import formula_term
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
@@ -58,6 +57,7 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog, Provenance
+from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.records.verdict import SURE, Candidate, Closure, JoinedFlight, Verdict
 
 if TYPE_CHECKING:

@@ -17,14 +17,17 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draft the mapping, and write or print it with what is to be checked; return exit code 0."""
+    from pitotbench.logbook.bundle import is_bundle
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
-    from pitotbench.logbook.formats import require_file
     from pitotbench.logbook.reading import needs_mapping, read_table
+    from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
 
     if options.out is not None:
         require_file(options.out, [".toml"], [options.log])
+    if is_bundle(options.log):
+        raise BadInputError(f"{options.log}: a folder; name a log in it")
     try:
         known = needs_mapping(options.log)
         if known:

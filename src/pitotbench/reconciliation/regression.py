@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import expit, logsumexp
 
 from pitotbench.effects import FORMULAS, effect_of
 from pitotbench.reconciliation.equations import (
@@ -139,6 +139,11 @@ class Found:
     held_out: float = 0.0
 
     @property
+    def probability(self) -> float:
+        """That there is such a gap, which was as probable as none before the logs were seen."""
+        return float(expit(self.log_bayes_factor))
+
+    @property
     def causes(self) -> dict[str, float]:
         """The probability of each cause of the table, in any form, the most probable first."""
         found: dict[str, float] = {}
@@ -247,7 +252,7 @@ class Regression:
         for _ in range(THRESHOLDS.gaps_most):
             found = self.beside([gap.member for gap in gaps], refused)
             if not self._is_taken(found):
-                if not self._shows(found) or found.unknown > THRESHOLDS.likely:
+                if not self.shows(found) or found.unknown > THRESHOLDS.likely:
                     break
                 refused.add(found.member.name)
                 continue
@@ -264,12 +269,13 @@ class Regression:
                 break
         return gaps, self.beside([gap.member for gap in gaps], refused)
 
-    def _shows(self, found: Found) -> bool:
+    def shows(self, found: Found) -> bool:
+        """Whether a gap is beyond what null flights show."""
         return found.log_bayes_factor >= self.least_bayes_factor
 
     def _is_taken(self, found: Found) -> bool:
         """Whether a gap is explained: by posterior odds, and in parts of the logs left out."""
-        known = self._shows(found) and found.unknown <= THRESHOLDS.likely
+        known = self.shows(found) and found.unknown <= THRESHOLDS.likely
         return known and found.held_out >= THRESHOLDS.held_out_least
 
     @property
@@ -283,9 +289,8 @@ class Regression:
     def beside(
         self, members: Sequence[Member], refused: frozenset[str] | set[str] = frozenset()
     ) -> Found:
-        """Return the gap that some logs show beside the members of a fit.
-
-        Where the Bayes factor shows none, no probability is told.
+        """Return the gap that some logs would show beside the members of a fit, however improbable
+        it is.
         """
         evidence = self.given(members)
         taken = {_cause(member.name) for member in members}
@@ -294,8 +299,6 @@ class Regression:
         weights, rests, _ = self._weighed(evidence, names)
         every = [*weights.values(), *rests]
         log_bayes_factor = float(logsumexp(every) - prior_none)
-        if log_bayes_factor < self.least_bayes_factor:
-            return Found(NOTHING, log_bayes_factor)
         power = tempering_power(log_bayes_factor)
         weights, rests, found = self._weighed(evidence.tempered(power), names)
         whole = float(logsumexp([*weights.values(), *rests]))
@@ -523,6 +526,16 @@ class Fitted:
         """The hypotheses in the fit."""
         return [gap.member for gap in self.gaps]
 
+    @property
+    def shows_more(self) -> bool:
+        """Whether the logs show a gap beside all that are explained."""
+        return self.regression.shows(self.left)
+
+    @property
+    def has_open_gap(self) -> bool:
+        """Whether they show one that probably has no cause in the table."""
+        return self.shows_more and self.left.unknown > THRESHOLDS.likely
+
     def fit_of(self, block: Block) -> Fit:
         """Return the sizes of all gaps that a block shows as a fit of it."""
         own = self.sizes.among([key for key in self.sizes.keys if key in block.keys])
@@ -550,10 +563,10 @@ def fit_gaps(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Fi
         if all(after is before for after, before in zip(moved, now, strict=True)):
             break
         now, fitted = moved, _fitted(moved, noises, nulls)
-    if fitted.left.unknown > THRESHOLDS.likely:
+    if fitted.has_open_gap:
         laid = [_placed_beside(block, fitted) for block in fitted.regression.blocks]
         fitted = _fitted(laid, noises, nulls)
-    wanted = fitted.left.unknown > THRESHOLDS.likely or not fitted.regression.columns
+    wanted = fitted.has_open_gap or not fitted.regression.columns
     return with_terms(fitted) if wanted else fitted
 
 

@@ -244,7 +244,7 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     left, unexplained = 1.0 - closure.share, [p for each in shown for p in each.unexplained]
     outweighed = any(each.outweighs for each in shown)
     known = [gap for gap in fitted.gaps if not is_term(gap.member.name)]
-    shows_more = fitted.left.log_bayes_factor >= fitted.regression.least_bayes_factor
+    shows_more = fitted.shows_more
     certain = _certain(shown)
     withdrawn = outweighed or any(each.withdraws for each in objections)
     if withdrawn or not (known or certain):
@@ -259,8 +259,8 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
         own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
         trusted = THRESHOLDS.told_near if own < THRESHOLDS.told_left else THRESHOLDS.told_far
         gaps.append(_gap(fitted, main, found, own, trusted))
-        for cause, p in found.causes.items():
-            probabilities[cause] = max(probabilities.get(cause, 0.0), trusted * p)
+        _tell(probabilities, found, trusted)
+    _tell(probabilities, fitted.left, THRESHOLDS.told_far * fitted.left.probability)
     gaps.sort(key=lambda gap: -gap.closes_held_out)
     if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
         kind = "one_of"
@@ -292,6 +292,12 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
         doubts=doubts,
         free=tuple(free for each in shown for free in _free(each)),
     )
+
+
+def _tell(probabilities: dict[str, float], found: Found, trusted: float) -> None:
+    """Raise the probability of each cause to that which a gap tells of it."""
+    for cause, p in found.causes.items():
+        probabilities[cause] = max(probabilities.get(cause, 0.0), trusted * p)
 
 
 def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
@@ -565,7 +571,7 @@ def _flights(
             theirs = fitted.regression.shown_alone(rest, lasting).widened()
             own = tuple(_own_sizes(lasting, mine, theirs))
             left_out = _left_out(each, theirs) if fitted.gaps else None
-        shows = gaps or left.log_bayes_factor >= fitted.regression.least_bayes_factor
+        shows = gaps or fitted.regression.shows(left)
         known = [gap for gap in gaps if not is_term(gap.member.name)]
         sure = all(max(g.causes.values()) > THRESHOLDS.named_from for g in known)
         kind: Kind = "no_gap" if not shows else "unknown"

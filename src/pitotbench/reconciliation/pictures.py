@@ -74,8 +74,10 @@ def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:
 
 def _moved(layout: Layout, fit: Fit) -> Array:
     """The change of the residuals by a fit, (n, c)."""
-    left = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
-    return layout.residuals.values - left.residuals.values
+    each = (
+        layout.signatures[c].column * size for c, size in zip(fit.columns, fit.sizes, strict=True)
+    )
+    return np.asarray(sum(each, np.zeros_like(layout.residuals.values)))
 
 
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.

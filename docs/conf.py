@@ -14,7 +14,9 @@ myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 root_doc = "README"
 exclude_patterns = ["_build"]
-suppress_warnings = ["myst.xref_missing"]  # links to files of the repository; a test checks that each exists
+suppress_warnings = [
+    "myst.xref_missing"
+]  # links to files of the repository; a test checks that each exists
 
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"

@@ -4,6 +4,7 @@ page.
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from pitotbench.cli.app import main
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+KEPT = Path(__file__).with_name("readme_null_flights.json")  # those of the card of the README
 PAGES = [
     page
     for page in [*(DOCS / "tutorials").glob("*.md"), *(DOCS / "howto").glob("*.md")]
@@ -19,12 +21,13 @@ PAGES = [
     not in ("read-the-page.md", "correct-a-model.md")  # they show no command that runs here
 ] + [DOCS / name for name in ("api.md", "case.md", "reconcile.md", "scale.md")]
 _BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-_NAME = re.compile(r"# (\S+\.(?:toml|csv))\n")
+_README_BLOCK = re.compile(r"^```(?:toml)?\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _SEEDS = re.compile(r"--seeds \d+")
+_NAME = re.compile(r"# (\S+\.(?:toml|csv))\n")
 
 
-def run(command: str) -> None:
-    """Run a command line of a page."""
+def _run(command: str) -> None:
     program, *words = shlex.split(command, comments=True)
     assert program == "pitotbench", command
     assert main(words) == 0, command
@@ -40,8 +43,39 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
             for line in text.splitlines():
                 if line.startswith("$ "):
                     # One seed of many runs the command; its figures are the laboratory's.
-                    run(_SEEDS.sub("--seeds 1", line.removeprefix("$ ")))
+                    _run(_SEEDS.sub("--seeds 1", line.removeprefix("$ ")))
         elif kind == "python":
             exec(compile(text, page.name, "exec"), {})
         elif name := _NAME.match(text):
             (tmp_path / name[1]).write_text(text, encoding="utf-8")
+
+
+def are_alike(told: str, printed: str) -> bool:
+    """Whether two lines have the same words, and numbers within a tenth of one another."""
+    if _NUMBER.sub("#", told) != _NUMBER.sub("#", printed):
+        return False
+    pairs = zip(_NUMBER.findall(told), _NUMBER.findall(printed), strict=True)
+    return all(float(a) == pytest.approx(float(b), rel=0.1) for a, b in pairs)
+
+
+def require_the_readme_to_hold(capsys: pytest.CaptureFixture[str], without: str = "") -> None:
+    """Run the first commands of the README on its case, and on the case without its last line,
+    which hides an effect. Both end in the line that the README tells.
+    """
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    commands, case, found, quiet = _README_BLOCK.findall(readme)[:4]
+    plain = "".join(case.splitlines(keepends=True)[:-1])
+    for flown, told in ((case, found), (plain, quiet)):
+        Path("case.toml").write_text(flown, encoding="utf-8")
+        for command in commands.splitlines():
+            _run(command.replace(without, ""))
+        printed = capsys.readouterr().out.splitlines()
+        assert any(are_alike(told.strip(), line) for line in printed), (told, printed)
+
+
+def test_the_readme_ends_as_it_says(tmp_path, monkeypatch, capsys):
+    """With null flights that are kept: `make test-lab` flies them, and flies the card again."""
+    monkeypatch.chdir(tmp_path)
+    kept = Path(shutil.copy(KEPT, tmp_path))  # its use is noted on it
+    monkeypatch.setattr("pitotbench.bench.null_flights.cache_entry", lambda *_: kept)
+    require_the_readme_to_hold(capsys, without=" --out gap")

@@ -36,7 +36,6 @@ COMMANDS = {
     "blind score": "pitotlab.blind.score:command",
     "blind pooled": "pitotlab.blind.score:pooled_command",
     "blind parts": "pitotlab.blind.parts:command",
-    "blind ablation": "pitotlab.blind.ablation:command",
     "blind pack": "pitotlab.blind.sealed:command",
     "blind forced": "pitotlab.blind.flown_again:forced_command",
     "blind reflown": "pitotlab.blind.flown_again:reflown_command",

@@ -126,7 +126,6 @@ def calibration_files() -> list[Path]:
 
 
 _BENCH_OF_THE_JUDGE = (
-    "rounds.py",
     "null_flights.py",
     "workflow.py",
     "verdict_folder.py",

@@ -3,8 +3,7 @@
 from tests.shared_data import real_log
 
 from pitotbench.bench.questions import setting_of
-from pitotbench.bench.rounds import NamedLog
-from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.logbook.reading import read_log
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
@@ -17,7 +16,7 @@ def test_a_measured_log_without_an_aircraft_has_a_remark_on_its_recorder_and_no_
     path = real_log("jmoss", "CLASS55.csv")
     log = read_log(path, "jmoss")
     account = reconcile_fully(NamedLog(path.name, log), "none", setting=setting_of(ADVICE)).account
-    verdict = account.rounds[0].verdict
+    verdict = account.verdict
     assert account.null_flights == 0
     assert verdict.kind == "no_gap"
     assert any(c.status == "remark" and "0.3 s" in c.why for c in verdict.checks)

@@ -216,9 +216,13 @@ def test_the_command_takes_such_files_without_a_mapping(tmp_path, changed, capsy
     words = ["reconcile", str(paths[0]), "--holdout", str(paths[1]), "--aircraft", "DHC6"]
     assert main([*words, "--json", "--out", str(tmp_path / "out")]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["verdict"] == "differs"
-    assert told["terms"][0]["coefficient"] == "lift slope"
-    assert told["closure"] > 0.95
+    assert told["verdict"] == "named"
+    (first,) = told["gaps"][0]["causes"]
+    assert (first["name"], first["acts_on"]) == ("lift slope", "file")
+    (size,) = first["parameters"]
+    assert size["measured"] / size["model"] - 1.0 == pytest.approx(size["value"])
+    assert min(told["closure"], told["closure_holdout"]) > 0.95
+    assert told["gap_after"] < 0.1 * told["gap_before"]
     assert {each.name for each in (tmp_path / "out").iterdir()} == {
         "verdict.json",
         "report.html",

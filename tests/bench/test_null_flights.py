@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, FlightLog
-from pitotbench.bench import digests, null_flights, rounds, workflow
+from pitotbench.bench import digests, null_flights, workflow
 from pitotbench.bench.digests import NOT_DECIDING
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.null_flights import MOST_KEPT, flights_told, null_distribution_of
-from pitotbench.bench.rounds import NamedLog, reconcile_logs
+from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.cli.app import main
 from pitotbench.logbook import reading
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -208,7 +208,7 @@ def test_no_module_that_the_conductor_loads_is_left_out_of_the_key():
         "import sys, types\n"
         "package = types.ModuleType('pitotbench'); package.__path__ = [sys.argv[1]]\n"
         "sys.modules['pitotbench'] = package\n"  # without the public page, which names everything
-        "import pitotbench.bench.rounds\n"
+        "import pitotbench.bench.workflow\n"
         "print(*{m.split('.')[1] for m in sys.modules if m.startswith('pitotbench.')})"
     )
     done = subprocess.run(
@@ -305,12 +305,12 @@ def test_a_reconciliation_hands_on_its_card_the_setting_and_keeping(monkeypatch)
         asked.append((card, setting, keep))
         raise BadInputError("far enough")
 
-    monkeypatch.setattr(rounds, "null_distribution_of", stop)
+    monkeypatch.setattr(workflow, "null_distribution_of", stop)
     jet = replace(LOG, mass=np.full(len(LOG), 20_000.0))
     for log, aircraft in ((LOG, "navajo"), (jet, "none")):
         named = [NamedLog("log", log, CARD)]
         with pytest.raises(BadInputError, match="far enough"):
-            reconcile_logs(named, aircraft, setting=AnalysisSetting(static_error=True), keep=False)
+            judge_logs(named, aircraft, setting=AnalysisSetting(static_error=True), keep=False)
     setting = AnalysisSetting(day_known=True, instruments_known=True, static_error=True)
     assert asked == [(CARD, setting, False)] * 2
 

@@ -11,7 +11,7 @@ from pitotbench.bench.verdict_folder import install, keep
 from pitotbench.cli.app import main
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import Candidate, Closure
+from pitotbench.records.verdict import Candidate, Closure, Gap
 from pitotbench.units import INCH_OF_MERCURY
 
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0)
@@ -20,17 +20,11 @@ LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0)
 
 def outcome(*effects: Candidate, kind: str = "named"):
     """As much of an outcome as adding needs."""
-    verdict = SimpleNamespace(kind=kind, effects=effects, closure=Closure(100.0, 11.0, 10.0))
-    account = SimpleNamespace(
-        log="flight.csv",
-        aircraft="navajo",
-        formula=None,
-        rounds=(SimpleNamespace(verdict=verdict),),
-    )
+    gaps = [SimpleNamespace(causes=(each,)) for each in effects]
+    verdict = SimpleNamespace(kind=kind, gaps=gaps, closure=Closure(100.0, 11.0, 10.0))
+    account = SimpleNamespace(log="flight.csv", aircraft="navajo")
     made = patch_of_effects(effects, "flight.csv", "2026-01-01")
-    return SimpleNamespace(
-        reconciliation=SimpleNamespace(verdict=verdict), account=account, patch=made
-    )
+    return SimpleNamespace(verdict=verdict, account=account, patch=made)
 
 
 def test_an_applied_patch_flies_in_a_campaign_with_its_drag(tmp_path, monkeypatch, smooth_flights):
@@ -91,14 +85,15 @@ def test_a_name_that_cannot_be_is_refused_before_the_log_is_read(
 
 def test_an_airplane_of_a_doubtful_answer_is_kept_with_its_doubt(tmp_path):
     doubtful = Candidate("belly_pod", POD.sizes, 40.0, 0.58)
-    verdict = Verdict(
-        "one_of", (doubtful,), (("turn_drag",),), (doubtful,), (), (), Closure(100.0, 11.0, 10.0), (),
-        ("to tell belly_pod, turn_drag apart: fly "
-         "four_leg",), probabilities={"belly_pod": 0.58, "turn_drag": 0.4},
-    )  # fmt: skip
+    rival = Candidate("turn_drag", (), 39.0, 0.4)
+    gap = Gap("drag", 0.98, (doubtful, rival), False, False, 1.0, 1.0)
+    advice = ("to tell belly_pod, turn_drag apart: fly four_leg",)
+    closure = Closure(100.0, 11.0, 10.0)
+    verdict = Verdict("one_of", (gap,), (doubtful,), (), (), closure, (), advice)
     sure, made = outcome(POD), outcome(doubtful)
-    made.reconciliation.verdict = made.account.rounds[0].verdict = verdict
+    made.verdict = made.account.verdict = verdict
     made.account.calibration, made.account.null_flights, made.account.holdout = None, 8, ""
+    made.account.formula = None
     told = " ".join(install(made, "doubtful", tmp_path))
     assert "not sure: one of these" in told
     assert "58 %" in told

@@ -18,7 +18,7 @@ from typing import get_args
 import numpy as np
 
 from pitotbench import Case, fly
-from pitotbench.bench.rounds import NamedLog, first_pass, patch_of, reconcile_logs
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.effects import EFFECTS
 from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
@@ -80,8 +80,8 @@ def judged(name: str, end: str, aircraft: str = "navajo") -> Outcome:
     except Exception as problem:
         return Outcome(name, end, error=f"in flight: {problem!r}")
     try:
-        found = reconcile_logs([NamedLog("log", log)], aircraft)
-        read_case(patch_of(first_pass(found), (), "both ends", "").text)
+        found = reconcile_fully(NamedLog("log", log), aircraft, refly=False)
+        read_case(found.patch.text)
     except Exception as problem:
         return Outcome(name, end, error=repr(problem))
     kind = found.verdict.kind

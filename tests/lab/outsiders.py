@@ -18,15 +18,15 @@ from tests.reconciliation.outside_table import AREA, BETA, Outsider, flown, time
 from tests.reconciliation.outside_table import OUTSIDERS as FIRST
 
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.rounds import NamedLog
-from pitotbench.bench.workflow import FullReconciliation, reconcile_fully
-from pitotbench.reconciliation.formula import closure_on, find_formula
+from pitotbench.bench.workflow import FullReconciliation, NamedLog, formula_of, reconcile_fully
+from pitotbench.catalog import Catalog
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.reconciliation.renewal import lay_out_with
-from pitotbench.records.gap import FoundFormula
+from pitotbench.reconciliation.regression import Fitted
+from pitotbench.reconciliation.verdict import Judged, hold_out, judge
 from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import SURE
+from pitotbench.records.verdict import Closure
 from pitotbench.show.gap_words import formula_sentences
 
 INCH = 3386.39  # Pa
@@ -125,19 +125,17 @@ def explained(outsider: Outsider | None, number: int, folder: Path) -> FullRecon
     return reconcile_fully(logs[0], "navajo", logs[1], refly=False, refly_holdout=False)
 
 
-def alone(outsider: Outsider | None, number: int, folder: Path) -> FoundFormula | None:
-    """The formula of a flight, in the noise that its log shows, with its closure on another flight."""
+def alone(outsider: Outsider | None, number: int, folder: Path) -> Judged:
+    """A flight by formulas alone, in the noise that its log shows, with another flight held out."""
     model, setting = aircraft_model("navajo"), AnalysisSetting(day_known=True)
-    fit, held = (
-        lay_out_with(flown(outsider, number + i, folder), model, setting, {}) for i in (0, 1)
-    )
-    null = theoretical_distribution(fit)
-    formula = find_formula(fit, null)
-    return (
-        None
-        if formula is None
-        else replace(formula, closure_holdout=closure_on(held, null, formula))
-    )
+    fit, held = (flown(outsider, number + i, folder) for i in (0, 1))
+    layout = lay_out(fit, model, setting, Catalog("effect", {}))
+    null = theoretical_distribution(layout)
+
+    def close(fitted: Fitted) -> Closure | None:
+        return hold_out(held, model, null, fitted, setting)
+
+    return judge(["fit"], [layout], [null], held_out=close)
 
 
 def main() -> None:
@@ -161,18 +159,13 @@ def main() -> None:
             if only not in name:
                 continue
             before = time.process_time()
-            if options.alone:
-                kind, named, formula = "", [], alone(outsider, number, Path(folder))
-            else:
-                outcome = explained(outsider, number, Path(folder))
-                verdict, formula = outcome.reconciliation.verdict, outcome.account.formula
-                kind, named = (
-                    verdict.kind,
-                    [e.name for e in verdict.effects] if verdict.kind in SURE else [],
-                )
+            flight = outsider, number, Path(folder)
+            judged = alone(*flight) if options.alone else explained(*flight).judged
+            verdict, formula = judged.verdict, formula_of(judged)
+            named = [e.name for e in verdict.effects]
             spent = time.process_time() - before
             quantities = {t.quantity for t in formula.terms} if formula else set()
-            held = formula.closure_holdout.share if formula and formula.closure_holdout else 0.0
+            held = verdict.closure_holdout.share if formula and verdict.closure_holdout else 0.0
             if outsider is None:
                 told += bool(formula or named)
             else:
@@ -187,8 +180,8 @@ def main() -> None:
                 if outsider.where in quantities
                 else "other"
             )
-            shares = f"{formula.closure.share:.2f} | {held:.2f}" if formula else "| "
-            cells = [name, kind, ", ".join(named), text, mark, shares, f"{spent:.0f}"]
+            shares = f"{verdict.closure.share:.2f} | {held:.2f}" if formula else "| "
+            cells = [name, verdict.kind, ", ".join(named), text, mark, shares, f"{spent:.0f}"]
             print(f"| {' | '.join(cells)} |", flush=True)
     if closed:
         enough = sum(g >= ENOUGH for g in closed)

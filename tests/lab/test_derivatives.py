@@ -196,8 +196,12 @@ def effect(name, score=9.0, **sizes):
 
 
 def answer(kind, *effects, others=(), **more):
-    alternatives = [list(others), *([] for _ in effects[1:])] if effects else []
-    return {"verdict": kind, "effects": list(effects), "alternatives": alternatives, **more}
+    rivals = [[{"name": name} for name in others], *([] for _ in effects[1:])]
+    gaps = [
+        {"part": "lift", "causes": [each, *rest]}
+        for each, rest in zip(effects, rivals, strict=False)
+    ]
+    return {"verdict": kind, "gaps": gaps, **more}
 
 
 def truth(*changes):
@@ -213,7 +217,7 @@ def truth(*changes):
         ("in the set", answer("named", effect("lift_slope"), effect("wind_change"))),
         (
             "in the set",
-            answer("named", effect("lift_slope"), passes=[answer("named", effect("side_force"))]),
+            answer("named", effect("lift_slope"), effect("side_force")),
         ),
         ("wrong name", answer("named", effect("zero_lift"))),
         ("wrong name", answer("named", effect("lift_slope_from_a_time"))),

@@ -11,8 +11,7 @@ from functools import partial
 from itertools import product
 
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.rounds import NamedLog
-from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.records.case import Case
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system

@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from pitotbench import air
-from pitotbench.reconciliation.equations import NormalEquations, equations_from, inner_products
+from pitotbench.reconciliation.equations import NormalEquations, equations_from, products_of
 from pitotbench.reconciliation.noise import NoiseModel, learned
 from pitotbench.reconciliation.null_learning import learn_null_distribution
 from pitotbench.reconciliation.pictures import calibration_change, deviation_of_mean
@@ -27,7 +27,8 @@ def made(size: float = 0.0, seed: int = 3) -> tuple[NormalEquations, np.ndarray,
     dense = draw.standard_normal((N, C, 4))
     cells = np.broadcast_to(np.eye(C), (N, C, C))
     residual = draw.standard_normal((N, C)) + dense[:, :, 0] * 5.0 + size * dense[:, :, 2]
-    products = inner_products(np.concatenate([dense, cells], axis=2), residual)
+    every = np.concatenate([dense, cells, residual[:, :, None]], axis=2)
+    products = products_of(every, np.arange(len(every)) * 8 // len(every))
     return equations_from(products, 2, np.array([10.0, 10.0])), dense, residual
 
 
@@ -105,7 +106,7 @@ def test_the_noise_of_a_mean_is_that_of_a_long_random_series():
         assert deviation_of_mean(noise, channel, 8) == pytest.approx(np.std(means), rel=0.02)
 
 
-def naming(explained: float, chosen: bool = True) -> SimpleNamespace:
+def legs(explained: float, chosen: bool = True) -> tuple[SimpleNamespace, SimpleNamespace]:
     """A log of two opposite legs, 80 to 150 KIAS, with an effect that is `explained` times the term
     k1.
     """
@@ -122,19 +123,21 @@ def naming(explained: float, chosen: bool = True) -> SimpleNamespace:
     )
     column = np.stack([along[:, 0], zero], axis=1)
     layout = SimpleNamespace(
-        residuals=SimpleNamespace(names=("airspeed_along", "airspeed_across")),
+        residuals=SimpleNamespace(
+            names=("airspeed_along", "airspeed_across"), values=np.zeros((600, 2))
+        ),
         signatures=(SimpleNamespace(column=column),),
         free=free,
         track={"impact_pressure": pressure},
     )
     fit = SimpleNamespace(columns=(0,) if chosen else (), sizes=(explained,) if chosen else ())
-    return SimpleNamespace(layout=layout, fit=fit)
+    return layout, fit
 
 
 def test_an_effect_that_is_an_error_curve_is_told_as_that_curve():
-    found = calibration_change(naming(0.04))
+    found = calibration_change(*legs(0.04))
     # An impact pressure 4 % higher is an airspeed 2 % higher; at Mach 0.23 compressibility takes
     # 1.3 % of that.
     assert found.change == pytest.approx(0.0198 * found.airspeed, rel=0.02)
     assert found.airspeed[0] / KNOT == pytest.approx(81.4, abs=0.5)
-    assert calibration_change(naming(0.04, chosen=False)) is None
+    assert calibration_change(*legs(0.04, chosen=False)) is None

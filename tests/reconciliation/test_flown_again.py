@@ -106,13 +106,11 @@ def test_a_turn_has_bank_beyond_that_of_its_turn_rate():
     assert found["bank beyond that of the turn rate", "°"] == pytest.approx(1.0, abs=0.01)
 
 
-def naming_of(layout: Any, sizes: Array) -> Any:
-    """A naming without effects: a layout and the sizes of its free parameters."""
-    return SimpleNamespace(
-        layout=layout,
-        fit=SimpleNamespace(columns=()),
-        equations=SimpleNamespace(free_sizes=lambda columns: sizes),
-    )
+def shown_as(layout: Any, sizes: Array) -> Any:
+    """A flight without effects: a layout and the sizes of its free parameters."""
+    equations = SimpleNamespace(free_sizes=lambda columns: sizes)
+    block = SimpleNamespace(layout=layout, equations=equations)
+    return SimpleNamespace(block=block, fit=SimpleNamespace(columns=()))
 
 
 @pytest.mark.parametrize("parameters", [(-0.060, 0.006, 0.060), (0.10, -0.02, -0.08)])
@@ -148,7 +146,7 @@ def test_a_card_is_flown_in_the_temperature_of_the_flight(offset: float, feet: f
         Catalog("effect", {DAY: EFFECTS[DAY]}),
     )
     fit = fit_free_parameters(layout.residuals.values, layout.free, layout.used)
-    shown = as_the_log_shows(replace(case, temperature_offset=0.0), naming_of(layout, fit.sizes))
+    shown = as_the_log_shows(replace(case, temperature_offset=0.0), shown_as(layout, fit.sizes))
     assert shown.temperature_offset == pytest.approx(offset, abs=0.1)
 
 

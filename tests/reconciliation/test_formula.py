@@ -12,8 +12,9 @@ from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 
 from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_case
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.effects import chosen
-from pitotbench.effects.effect import Parameter
+from pitotbench.bench.workflow import formula_of, patch_of
+from pitotbench.catalog import Catalog
+from pitotbench.effects import Effect, chosen
 from pitotbench.effects.formula import (
     FORCE_FORMULAS,
     FORCE_TERMS,
@@ -24,36 +25,31 @@ from pitotbench.effects.formula import (
 )
 from pitotbench.effects.overlay import evaluate, properties_in
 from pitotbench.effects.response import Signals
-from pitotbench.reconciliation.equations import equations_from, scaled_to
-from pitotbench.reconciliation.formula import (
-    choose_terms,
-    closure_on,
-    find_formula,
-    folded_equations,
-    free_sizes_beside,
-    signatures_at,
-)
+from pitotbench.reconciliation.formula import signatures_at
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import Layout
-from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
-from pitotbench.reconciliation.renewal import lay_out_with
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.residuals import change_by_answer
 from pitotbench.reconciliation.track import COARSE, motion_of, replay_rows, spread
-from pitotbench.reconciliation.verdict import for_channels
+from pitotbench.reconciliation.verdict import Judged, hold_out, judge
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.gap import FoundFormula
 from pitotbench.show.gap_words import formula_sentences
 
 HELD = ("map-inhg", "propeller-rpm", "engine[")  # engines do not run in a state that is held
 
 
+NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
+SETTING = AnalysisSetting(day_known=True)
+
+
 def laid_out(log: FlightLog) -> Layout:
-    return lay_out_with(log, aircraft_model("navajo"), AnalysisSetting(day_known=True), {})
+    return lay_out(log, aircraft_model("navajo"), SETTING, NO_EFFECTS)
 
 
-def null_of(layout: Layout) -> NullDistribution:
-    """The noise that a log itself shows: no null flight is flown."""
-    return theoretical_distribution(layout)
+def judged(log: FlightLog) -> Judged:
+    """A log by formulas alone, in the noise that it shows itself: no null flight is flown."""
+    layout = laid_out(log)
+    return judge(["log"], [layout], [theoretical_distribution(layout)])
 
 
 @pytest.fixture(scope="module")
@@ -69,39 +65,28 @@ def layout(slipping: tuple[FlightLog, FlightLog]) -> Layout:
 
 
 @pytest.fixture(scope="module")
-def found(layout: Layout) -> FoundFormula:
-    return find_formula(layout, null_of(layout))
+def found(slipping: tuple[FlightLog, FlightLog]) -> Judged:
+    return judged(slipping[0])
 
 
 def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_flight(
     found, slipping
 ):
-    (term,) = found.terms
+    formula = formula_of(found)
+    (term,) = formula.terms
     assert (term.quantity, term.symbol, term.term) == ("drag", "ΔC_D", "sin²β")
     assert abs(term.size.value - 3.0) < term.size.two_sigma < 0.75
     said = r"The gap follows a formula: drag: ΔC_D = \(\d\.\d+ ± 0\.\d+\) sin²β; ± is 2σ\."
-    assert re.match(said, formula_sentences(found, "other.csv")[0])
-    other = laid_out(slipping[1])
-    assert closure_on(other, null_of(other), found).share > 0.8
-    assert found.closure.share > 0.9
-    fewer = laid_out(
-        replace(slipping[1], velocity_down=None)
-    )  # the flight held out may lack a channel
-    assert len(fewer.residuals.names) < len(other.residuals.names)
-    assert closure_on(fewer, for_channels(null_of(other), fewer), found).share > 0.8
-
-
-def test_a_term_whose_coefficient_is_outside_its_range_is_none(layout, found, monkeypatch):
-    """The range of all coefficients is made a hundredth of what it is."""
-    monkeypatch.setattr(
-        Parameter, "within", lambda self, value: min(max(value, self.low / 100), self.high / 100)
-    )
-    instead = find_formula(layout, null_of(layout))
-    terms = instead.terms if instead else ()
-    assert found.terms[0].effect not in [term.effect for term in terms]
-    for term in terms:
-        own = FORMULAS[term.effect].parameter(term.size.name)
-        assert abs(term.size.value) <= own.high / 100
+    assert re.match(said, formula_sentences(formula)[0])
+    assert found.verdict.kind == "unknown"
+    assert found.verdict.closure.share > 0.9
+    ((name, sizes),) = patch_of(found, "log", "2026-01-01").entries
+    assert name == "drag_formula"
+    assert sizes["sideslip_squared"] == pytest.approx(term.size.value, rel=1e-4)
+    null, model = found.fitted.regression.blocks[0].null, aircraft_model("navajo")
+    assert hold_out(slipping[1], model, null, found.fitted, SETTING).share > 0.8
+    fewer = replace(slipping[1], velocity_down=None)  # the flight held out may lack a channel
+    assert hold_out(fewer, model, null, found.fitted, SETTING).share > 0.8
 
 
 def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(
@@ -111,22 +96,20 @@ def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_ben
     to be.
     """
     plain = flown(None, 43, tmp_path, "20/20")
-    sound, low = (
-        laid_out(plain),
-        laid_out(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left)),
+    sound = judged(plain)
+    low = judged(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left))
+    assert (sound.verdict.kind, formula_of(sound)) == ("no_gap", None)
+    assert formula_of(low) is not None
+    (true,), (shown,) = sound.shown, low.shown
+    without, bent, beside = (
+        each.block.equations.free_sizes(columns)
+        for each, columns in ((true, ()), (shown, ()), (shown, shown.fit.columns))
     )
-    null = null_of(sound)
-    assert find_formula(sound, null) is None
-    formula = find_formula(low, null)
-    true, bent = (
-        folded_equations(replace(each, signatures=()), scaled_to(null.noise, each)).free_sizes()
-        for each in (sound, low)
-    )
-    found = free_sizes_beside(low, null, formula)
-    curve = [i for i, name in enumerate(sound.free.names) if name.startswith("curve")]
+    names = true.block.layout.free.names
+    curve = [i for i, name in enumerate(names) if name.startswith("curve")]
     assert len(curve) == 3
     for i in curve:
-        assert abs(found[sound.free.names[i]] - true[i]) < 0.1 * abs(bent[i] - true[i])
+        assert abs(beside[i] - without[i]) < 0.1 * abs(bent[i] - without[i])
 
 
 def test_a_formula_flies_as_the_edited_file_does(tmp_path):
@@ -237,38 +220,3 @@ def test_a_formula_recorded_is_the_log_with_the_error(tmp_path: Path):
     entry = EffectSpec("temperature_formula", {"power_k": 4.0})
     plain, warm = (sense(fly(c), "20/1") for c in (case, replace(case, effects=(entry,))))
     assert np.mean(warm.total_temperature - plain.total_temperature) > 1.0
-
-
-def _equations(columns: np.ndarray, response: np.ndarray):
-    every = np.column_stack([np.ones(len(response)), columns, response])
-    parts = np.array_split(every, 8)
-    return equations_from(np.stack([part.T @ part for part in parts]), 1, np.array([10.0]))
-
-
-def test_noise_chooses_no_term_and_a_planted_pair_is_found():
-    draw = np.random.default_rng(5)
-    columns = draw.normal(size=(800, 200))
-    noise = draw.normal(size=800)
-    assert choose_terms(_equations(columns, noise), range(200)) is None
-    planted = choose_terms(
-        _equations(columns, noise + 0.8 * columns[:, 17] - 0.4 * columns[:, 90]), range(200)
-    )
-    assert set(planted.columns) == {17, 90}
-    assert planted.alike == ((), ())
-    # A term that does as well is told.
-    columns[:, 1] = columns[:, 0] + 0.02 * columns[:, 1]
-    found = choose_terms(_equations(columns[:, :50], noise + columns[:, 0]), range(50))
-    assert set(found.columns) | set(found.alike[0]) == {0, 1}
-
-
-def test_a_term_of_one_moment_does_not_hold_out():
-    """A column that explains one fold and not the others has no gain where that fold is left out."""
-    draw = np.random.default_rng(7)
-    burst = np.zeros(800)
-    burst[100:200] = 3.0 * draw.normal(size=100)
-    column, noise = (
-        burst + np.where(burst == 0.0, draw.normal(size=800), 0.0),
-        draw.normal(size=800),
-    )
-    assert choose_terms(_equations(column[:, None], noise + burst), [0]) is None
-    assert choose_terms(_equations(column[:, None], noise + column), [0]) is not None

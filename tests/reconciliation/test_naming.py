@@ -9,20 +9,22 @@ import pytest
 
 from pitotbench import BadInputError, Case, UnknownNameError, fly, read_case, sense
 from pitotbench.bench.null_flights import aircraft_model, card_of
-from pitotbench.bench.rounds import NamedLog, reconcile_logs
+from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.naming import OwnSizes, _strength, fit_together, name_effects
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.pictures import clearest_channel, traces
+from pitotbench.reconciliation.regression import Found, Member, fit_gaps
 from pitotbench.reconciliation.renewal import at_sizes
 from pitotbench.reconciliation.signatures import cause_of, returns
-from pitotbench.reconciliation.verdict import hold_out, judge
+from pitotbench.reconciliation.verdict import hold_out, judge, may_be_form
 from pitotbench.records.case import EffectSpec
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Verdict
 from pitotbench.show.verdict import verdict_json
 
 FEW = ("belly_pod", "inclined_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")
@@ -61,40 +63,20 @@ def test_an_answer_needs_a_cell_or_an_effect_beyond_those_of_null_flights(
     assert any("stands out" in note for note in verdict.notes) == (not stands_out)
 
 
-def test_effects_fitted_at_once_are_those_that_are_needed_each_in_one_form(laid_out):
-    entries = {
-        name: {} for name in ("mass", "inclined_pod", "belly_pod")
-    }  # in the model at no size
-    found = fit_together([laid_out], [theoretical_distribution(laid_out)], entries)
-    (name,) = found.sizes
-    assert name in ("belly_pod", "inclined_pod")
-    assert found.closure.share > 0.9
-    found = fit_together(
-        [laid_out], [theoretical_distribution(laid_out)], {"belly_pod": {"drag_area_m2": 0.0}}
-    )
-    (size,) = found.sizes["belly_pod"]
-    assert abs(size.value - 0.12) < size.two_sigma
-
-
-@pytest.mark.parametrize(
-    ("value", "needed"), [(0.03, False), (0.06, True), (0.30, True), (0.40, False)]
-)
-def test_an_effect_within_its_bound_or_of_an_impossible_size_is_not_needed(value, needed):
-    """The center of gravity of the class moves within 0.25 m; this one is known to ±0.04 m."""
-    key = ("center_of_gravity", "aft_m")
-    found = OwnSizes((key,), np.array([value]), np.array([[0.02**2]]))
-    assert _strength(found, {key: value}) == pytest.approx(value / 0.02 if needed else 0.0)
+def judged(log: FlightLog) -> Verdict:
+    """The verdict of a log by its sensors alone."""
+    return judge_logs([NamedLog("log", log)], "none")[1].verdict
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:
-    verdict = reconcile_logs([NamedLog("log", sensed(das="20/20"))], "none").verdict
+    verdict = judged(sensed(das="20/20"))
     assert verdict.kind == "no_gap"
     assert verdict.effects == ()
     assert verdict.smallest_detectable
 
 
 def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
-    verdict = reconcile_logs([NamedLog("log", sensed("gps_latency", das="20/20"))], "none").verdict
+    verdict = judged(sensed("gps_latency", das="20/20"))
     assert verdict.kind == "named"
     assert [effect.name for effect in verdict.effects] == ["gps_latency"]
     size = verdict.effects[0].sizes[0]
@@ -110,12 +92,12 @@ def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight
     late = (
         EffectSpec("pitot_lag", {"lag_s": 1.0}),
     )  # without null flights a lag must be large to be told
-    found = reconcile_logs(
-        [NamedLog("log", sense(replace(flight, case=replace(flight.case, effects=late)), "20/20"))],
-        "none",
-    )
-    assert found.naming.chosen == ("pitot_lag",)
-    drawn = clearest_channel(found.naming, found.null, traces(found.naming))
+    log = sense(replace(flight, case=replace(flight.case, effects=late)), "20/20")
+    _, found = judge_logs([NamedLog("log", log)], "none")
+    (gap,) = found.verdict.gaps
+    assert gap.causes[0].name == "pitot_lag"
+    (shown,) = found.shown
+    drawn = clearest_channel(shown.block, gap.part, traces(shown.block, shown.fit))
     assert (drawn.channel, drawn.variable) == ("airspeed_along", "acceleration")
 
 
@@ -124,7 +106,7 @@ def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None
     late = (EffectSpec("gps_latency", {"latency_s": EFFECTS["gps_latency"].parameters[0].high}),)
     log = sense(replace(flight, case=replace(flight.case, effects=late)), "50/50")
     short = replace(log.select(log.time - log.time[0] < 120.0), header={})
-    assert reconcile_logs([NamedLog("log", short)], "none").verdict.kind == "named"
+    assert judged(short).kind == "named"
 
 
 def test_the_belly_pod_is_named_with_its_size_and_closes_the_gap(pod) -> None:
@@ -139,7 +121,9 @@ def test_the_verdict_is_plain_data_and_its_patch_an_entry_of_a_case_file(pod) ->
     document = verdict_json(pod)
     assert document["verdict"] == pod.kind
     assert document["gap_before"] > document["gap_after"]
-    assert document["effects"][0]["parameters"][0]["name"] == "drag_area_m2"
+    (gap,) = document["gaps"]
+    assert (gap["part"], gap["causes"][0]["acts_on"]) == ("drag", "aircraft")
+    assert gap["causes"][0]["parameters"][0]["name"] == "drag_area_m2"
     (entry,) = read_case(patch_of_effects(pod.effects, "flight.csv", "2026-01-01").text).effects
     assert entry.name == "belly_pod"
     assert entry.parameters["drag_area_m2"] == pytest.approx(
@@ -155,20 +139,16 @@ def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
 
 def test_an_unknown_aircraft_and_a_log_without_attitude_are_refused(sensed) -> None:
     with pytest.raises(UnknownNameError, match="Known"):
-        reconcile_logs([NamedLog("log", sensed())], "navayo")
+        judge_logs([NamedLog("log", sensed())], "navayo")
     with pytest.raises(BadInputError, match="attitude"):
-        reconcile_logs(
-            [NamedLog("log", replace(sensed(), roll=None, pitch=None, heading=None))], "none"
-        )
+        judged(replace(sensed(), roll=None, pitch=None, heading=None))
 
 
 def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
     """A receiver that smooths is late; the plain latency and its other form are no alternatives of
     each other.
     """
-    verdict = reconcile_logs(
-        [NamedLog("log", sensed("gps_smoothing", das="20/20"))], "none"
-    ).verdict
+    verdict = judged(sensed("gps_smoothing", das="20/20"))
     assert verdict.kind in ("named", "one_of")
     assert {cause_of(effect.name) for effect in verdict.effects} == {"gps_latency"}
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
@@ -236,10 +216,10 @@ def test_a_held_out_log_may_lack_channels(sensed, missing: tuple[str, ...]) -> N
     log = sensed("gps_latency", das="20/20")
     layout = lay_out(log, None, AnalysisSetting(), LATE)
     null = theoretical_distribution(layout)
-    (naming,) = name_effects([layout], [null]).namings
-    assert naming.chosen == ("gps_latency",)
+    fitted = fit_gaps([layout], [null])
+    assert [member.name for member in fitted.members] == ["gps_latency"]
     held = replace(log, **dict.fromkeys(missing))
-    assert hold_out(held, None, null, naming, layout.setting).share > 0.9
+    assert hold_out(held, None, null, fitted, layout.setting).share > 0.9
 
 
 @pytest.mark.parametrize("event", ["updraft", "sea_breeze_front"])
@@ -265,11 +245,11 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
     ]
     layout = lay_out(logs[0], None, AnalysisSetting(), bump)
     null = theoretical_distribution(layout)
-    (naming,) = name_effects([layout], [null]).namings
-    assert naming.chosen == ("local_static_bump",)
-    shapes = naming.layout.signatures[naming.fit.columns[0]].shapes
+    fitted = fit_gaps([layout], [null])
+    assert [member.name for member in fitted.members] == ["local_static_bump"]
+    shapes = fitted.regression.blocks[0].layout.signatures[0].shapes
     assert shapes["center_mps"] == pytest.approx(55.0, abs=3.0)
-    assert hold_out(logs[1], None, null, naming, layout.setting).share > 0.9
+    assert hold_out(logs[1], None, null, fitted, layout.setting).share > 0.9
 
 
 def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
@@ -283,3 +263,20 @@ def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
     assert np.any(old.column)
     assert np.abs(new.column).max() < 0.05 * np.abs(old.column).max()
     assert new.shapes == {"onset": 1.2}
+
+
+def test_a_second_gap_of_a_sensor_may_be_the_form_of_a_larger_one_of_its_part() -> None:
+    """A recovery that grows is no bias beside it; two coefficients of a file are two."""
+
+    def gap(name: str, log_bayes_factor: float) -> Found:
+        return Found(Member(name, (), np.zeros(0)), log_bayes_factor)
+
+    recovery, bias, wind = (
+        gap("recovery_deficit", 900.0),
+        gap("temperature_bias", 45.0),
+        gap("wind_drift", 40.0),
+    )
+    every = (recovery, bias, wind)
+    assert [may_be_form(each, every) for each in every] == [False, True, False]
+    terms = (gap("lift_slope", 900.0), gap("pitch_damping", 45.0))
+    assert not any(may_be_form(each, terms) for each in terms)

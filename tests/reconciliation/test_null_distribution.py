@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from pitotbench import Flight, FlightLog, Verdict
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.evidence import Evidence, without_score
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
-from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconciliation.null_learning import (
     learn_null_distribution,
     left_over,
@@ -82,6 +84,23 @@ def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribu
         "a period of 22 s",
         "a period of 24 s",
     )
+
+
+def test_an_unknown_of_the_log_is_told_where_null_flights_do_not_show_it(
+    flight: Flight, null: NullDistribution
+) -> None:
+    """A vane that stands 6° off, where no effect of the table can tell it."""
+    log, few = sensed_anew(flight, 120), Catalog("effect", {"pitot_lag": EFFECTS["pitot_lag"]})
+    good = lay_out(log, None, SETTING, few)
+    usual = replace(theoretical_distribution(good), flights=8)
+    assert not judge_one(good, usual).free
+    layout = lay_out(replace(log, sideslip=log.sideslip + np.radians(6.0)), None, SETTING, few)
+    told = {each.name: each for each in judge_one(layout, usual).free}
+    assert told["sideslip bias"].value == pytest.approx(np.radians(6.0), rel=0.3)
+    wide = replace(usual.scores, free=dict.fromkeys(told, 30.0))
+    assert not judge_one(layout, replace(usual, scores=wide)).free
+    # Vanes read gusts: their scales are farther from 1 on null flights than a workshop leaves them.
+    assert null.scores.free["sideslip scale"] > 1.1
 
 
 def with_curve(flight: Flight, times: float) -> FlightLog:

@@ -10,14 +10,16 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, FlightLog
+from pitotbench.catalog import Catalog
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import check_log, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.reconciliation.renewal import NO_EFFECTS
 from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.timeline import in_outage
 from pitotbench.units import Booleans
+
+NO_EFFECTS = Catalog("effect", {})
 
 HELD = (60.0, 68.0)  # s after the start
 

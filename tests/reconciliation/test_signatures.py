@@ -9,14 +9,14 @@ import pytest
 
 from pitotbench import Case, Flight, fly, read_case
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.rounds import NamedLog, reconcile_logs
+from pitotbench.bench.workflow import NamedLog, judge_logs
+from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation import renewal as change_points
 from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.reconciliation.renewal import NO_EFFECTS
 from pitotbench.reconciliation.residuals import clean_track
 from pitotbench.reconciliation.signatures import columns_of, residual_change
 from pitotbench.reconciliation.track import track_of
@@ -24,6 +24,8 @@ from pitotbench.records.case import EffectSpec
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
 from pitotbench.units import Array
+
+NO_EFFECTS = Catalog("effect", {})
 
 LAGS = ("pitot_lag", "air_data_latency")
 SIZE = 0.25  # s
@@ -167,7 +169,7 @@ def test_a_receiver_that_is_late_for_a_time_is_named_with_its_times_and_patched(
         name: np.interp(late, log.time, getattr(log, name))
         for name in ("velocity_north", "velocity_east", "velocity_down", "altitude")
     }
-    verdict = reconcile_logs([NamedLog("log", replace(log, **moved))], "none").verdict
+    verdict = judge_logs([NamedLog("log", replace(log, **moved))], "none")[1].verdict
     assert verdict.kind in ("named", "one_of")
     found = verdict.effects[0]
     assert found.name == "gps_latency_for_a_time"

@@ -19,7 +19,6 @@ from pitotbench.records.gap import (
     FoundFormula,
     GapMap,
     History,
-    Round,
     Step,
     TellingChannel,
     Tolerance,
@@ -31,6 +30,8 @@ from pitotbench.records.verdict import (
     Check,
     Closure,
     Detectable,
+    FreeSize,
+    Gap,
     JoinedFlight,
     Located,
     OwnSize,
@@ -55,8 +56,7 @@ POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 0.91
 GEAR = Candidate("gear_not_up", (Estimate("extension", 0.26, 0.02),), 49.9)
 NAMED = Verdict(
     kind="named",
-    effects=(POD,),
-    alternatives=((),),
+    gaps=(Gap("drag", 0.91, (POD,), True, False, 0.99, 0.98),),
     candidates=(POD, GEAR),
     located=(
         Located("specific_force_x", "", "airspeed", -68.2),
@@ -71,7 +71,14 @@ NAMED = Verdict(
     advice=("to sharpen belly_pod: level flight (four_leg)",),
     closure_holdout=Closure(1900.0, 1045.0, 1000.0),
 )
-QUIET = replace(NAMED, kind="no_gap", effects=(), alternatives=(), closure_holdout=None)
+
+
+def with_gap(
+    *causes: Candidate, part: str = "drag", probability: float = 0.91, part_named: bool = False
+) -> Verdict:
+    """A verdict of one gap, with the causes of the set that holds it."""
+    gap = Gap(part, probability, causes, False, part_named, 0.99, 0.98)
+    return replace(NAMED, kind="one_of", gaps=(gap,), candidates=causes)
 
 
 def flown() -> FlownAgain:
@@ -80,14 +87,13 @@ def flown() -> FlownAgain:
     return FlownAgain((feature,), (Tolerance("pitch", "°", 0.6, 0.25, 0.97, 0.98),), (history,))
 
 
-def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -> Account:
+def account(verdict: Verdict = NAMED) -> Account:
     before = np.array([[-68.2, 3.0], [1.0, np.nan]])
-    rounds = (Round(verdict, added), Round(QUIET, ())) if added else (Round(verdict, ()),)
     return Account(
         log="flight.csv",
         aircraft="navajo",
         holdout="other.csv",
-        rounds=rounds,
+        verdict=verdict,
         gap_map=GapMap(
             ("specific_force_x", "temperature"),
             ("over airspeed", "level"),
@@ -95,10 +101,10 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
             before / 20.0,
             4.3,
         ),
-        waterfall=(Step("belly_pod", 1010.0),) if added else (),
+        waterfall=tuple(Step(each.name, 1010.0) for each in verdict.effects),
         traces=(Trace("specific_force_x", "m/s²", TIME, np.cos(TIME), np.cos(TIME), EVERY),),
-        patch='[[effects]]\nname = "belly_pod"\n' if added else "",
-        effects=verdict.effects if added else (),
+        patch='[[effects]]\nname = "belly_pod"\n',
+        entries=tuple((each.name, {"drag_area_m2": 0.12}) for each in verdict.effects),
         flown=flown(),
         flown_holdout=FlownAgain(skipped="no card"),
         null_flights=8,
@@ -115,15 +121,16 @@ def test_the_answer_is_in_sentences_and_plain_data():
         "before you believe" in text for text in sentences(replace(account(), null_flights=0))
     )
     # An effect that cannot be distinguished is named with its size.
-    text = sentences(account(replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))))[0]
+    text = sentences(account(with_gap(POD, GEAR)))[0]
     assert "one of these" in text
     assert "or, less probably, gear not up (extension 0.26 ± 0.02; 99 %)" in text
     document = account_json(account())
-    assert document["rounds"][0] == {
-        "verdict": "named",
-        "added": ["belly_pod"],
-        "closure": pytest.approx(0.99),
-    }
+    (gap,) = document["gaps"]
+    assert (gap["part"], gap["named"], gap["closes_held_out"]) == ("drag", True, 0.98)
+    assert gap["causes"][0]["parameters"] == [
+        {"name": "drag_area_m2", "value": 0.12, "two_sigma": 0.01, "unit": "m²"}
+    ]
+    assert document["patch"] == [{"name": "belly_pod", "parameters": {"drag_area_m2": 0.12}}]
     assert document["flown_again"]["within_tolerance"][0]["after"] == 0.97
     assert document["flown_again_holdout"]["skipped"] == "no card"
     assert document["closure_holdout"] == pytest.approx(0.95)
@@ -132,21 +139,18 @@ def test_the_answer_is_in_sentences_and_plain_data():
 def doubted(**probabilities: float) -> Verdict:
     """A verdict of a pod with a probability, and of one further cause."""
     pod, rival = probabilities
-    effect = replace(POD, probability=probabilities[pod])
-    found = replace(
-        NAMED, kind="one_of", effects=(effect,), alternatives=((rival,),), candidates=(effect, GEAR)
+    return with_gap(
+        replace(POD, probability=probabilities[pod]),
+        replace(GEAR, name=rival, probability=probabilities[rival]),
     )
-    return replace(found, probabilities=probabilities)
 
 
 def test_what_a_set_leaves_for_causes_of_another_form_is_told():
     told = sentences(account(doubted(belly_pod=0.7, gear_not_up=0.05)))[0]
     assert "With 25 % it is a cause that the table does not hold" in told
     assert "table does not hold" not in sentences(account())[0]
-    # A cause whose best form is another candidate than its plain one has its probability all the
-    # same.
     assert (
-        "table does not hold" not in sentences(account(doubted(belly_pod=0.5, hysteresis=0.45)))[0]
+        "table does not hold" not in sentences(account(doubted(belly_pod=0.5, turn_drag=0.45)))[0]
     )
 
 
@@ -188,8 +192,7 @@ def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     ("kind", "said"), [("unknown", "no effect of the table"), ("no_gap", "agree")]
 )
 def test_a_verdict_without_a_patch_offers_none(kind, said):
-    verdict = replace(NAMED, kind=kind, effects=(), alternatives=(), closure_holdout=None)
-    found = account(verdict, added=())
+    found = account(replace(NAMED, kind=kind, gaps=(), closure_holdout=None))
     assert said in sentences(found)[0]
     assert "The patch" not in account_page(found)
 
@@ -198,27 +201,35 @@ def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
     size = Estimate("bank_squared_deg", 2.04, 0.3)
     rival = "Δθ (pitch) with sin φ"
     term = FormulaTerm("pitch_formula", size, "pitch", "Δθ", "deg", "sin²φ", 40.0, (rival,))
-    formula = FoundFormula((term,), NAMED.closure, 1.0, closure_holdout=NAMED.closure_holdout)
-    verdict = replace(NAMED, kind="unknown", effects=(), alternatives=(), closure_holdout=None)
-    found = replace(account(verdict, added=()), formula=formula, patch='name = "pitch_formula"')
+    told = Candidate("pitch_formula", (size,), 40.0)
+    gap = Gap("", 0.97, (told,), False, False, 0.99, 0.98)
+    verdict = replace(NAMED, kind="unknown", gaps=(gap,))
+    found = replace(
+        account(verdict),
+        formula=FoundFormula((term,)),
+        patch='name = "pitch_formula"',
+        entries=(("pitch_formula", {"bank_squared_deg": 2.04}),),
+    )
     text = " ".join(sentences(found))
     assert "The gap follows a formula: pitch: Δθ = (2.04 ± 0.3)° sin²φ; ± is 2σ." in text
     assert f"In the place of Δθ with sin²φ, the log is explained as well by {rival}." in text
-    assert (
-        "The formula closes 99 % of the explainable gap of this log, and 95 % of that of other.csv"
-        in text
-    )
+    assert "closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
     page = account_page(found)
     assert "sin²φ" in page
     assert "pitch_formula" in page
-    told = account_json(found)["formula"]
-    assert (told["terms"][0]["value"], told["closure_holdout"]) == (
-        2.04,
-        formula.closure_holdout.share,
-    )
-    refused = replace(found, formula=replace(formula, refused="it closes only 10 %"))
-    assert "It is not put into the model: it closes only 10 %." in sentences(refused)
-    assert "pitch_formula" not in account_page(refused)
+    (told,) = account_json(found)["gaps"]
+    assert (told["part"], told["causes"][0]["name"]) == (None, "pitch_formula")
+
+
+def test_gaps_beside_one_another_are_numbered_and_an_unknown_far_from_its_prior_is_told():
+    second = Gap("pitot line", 0.9, (LAG,), True, True, 0.2, 0.2)
+    vane = FreeSize("angle_of_attack scale", 0.151, 0.01, 0.02)
+    verdict = replace(NAMED, gaps=(*NAMED.gaps, second), free=(vane,))
+    first, *others = sentences(account(verdict))
+    assert first.startswith("There are 2 gaps beside one another: 1, belly pod (drag area 0.12")
+    assert "2, the pitot line (90 %): pitot lag" in first
+    assert any("angle of attack scale comes out at +0.151 ± 0.01" in line for line in others)
+    assert account_json(account(verdict))["free"][0]["prior"] == 0.02
 
 
 def test_the_page_stands_alone_and_holds_every_part():
@@ -372,9 +383,7 @@ def test_several_flights_are_told_on_the_page_and_in_json():
 
 
 def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
-    found = replace(
-        joined(), rounds=(Round(replace(NAMED, probabilities={"belly_pod": 0.91}), ("belly_pod",)),)
-    )
+    found = replace(joined(), verdict=replace(NAMED, probabilities={"belly_pod": 0.91}))
     assert "It is belly pod" in repr(found)
     assert "b.csv" in found._repr_html_()
     frame = found.to_frame()
@@ -388,55 +397,34 @@ LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.33, 0.06),), 30.0, 0.74)
 WATER = Candidate(
     "water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0
 )
-PARTED = replace(
-    NAMED,
-    kind="one_of",
-    effects=(LAG,),
-    alternatives=(("water_in_line", "static_lag"),),
-    candidates=(LAG, WATER),
-    probabilities={"pitot_lag": 0.74, "water_in_line": 0.2, "static_lag": 0.03},
-    parts={"pitot line": 0.97, "static ports and line": 0.03, "loading": 0.0001},
-    named_parts=("pitot line",),
-)
+WATER = replace(WATER, probability=0.2)
+STATIC = Candidate("static_lag", (Estimate("lag_s", 0.5, 0.1),), 20.0, 0.03)
+PARTED = with_gap(LAG, WATER, STATIC, part="pitot line", probability=0.97, part_named=True)
 
 
 def test_the_part_is_told_first_then_its_causes_and_last_those_of_other_parts(capsys):
-    found = account(PARTED, added=("pitot_lag",))
+    found = account(PARTED)
     assert sentences(found)[0] == (
         "It is the pitot line (97 %): pitot lag (lag 0.33 ± 0.06 s; 74 %) or water in line (lag "
-        "0.31 ± 0.06 s; "
-        "column 0.02 ± 0.01 m; 20 %); less probably, it is static lag (3 %); ± is 2σ."
+        "0.31 ± 0.06 s; column 0.02 ± 0.01 m; 20 %); less probably, it is static lag (lag 0.5 ± "
+        "0.1 s; 3 %); ± is 2σ."
     )
     print_account(found, Console(width=200))
     assert capsys.readouterr().out.startswith(
         "pitot line: one of these causes\nIt is the pitot line (97 %)"
     )
     assert "It is the pitot line (97 %)" in account_page(found)
-    gps = replace(
-        PARTED,
-        effects=(replace(LAG, name="gps_latency"),),
-        named_parts=("GPS receiver and its clock",),
+    late, drifts = (replace(LAG, name=name) for name in ("gps_latency", "clock_drift"))
+    gps = with_gap(
+        late, drifts, part="GPS receiver and its clock", probability=0.92, part_named=True
     )
-    gps = replace(gps, parts={"GPS receiver and its clock": 0.92}, alternatives=(("clock_drift",),))
     assert "GPS receiver and its clock: one of these causes" in account_page(account(gps))
-    document = account_json(found)
-    assert document["part"] == "pitot line"
-    assert document["parts"] == {"pitot line": 0.97, "static ports and line": 0.03}
-    assert [row["part"] for row in document["candidates"]] == ["pitot line", "pitot line"]
-    assert account_json(account())["part"] is None
+    (gap,) = account_json(found)["gaps"]
+    assert (gap["part"], gap["probability"]) == ("pitot line", 0.97)
+    assert [each["name"] for each in gap["causes"]] == ["pitot_lag", "water_in_line", "static_lag"]
 
 
-def test_two_parts_and_a_part_that_shares_a_model_are_told():
-    both = replace(
-        NAMED,
-        effects=(LAG, POD),
-        alternatives=((), ()),
-        parts={"pitot line": 0.96, "drag": 0.91},
-        named_parts=("pitot line", "drag"),
-    )
-    told = sentences(account(both))[0]
-    assert told.startswith("It is the pitot line (96 %): pitot lag")
-    assert "; and it is the drag (91 %): belly pod" in told
+def test_a_part_that_shares_a_model_is_told():
     assert (
         part_words("pitot head", ["total_pressure_loss"])
         == "the pitot head or the impact transducer"
@@ -448,7 +436,7 @@ def test_title_and_table_agree_on_what_is_named():
     doubted, named = (
         [candidate_columns(v)[-1].value(each) for each in v.candidates] for v in (PARTED, NAMED)
     )
-    assert doubted == ["the most probable", "cannot be distinguished"]
+    assert doubted == ["the most probable", *["cannot be distinguished"] * 2]
     assert named == ["named", ""]
 
 
@@ -458,9 +446,7 @@ def test_the_remaining_gap_is_the_first_map_and_the_patch_with_its_commands_stan
     assert page.index("In short") < page.index("The patch") < page.index("Where the gap is")
     assert "pitotbench fly case.toml" in page
     assert "--apply NAME" in page
-    assert "--apply NAME" not in account_page(
-        account(PARTED, added=("pitot_lag",))
-    )  # nothing of the aircraft
+    assert "--apply NAME" not in account_page(account(PARTED))  # nothing of the aircraft
 
 
 def numbers(*sigmas: float) -> FlownAgain:
@@ -483,11 +469,6 @@ def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside
     chance, more = (replace(account(), flown=numbers(s)) for s in (7.0, 20.0))
     assert "With that in the model, no significant gap remains." in sentences(chance)
     assert "differ by more than chance, before" not in account_page(chance)
-    told = " ".join(sentences(more))
-    assert (
-        "no significant gap remains in the channels; flown again, 1 of 71 characteristic numbers"
-        in told
-    )
     assert "(1 of 71)" in account_page(more)
     assert "indicated airspeed is within its tolerance less often" in account_page(chance)
     assert "less often" not in account_page(account())

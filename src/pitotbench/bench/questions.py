@@ -20,8 +20,7 @@ from pitotbench.records.log import Choice, FlightLog, InputFile, LogInspection, 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from pitotbench.bench.rounds import NamedLog
-    from pitotbench.bench.workflow import FullReconciliation
+    from pitotbench.bench.workflow import FullReconciliation, NamedLog
     from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
@@ -233,8 +232,7 @@ def reconcile(
     and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
     for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
-    from pitotbench.bench.rounds import NamedLog
-    from pitotbench.bench.workflow import reconcile_fully
+    from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread
 
     def read(given: Any, role: str, memory: str) -> tuple[list[NamedLog], list[Source]]:

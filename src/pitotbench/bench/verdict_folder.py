@@ -83,7 +83,7 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
     overwritten. Raises BadInputError where no named effect acts on the aircraft, or where the name
     is taken.
     """
-    verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
+    verdict, aircraft = outcome.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
     if not acting and (verdict.kind in SURE or entries(outcome.patch)):
         raise BadInputError(
@@ -97,11 +97,10 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
             else "the cause of the gap is unknown"
         )
         raise BadInputError(f"nothing to apply: {why}, so there is no patch")
-    closed = outcome.account.formula.closure if outcome.account.formula else verdict.closure
     provenance = {
         "log": outcome.account.log,
         "verdict": verdict.kind,
-        "closure": round(closed.share, 3),
+        "closure": round(verdict.closure.share, 3),
     }
     folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
     not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
@@ -124,15 +123,9 @@ def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
     """Return 2σ of every size of the named effects, by effect and parameter, in the units of the
     effects table.
     """
-    effects = [
-        (e.name, s) for r in outcome.account.rounds for e in r.verdict.effects for s in e.sizes
-    ]
-    effects += (
-        [(t.effect, t.size) for t in outcome.account.formula.terms]
-        if outcome.account.formula
-        else []
-    )
+    causes = [gap.causes[0] for gap in outcome.verdict.gaps if gap.causes]
     bounds: dict[str, dict[str, float]] = {}
-    for name, size in effects:
-        bounds.setdefault(name, {})[size.name] = float(f"{size.two_sigma:.3g}")
+    for cause in causes:
+        for size in cause.sizes:
+            bounds.setdefault(cause.name, {})[size.name] = float(f"{size.two_sigma:.3g}")
     return {"two_sigma": bounds}

@@ -16,27 +16,31 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flights import flown as fly_case
-from pitotbench.bench.null_flights import Progress, aircraft_model, as_flown, card_of
-from pitotbench.bench.rounds import (
-    Looks,
-    NamedLog,
-    Reconciliation,
-    closure_checked,
-    first_pass,
-    iterate,
-    patch_of,
-    reconcile_logs,
-    settled,
-    with_calibrated_probabilities,
+from pitotbench.bench.null_flights import (
+    NULL_FLIGHTS,
+    Progress,
+    aircraft_model,
+    as_flown,
+    card_of,
+    null_distribution_of,
+    tells_the_day,
 )
-from pitotbench.effects import OWN_TERMS
+from pitotbench.effects import FORMULAS
+from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
-from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
+from pitotbench.reconciliation.formula import formula_term
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
-from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, check_log, mean_wind_of
-from pitotbench.reconciliation.naming import Naming
-from pitotbench.reconciliation.patches import Patch, name_in_case
+from pitotbench.reconciliation.layout import (
+    DAY,
+    Layout,
+    below_range_end,
+    check_log,
+    lay_out,
+    mean_wind_of,
+)
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.patches import Patch, name_in_case, patch_of_effects
 from pitotbench.reconciliation.pictures import (
     calibration_change,
     clearest_channel,
@@ -44,118 +48,124 @@ from pitotbench.reconciliation.pictures import (
     traces,
     waterfall,
 )
-from pitotbench.reconciliation.renewal import lay_out_with
-from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.reconciliation.regression import Fitted, is_term
+from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import track_of
-from pitotbench.reconciliation.verdict import for_channels
+from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, hold_out, judge
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog, Provenance
 from pitotbench.records.outputs import PAGES, require_file
-from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Closure, JoinedFlight, Verdict
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-HOLD_OUT_LEAST = (
-    0.5  # closure of a held-out log below which a formula is shown, but not put into the model
-)
+# Reconcile one or several logs: find their cards, fly the null flights, and reach an answer.
 
 
 @dataclass(frozen=True, slots=True)
-class BeyondTable:
-    """The passes of a reconciliation, with the formula of what they leave; None where nothing is
-    left to describe.
-
-    Where a formula alone says more than names with a formula beside them, the names are withdrawn.
-    `free_sizes` are the free parameters of the log beside the formula, by name.
+class NamedLog:
+    """A log with its name in reports. `card` is the case that was flown; None: that in the log's
+    header.
     """
 
-    looks: Looks
-    formula: FoundFormula | None = None
-    free_sizes: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def entries(self) -> tuple[Candidate, ...]:
-        """The formula as effects for the patch; empty where it is refused."""
-        if self.formula is None or self.formula.refused:
-            return ()
-        sizes: dict[str, list[Estimate]] = {}
-        for term in self.formula.terms:
-            sizes.setdefault(term.effect, []).append(term.size)
-        return tuple(Candidate(name, tuple(each), 0.0) for name, each in sizes.items())
+    name: str
+    log: FlightLog
+    card: Case | None = None
 
 
-def beyond_the_table(
-    aircraft: str, looks: Looks, holdout: FlightLog | None, progress: Progress | None = None
-) -> BeyondTable:
-    """Describe what the named effects leave of the gap; `holdout` is a log on which the formula is
-    to hold as well.
-
-    Raises BadInputError for a held-out log that cannot be compared.
+@dataclass(frozen=True, slots=True)
+class JudgedLog:
+    """A log as it was laid out, with its null distribution, and the case that was flown (None
+    without a card).
     """
-    first = looks.first
-    if not looks.remains:
-        return BeyondTable(looks)
-    if progress is not None:
-        progress("looking for a formula of what the table does not explain")
-    names = dict(patch_of(looks, (), "", "").entries)
-    formula = find_formula(_remaining(looks), first.null)
-    # A model whose own terms are off in many places is not one missing effect that a formula
-    # describes better.
-    if set(names) - OWN_TERMS and len(OWN_TERMS & set(names)) <= THRESHOLDS.effects_most:
-        alone = find_formula(first.naming.layout, first.null)
-        if alone is not None and _is_simpler(alone, formula, names):
-            why = f"a formula explains more than {', '.join(names)} with a formula beside it"
-            first = replace(first, checks=replace(first.checks, formula=why))
-            looks, formula, names = first_pass(first), alone, {}
-    if formula is None:
-        return BeyondTable(looks)
-    formula = replace(formula, beside=tuple(names))
-    free = free_sizes_beside(_remaining(looks), first.null, formula)
-    if holdout is not None:
-        layout = lay_out_with(holdout, aircraft_model(aircraft), first.layout.setting, names)
-        closed = closure_on(layout, for_channels(first.null, layout), formula)
-        why = f"it closes only {closed.share:.0%} of the gap of the held-out log"
-        formula = replace(
-            formula, closure_holdout=closed, refused=why if closed.share < HOLD_OUT_LEAST else ""
-        )
-    return BeyondTable(looks, formula, free)
+
+    name: str
+    log: FlightLog
+    layout: Layout
+    null: NullDistribution
+    card: Case | None
 
 
-def _remaining(looks: Looks) -> Layout:
-    """The layout of the last look, with what it named subtracted."""
-    naming = looks.last
-    if looks.rounds[-1].verdict.kind not in SURE:
-        return naming.layout
-    columns = [naming.layout.signatures[c].column for c in naming.fit.columns]
-    return naming.layout.without(columns, naming.fit.sizes)
+def judge_logs(
+    logs: Sequence[NamedLog],
+    aircraft: str = "navajo",
+    holdout: FlightLog | None = None,
+    null_flights: int = NULL_FLIGHTS,
+    progress: Progress | None = None,
+    setting: AnalysisSetting | None = None,
+    keep: bool = True,
+) -> tuple[list[JudgedLog], Judged]:
+    """Find what a model lacks, from one or several logs of one airplane that lacks the same in all.
 
-
-def _is_simpler(
-    alone: FoundFormula, beside: FoundFormula | None, names: Mapping[str, Mapping[str, float]]
-) -> bool:
-    """Whether a formula alone leaves no more of the gap than names with a formula, and has fewer
-    sizes.
+    Causes and sizes are shared; wind, error curve and sensor biases are each log's own. `aircraft`
+    is a name of the hangar, or `none` to judge the sensors alone. With an aircraft model the card
+    of each log is flown for its null flights, at the first mass and the height of the log. Without
+    any card the noise of the log itself sets the thresholds, which are then wider. Without `keep`
+    the cache of null flights is neither read nor written. Raises BadInputError without a log, or
+    for a log that cannot be used.
     """
-    if beside is None:
-        return False
-    sizes = sum(map(len, names.values())) + len(beside.terms)
-    return len(alone.terms) < sizes and alone.closure.after <= beside.closure.after
+    if not logs:
+        raise BadInputError("no log to reconcile")
+    require_one_airplane([each.log for each in logs])
+    model = aircraft_model(aircraft)
+    laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
+
+    def held_out(fitted: Fitted) -> Closure | None:
+        assert holdout is not None
+        return hold_out(holdout, model, laid[0].null, fitted, laid[0].layout.setting)
+
+    judged = judge(
+        [each.name for each in laid],
+        [each.layout for each in laid],
+        [each.null for each in laid],
+        [each.card.maneuver if each.card else "" for each in laid],
+        None if holdout is None else held_out,
+    )
+    return laid, judged
+
+
+def _judged(
+    named: NamedLog,
+    aircraft: str,
+    model: AircraftModel | None,
+    null_flights: int,
+    progress: Progress | None,
+    setting: AnalysisSetting | None,
+    keep: bool,
+) -> JudgedLog:
+    """Lay a log out, and take the null distribution of its card."""
+    flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
+    flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
+    setting = replace(
+        setting or AnalysisSetting(),
+        day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
+        instruments_known=flown is not None,
+    )
+    of_card = (
+        null_distribution_of(flown, null_flights, progress, setting, keep)
+        if flown is not None
+        else None
+    )
+    layout = lay_out(named.log, model, setting)
+    return JudgedLog(named.name, named.log, layout, for_channels(of_card, layout), flown)
 
 
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
-    """The reconciliation of one or several logs, its account for a report, and its patch.
+    """The reconciliation of one or several logs: the answer with what it follows from, its account
+    for a report, and its patch.
 
     It shows itself in a notebook as its account does: in words, as a picture and as a table of the
-    causes.
-    `provenance`: the files and the choices behind the answer, where who asked for it told them.
+    causes. `logs` are those that were judged. `provenance`: the files and the choices behind the
+    answer, where who asked for it told them.
     """
 
-    reconciliation: Reconciliation
+    logs: tuple[JudgedLog, ...]
+    judged: Judged
     account: Account
     patch: Patch
     provenance: Provenance = field(default_factory=Provenance)
@@ -163,7 +173,7 @@ class FullReconciliation:
     @property
     def verdict(self) -> Verdict:
         """The answer."""
-        return self.account.rounds[0].verdict
+        return self.account.verdict
 
     @property
     def probabilities(self) -> Mapping[str, float]:
@@ -224,7 +234,7 @@ def reconcile_fully(
     refly_holdout: bool = True,
     keep: bool = True,
 ) -> FullReconciliation:
-    """Reconcile logs, judge them again until nothing significant remains, and fly a card again.
+    """Reconcile logs, and fly a card again with what is found.
 
     `card` is that of all logs that state none of their own. With `refly` the card of the log with
     the largest gap is flown again, with `refly_holdout` that of the held-out log as well. Without
@@ -235,50 +245,103 @@ def reconcile_fully(
     several = [measured] if isinstance(measured, NamedLog) else measured
     logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
-    first = reconcile_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
-    looks = closure_checked(settled(aircraft, iterate(aircraft, first, progress), other))
-    source = ", ".join(each.name for each in logs)
-    beyond = beyond_the_table(aircraft, looks, other, progress)
-    looks = with_calibrated_probabilities(beyond.looks)
-    first = looks.first
-    patch = patch_of(looks, beyond.entries, source, datetime.now(UTC).strftime("%Y-%m-%d"))
+    laid, judged = judge_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
+    verdict, source = judged.verdict, ", ".join(each.name for each in logs)
+    formula = formula_of(judged)
+    patch = patch_of(judged, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
+    gaps = [each.closure.before - each.closure.noise for each in judged.shown]
+    main = gaps.index(max(gaps))
+    shown = judged.shown[main]
     refly, refly_holdout = refly and aircraft != "none", refly_holdout and aircraft != "none"
     why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
     flown, flown_holdout = FlownAgain(skipped=why), FlownAgain(skipped=why)
-    shown = as_the_log_shows(first.card, first.naming, beyond.free_sizes) if refly else None
+    again = as_the_log_shows(laid[main].card, shown) if refly else None
     if refly:
         say("flying the card again")
-        flown = fly_again(first.logs[first.shown].log, shown, effects)
+        flown = fly_again(laid[main].log, again, effects)
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
-        again = holdout.card or card or card_of(holdout.log.header, aircraft)
-        if again is not None:
-            again = as_flown(again, holdout.log)
-            again = again if shown is None else replace(again, pressure_error=shown.pressure_error)
-        flown_holdout = fly_again(holdout.log, again, effects)
-    pictured, rounds = looks.pictured, looks.told
-    over_time = traces(pictured)
+        held = holdout.card or card or card_of(holdout.log.header, aircraft)
+        if held is not None:
+            held = as_flown(held, holdout.log)
+            held = held if again is None else replace(held, pressure_error=again.pressure_error)
+        flown_holdout = fly_again(holdout.log, held, effects)
+    block, fit = shown.block, shown.fit
+    over_time = traces(block, fit)
+    part = verdict.explained[0].part if verdict.explained else ""
+    tells = verdict.kind != "no_gap" and bool(verdict.located)
     account = Account(
         log=source,
         aircraft=aircraft,
         holdout=holdout.name if holdout else "",
-        rounds=rounds,
-        gap_map=gap_map(pictured, first.null),
-        waterfall=waterfall(pictured),
+        verdict=verdict,
+        gap_map=gap_map(block, fit),
+        waterfall=waterfall(block, fit) if verdict.kind in SURE else (),
         traces=over_time,
         patch=patch.text,
-        effects=looks.effects,
+        entries=patch.entries,
         flown=flown,
         flown_holdout=flown_holdout,
-        null_flights=first.null.flights,
-        formula=beyond.formula,
-        flights=first.flights,
-        telling=clearest_channel(pictured, first.null, over_time),
-        calibration=calibration_change(pictured),
-        warnings=told_warnings([*logs, *([holdout] if holdout else [])], rounds[0].verdict),
+        null_flights=block.null.flights,
+        formula=formula,
+        flights=tuple(
+            replace(flight, maneuver=each.card.maneuver if each.card else "")
+            for flight, each in zip(judged.flights, laid, strict=True)
+        ),
+        telling=clearest_channel(block, part, over_time) if tells else None,
+        calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
+        warnings=told_warnings([*logs, *([holdout] if holdout else [])], verdict),
     )
-    return FullReconciliation(first, account, patch)
+    return FullReconciliation(tuple(laid), judged, account, patch)
+
+
+TOLD_FROM = 0.02  # probability from which another term of a formula is told
+
+
+def formula_of(judged: Judged) -> FoundFormula | None:
+    """Return the formula of what no effect explains; None where none was found, or none holds."""
+    terms = []
+    told = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
+    for found in judged.fitted.gaps:
+        name, _, parameter = found.member.name.partition("|")
+        if not is_term(found.member.name) or name not in told:
+            continue
+        (size,) = [s for s in told[name].sizes if s.name == parameter] or told[name].sizes[:1]
+        others = [
+            tuple(other.split("|"))
+            for other, p in sorted(found.forms.items(), key=lambda item: -item[1])
+            if is_term(other) and p > TOLD_FROM and other != found.member.name
+        ]
+        terms.append(formula_term(name, size, told[name].score, [(a, b) for a, b in others]))
+    beside = tuple(m.name for m in judged.fitted.members if not is_term(m.name))
+    return FoundFormula(tuple(terms), beside) if terms else None
+
+
+def patch_of(judged: Judged, source: str, date: str) -> Patch:
+    """Return the patch of an answer: the most probable cause of each gap, and the terms of a
+    formula.
+
+    It is empty where the names were taken back.
+    """
+    gaps = [gap for gap in judged.verdict.gaps if gap.causes]
+    joined: dict[str, Candidate] = {}
+    for gap in gaps:
+        first = gap.causes[0]
+        old = joined.get(first.name)
+        joined[first.name] = (
+            first if old is None else replace(old, sizes=(*old.sizes, *first.sizes))
+        )
+    shapes = {
+        signature.effect: signature.shapes
+        for each in judged.shown
+        for signature in each.block.layout.signatures
+        if signature.effect in joined and signature.shapes and signature.effect not in FORMULAS
+    }
+    others = {gap.causes[0].name: gap.causes[1:] for gap in gaps}
+    return patch_of_effects(
+        list(joined.values()), source, date, shapes, [others[name] for name in joined]
+    )
 
 
 # By the code of a warning, the parts that explain it: velocities that are late lag behind the
@@ -373,22 +436,17 @@ def _flights(
     }
 
 
-def as_the_log_shows(
-    card: Case | None, naming: Naming, beside_formula: Mapping[str, float] | None = None
-) -> Case | None:
+def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
     """Return a card with the error curve of a log and, where its header does not tell the day, in
     its temperature.
 
-    The free parameters beside the named effects tell how much warmer the air is than the card says.
-    Where a formula takes a part of the gap, `beside_formula` holds them as they are beside it.
+    The free parameters beside the gaps tell how much warmer the air is than the card says.
     """
     if card is None:
         return card
-    layout = naming.layout
-    sizes = dict(
-        zip(layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True)
-    )
-    sizes |= beside_formula or {}
+    layout = shown.block.layout
+    free = shown.block.equations.free_sizes(shown.fit.columns)
+    sizes = dict(zip(layout.free.names, free.tolist(), strict=True))
     card = replace(card, pressure_error=error_curve_of(layout, sizes))
     if WARMER not in sizes:
         return card

@@ -180,7 +180,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     from pitotbench.bench.questions import reconcile
-    from pitotbench.bench.rounds import NamedLog
+    from pitotbench.bench.workflow import NamedLog
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]

@@ -45,6 +45,7 @@ def _drag(factors: Callable[..., Iterable[Term]]) -> Build:
 
 BELLY_POD = AircraftEffect(
     name="belly_pod",
+    left_open=("pitch_stiffness", "zero_lift"),
     part="drag",
     parameters=(
         Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),
@@ -121,6 +122,7 @@ CONTROL_MOMENTS = replace(
 
 INCLINED_POD = AircraftEffect(
     name="inclined_pod",
+    left_open=("pitch_stiffness", "zero_lift"),
     part="drag",
     parameters=(
         Parameter("drag_area_m2", 0.08, -0.2, 0.8, "drag area with the pod along the flow"),
@@ -228,6 +230,7 @@ def _lever(*levers: str) -> Build:
 
 FLAP_NOT_UP = AircraftEffect(
     name="flap_not_up",
+    left_open=("pitch_stiffness", "zero_lift"),
     part="drag",
     parameters=(
         Parameter("extension", 0.15, 0.005, 1.0, "flaps down by this share of their travel"),
@@ -240,6 +243,7 @@ FLAP_NOT_UP = AircraftEffect(
 
 GEAR_NOT_UP = AircraftEffect(
     name="gear_not_up",
+    left_open=("pitch_stiffness", "zero_lift"),
     part="drag",
     parameters=(
         Parameter(

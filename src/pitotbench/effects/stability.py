@@ -57,6 +57,7 @@ def _term(
     shows_in: Excitation,
     zero: Parameter | None = None,
     neighbor: str = "",
+    left_open: tuple[str, ...] = (),
 ) -> AircraftEffect:
     what_changes = "relative change of the term of the aircraft's file"
     change = Parameter(CHANGE, 0.2, -0.8, 1.5, what_changes, defining=bool(neighbor))
@@ -91,6 +92,7 @@ def _term(
         name=name,
         part="lift, stability and damping",
         neighbor=neighbor,
+        left_open=left_open,
         parameters=(change, zero) if zero else (change,),
         source=SOURCE,
         what=what,
@@ -110,6 +112,7 @@ LIFT_SLOPE = _term(
         ZERO, 0.05, -0.6, 0.6, "added lift coefficient at zero angle of attack", may_be_missing=True
     ),
     neighbor="zero_lift",
+    left_open=("induced_drag",),
 )
 
 ZERO_LIFT = AircraftEffect(

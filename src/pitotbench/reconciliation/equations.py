@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.free_parameters import fit_free_parameters
@@ -15,12 +16,15 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
 
-# The normal equations of a log: inner products of whitened columns, block by block of time. Columns
+Integers = NDArray[np.intp]
+
+# The normal equations of a log: inner products of whitened columns, by sets of segments. Columns
 # are the free parameters, the signatures of effects, the cells, and the residuals. Every fit, joint
 # fit and held-out fit is then algebra on small matrices (generalized least squares; priors enter as
 # rows of data: Rasmussen and Williams 2006, §2.7).
 
-BLOCKS = 8  # of time: each is left out once, and holds a phase of a maneuver
+FOLDS = 8  # sets of segments of the log, from all over it, of which each is left out once
+SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
 SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
 SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divided by
 ROUNDING = 1e-13  # singular values below this share of the largest are rounding
@@ -47,7 +51,7 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class NormalEquations:
-    """Inner products by block of time, (b, m, m).
+    """Inner products by fold, a set of short segments from all over the log, (b, m, m).
 
     The first `free` columns are the free parameters, with the prior precisions `prior`, (k,).
     Signatures and cells follow; the residual is last. `inner` holds the sums over all blocks after
@@ -116,12 +120,21 @@ class NormalEquations:
 
     def free_sizes(self, columns: Sequence[int] = ()) -> Array:
         """Return the sizes of the free parameters, (k,), fitted together with some columns."""
+        return self.free_estimates(columns)[0]
+
+    def free_estimates(self, columns: Sequence[int] = ()) -> tuple[Array, Array]:
+        """Return the sizes of the free parameters and their deviations, (k,) each, fitted together
+        with some columns.
+        """
         k = self.free
         used = [*range(k), *(k + c for c in columns)]
         total = self.products.sum(axis=0)
         normal = total[np.ix_(used, used)]
         normal[np.arange(k), np.arange(k)] += self.prior
-        return _solve_scaled(normal, total[used, -1])[:k]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
+        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=ROUNDING, hermitian=True)
+        sizes = scale * (inverse @ (scale * total[used, -1]))
+        return sizes[:k], (scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)))[:k]
 
 
 def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:
@@ -135,19 +148,27 @@ def equations_from(products: Array, free: int, deviations: Array) -> NormalEquat
     return NormalEquations(products, free, prior, total[k:, k:] - total[k:, :k] @ eliminated)
 
 
-def inner_products(columns: Array, residual: Array, blocks: int = BLOCKS) -> Array:
-    """Return inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the
-    residual (n, c).
+def inner_products(columns: Array, residual: Array) -> Array:
+    """Return inner products, (1, k + 1, k + 1), of whitened columns (n, c, k) and the residual
+    (n, c), in one fold.
     """
-    return products_of(np.concatenate([columns, residual[:, :, None]], axis=2), blocks)
+    every = np.concatenate([columns, residual[:, :, None]], axis=2)
+    return products_of(every, np.zeros(len(every), dtype=np.intp))
 
 
-def products_of(every: Array, blocks: int = BLOCKS) -> Array:
-    """Return inner products by block, (b, m, m), of whitened columns, (n, c, m); the residual is
-    the last.
+def products_of(every: Array, fold: Integers) -> Array:
+    """Return inner products by fold, (b, m, m), of whitened columns, (n, c, m), the residual last;
+    `fold` (n,) is the number of the fold of each instant.
     """
-    parts = [part.reshape(-1, every.shape[2]) for part in np.array_split(every, blocks)]
+    parts = [every[fold == n].reshape(-1, every.shape[2]) for n in np.unique(fold)]
     return np.stack([part.T @ part for part in parts])
+
+
+def folds_of(layout: Layout) -> Integers:
+    """Return the fold of each instant of a log, (n,)."""
+    time = layout.track.time[layout.grid.rows]
+    folds: Integers = ((time - time[0]) / SEGMENT).astype(np.intp) % FOLDS
+    return folds
 
 
 def _solve(inner: Array, columns: Sequence[int]) -> tuple[Array, Array, float]:
@@ -227,7 +248,7 @@ def whitened_equations(
     Columns are the free parameters, the signatures in their order, and the cells in theirs. The
     cells are four of five columns: who asks nothing of them leaves them out.
     """
-    products = products_of(whitened_columns(layout, noise, with_cells))
+    products = products_of(whitened_columns(layout, noise, with_cells), folds_of(layout))
     return equations_from(products, layout.free.columns.shape[2], layout.free.deviations)
 
 

@@ -382,10 +382,8 @@ class Layout:
     `residuals` are measured less predicted, `free` the free parameters, `signatures` the
     hypotheses; `cells` are the places to examine, and `shapes` (n, k) the values that each cell has
     at the instants. `measured` marks the rows of the track whose air data lie below the end of
-    their sensor's range. `subtracted` is what the residuals were before, less what they are, by
-    effects that are in the model and that neither the track nor the scene holds, (n, c) or 0.
-    `in_model` holds the sizes of the effects in the model, by effect and parameter. `curves` are
-    the sizes of the error curves that were taken out of the track, one after the other. `angles`
+    their sensor's range. `curves` are the sizes of the error curves that were taken out of the
+    track, one after the other. `angles`
     are the sizes of the free parameters of the vanes that were taken out of the track and stay in
     the residuals, to first order.
     """
@@ -400,8 +398,6 @@ class Layout:
     cells: tuple[Cell, ...]
     shapes: Array
     setting: AnalysisSetting
-    subtracted: Array | float = 0.0
-    in_model: Mapping[tuple[str, str], float] = field(default_factory=dict)
     curves: Curves = ()
     angles: Mapping[str, float] = field(default_factory=dict)
 
@@ -485,23 +481,6 @@ def _vane_angles(layout: Layout) -> Mapping[str, float]:
     angles = {name: fitted[name] for name in VANE_PARAMETERS if name in fitted}
     return (
         angles if all(abs(v) < MOST_OFF[VANE_PARAMETERS[n][1]] for n, v in angles.items()) else {}
-    )
-
-
-def with_aircraft(layout: Layout, aircraft: AircraftModel) -> Layout:
-    """Return the layout of the same log with another aircraft, whose answer along the track is
-    measured anew.
-
-    Hypotheses, free parameters and slopes stay: what another effect in the model changes of them is
-    small of second order.
-    """
-    model = layout.scene.force_model
-    if model is None:
-        return layout
-    scene = layout.scene.moved(layout.scene.clean, model.along(model.replay.motion, aircraft))
-    residuals = _residuals(scene, layout.track, layout.measured, layout.setting)
-    return replace(layout, scene=scene, residuals=residuals, subtracted=0.0).with_angles(
-        layout.angles
     )
 
 

@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, TypeAdapter
 
+from pitotbench.effects import effect_of
 from pitotbench.reconciliation.equations import noise_of_log, shortness_of
 from pitotbench.reconciliation.layout import Cell, Layout
 from pitotbench.reconciliation.noise import NoiseModel
@@ -60,7 +61,9 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. No spread is below 1.
+    those before it. `free` is the root mean square of each free parameter, in deviations of its
+    prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
+    spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]
@@ -69,6 +72,7 @@ class ScoreScale:
     cell_spread: Mapping[str, Spread]
     fluctuation: Mapping[str, Spread] = field(default_factory=dict)
     left_over: Mapping[str, Spread] = field(default_factory=dict)
+    free: Mapping[str, Spread] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""
@@ -140,7 +144,7 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
 
 def size_label(effect: str, parameter: str) -> str:
     """Return a size of an effect as text; that for a part of the flight is the one for all of it."""
-    return f"{FITTED[effect].part_of or effect}|{parameter}"
+    return f"{effect_of(effect).part_of or effect}|{parameter}"
 
 
 def cell_label(cell: Cell) -> str:

@@ -12,7 +12,7 @@ from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whit
 from pitotbench.reconciliation.evidence import (
     SMALLEST,
     Evidence,
-    LogEvidence,
+    floored,
     significance,
     without_score,
 )
@@ -232,13 +232,14 @@ Flight = tuple[Layout, NoiseModel]
 
 @dataclass(frozen=True, slots=True)
 class FlightScores:
-    """The scores of one flight: of the effects, signed ones of the cells, and of the sizes beside
-    all cells.
+    """The scores of one flight: of the effects, signed ones of the cells, of the sizes beside all
+    cells, and the free parameters in deviations of their priors.
     """
 
     effects: Mapping[str, float]
     cells: Mapping[str, float]
     sizes: Mapping[str, float]
+    free: Mapping[str, float]
 
     def largest_effect(self, scale: ScoreScale) -> float:
         """The largest score of an effect on a scale."""
@@ -305,7 +306,6 @@ def _all_but(items: Sequence[Item], index: int) -> list[Item]:
 def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
     """The scale of scores that some flights show."""
     names, labels = {n for f in flights for n in f.effects}, {c for f in flights for c in f.cells}
-    sizes = {n for f in flights for n in f.sizes}
     effects = {n: np.array([f.effects.get(n, 0.0) for f in flights]) for n in names}
     cells = {c: [f.cells.get(c, 0.0) for f in flights] for c in labels}
     gain = {
@@ -318,13 +318,18 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
         {n: max(lowest, float(np.sqrt(np.mean((v - gain[n]) ** 2)))) for n, v in effects.items()},
         {c: float(np.mean(v)) for c, v in cells.items()},
         {c: max(lowest, float(np.std(v))) for c, v in cells.items()},
-        {
-            n: max(
-                lowest, float(np.sqrt(np.mean(np.square([f.sizes.get(n, 0.0) for f in flights]))))
-            )
-            for n in sizes
-        },
+        _spreads([f.sizes for f in flights]),
+        free=_spreads([f.free for f in flights]),
     )
+
+
+def _spreads(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """The root mean square of each score over flights."""
+    found = {}
+    for name in {name for each in flights for name in each}:
+        square = np.mean(np.square([each.get(name, 0.0) for each in flights]))
+        found[name] = max(THRESHOLDS.score_deviation_lowest, float(np.sqrt(square)))
+    return found
 
 
 def _evidence(
@@ -344,9 +349,11 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
     for them.
     """
     layout, noise, scale = flight
-    log = LogEvidence(layout, scaled_to(noise, layout), wander_of_scores(scale), scale)
+    equations = whitened_equations(layout, scaled_to(noise, layout))
+    beyond = floored(layout, equations, scale, wander_of_scores(scale))
     kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
-    return tuple(log.labels[i] for i in kept), log.base.given((), (), kept)[0]
+    labels = [size_label(s.effect, s.parameter) for s in layout.signatures]
+    return tuple(labels[i] for i in kept), beyond.given((), (), kept)[0]
 
 
 def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, float]:
@@ -394,7 +401,10 @@ def scores_of(flight: Flight) -> FlightScores:
         size_label(s.effect, s.parameter): float(v)
         for s, v in zip(layout.signatures, beside, strict=True)
     }
-    return FlightScores(effects, cells, sizes)
+    free = equations.free_estimates()[0] / layout.free.deviations
+    return FlightScores(
+        effects, cells, sizes, dict(zip(layout.free.names, free.tolist(), strict=True))
+    )
 
 
 def _is_searched(name: str) -> bool:

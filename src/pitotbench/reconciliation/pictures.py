@@ -6,82 +6,78 @@ import numpy as np
 from scipy.signal import lfilter
 
 from pitotbench import air
-from pitotbench.effects import effect_of
-from pitotbench.reconciliation.equations import NormalEquations
+from pitotbench.reconciliation.equations import Fit
 from pitotbench.reconciliation.free_parameters import curve_share
 from pitotbench.reconciliation.layout import Layout, flight_variables
-from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.noise import NoiseModel
-from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.regression import Block
 from pitotbench.reconciliation.residuals import FAMILIES, UNITS
-from pitotbench.reconciliation.signatures import columns_of
 from pitotbench.records.gap import CalibrationChange, GapMap, Step, TellingChannel, Trace
 from pitotbench.units import Array, Booleans, Seconds
 
 
-def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
-    """Return the places of the gap before and after the named effects, in σ beyond null flights."""
-    index, cells = zip(*naming.layout.places, strict=True)
+def gap_map(block: Block, fit: Fit) -> GapMap:
+    """Return the places of the gap before and after a fit, in σ beyond null flights."""
+    index, cells = zip(*block.layout.places, strict=True)
     channels = tuple(dict.fromkeys(cell.channel for cell in cells))
     places = tuple(dict.fromkeys(cell.where for cell in cells))
     tables = []
-    for given in ((), naming.fit.columns):
+    for given in ((), fit.columns):
         table = np.full((len(channels), len(places)), np.nan)
-        for cell, value in zip(cells, naming.equations.scores(index, given), strict=True):
-            table[channels.index(cell.channel), places.index(cell.where)] = null.scores.of_cell(
-                cell, value
+        for cell, value in zip(cells, block.equations.scores(index, given), strict=True):
+            table[channels.index(cell.channel), places.index(cell.where)] = (
+                block.null.scores.of_cell(cell, value)
             )
         tables.append(table)
-    return GapMap(channels, places, tables[0], tables[1], null.cell_threshold)
+    return GapMap(channels, places, tables[0], tables[1], block.null.cell_threshold)
 
 
-def waterfall(naming: Naming) -> tuple[Step, ...]:
-    """Return the sum of squares that remains as the named effects are added one by one.
+def waterfall(block: Block, fit: Fit) -> tuple[Step, ...]:
+    """Return the sum of squares that remains as the effects of a fit are added one by one.
 
-    The sizes are those fitted together. The effect that removes most comes first. An effect of
-    another flight that this one cannot show is left out.
+    The sizes are those fitted together. The effect that removes most comes first.
     """
-    columns, sizes = list(naming.fit.columns), list(naming.fit.sizes)
-    of_effect = columns_of(naming.layout.signatures)
-    waiting, added = [name for name in naming.chosen if name in of_effect], list[int]()
-    steps = []
+    waiting: dict[str, list[int]] = {}
+    for place, column in enumerate(fit.columns):
+        waiting.setdefault(block.layout.signatures[column].effect, []).append(place)
+    added, steps = list[int](), []
     while waiting:
-        best = min(
-            waiting,
-            key=lambda n: _remaining(naming.equations, columns, sizes, [*added, *of_effect[n]]),
-        )
-        waiting.remove(best)
-        added += of_effect[best]
-        steps.append(Step(best, _remaining(naming.equations, columns, sizes, added)))
+        left = {name: _remaining(block, fit, [*added, *own]) for name, own in waiting.items()}
+        best = min(left, key=lambda name: left[name])
+        added += waiting.pop(best)
+        steps.append(Step(best, left[best]))
     return tuple(steps)
 
 
-def _remaining(
-    equations: NormalEquations, columns: Sequence[int], sizes: Sequence[float], used: Sequence[int]
-) -> float:
-    """Sum of squares with some columns at their sizes and the others absent; the free parameters
-    are fitted.
+def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
+    """Sum of squares with some of the columns of a fit at their sizes and the others absent; the
+    free parameters are fitted.
     """
-    at = [c for c in columns if c in used]
-    s = np.array([size for c, size in zip(columns, sizes, strict=True) if c in used])
-    inner = equations.inner
+    at, s, inner = [fit.columns[i] for i in places], fit.sizes[list(places)], block.equations.inner
     return float(inner[-1, -1] - 2.0 * s @ inner[at, -1] + s @ inner[np.ix_(at, at)] @ s)
 
 
-def traces(naming: Naming) -> tuple[Trace, ...]:
-    """Return every residual channel over time without free parameters, and the part that the
-    effects explain.
+def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:
+    """Return every residual channel over time without free parameters, and the part that a fit
+    explains.
     """
-    layout, columns = naming.layout, list(naming.fit.columns)
-    free = layout.free.columns @ naming.equations.free_sizes(columns)
-    left = layout.without([layout.signatures[c].column for c in columns], naming.fit.sizes)
-    explained = layout.residuals.values - left.residuals.values
+    layout = block.layout
+    free = layout.free.columns @ block.equations.free_sizes(fit.columns)
+    explained = _moved(layout, fit)
     time = layout.track.time[layout.grid.rows]
     gap, used = layout.residuals.values - free, layout.used
     return tuple(
         Trace(name, UNITS[name], time, gap[:, i], explained[:, i], used[:, i])
         for i, name in enumerate(layout.residuals.names)
     )
+
+
+def _moved(layout: Layout, fit: Fit) -> Array:
+    """The change of the residuals by a fit, (n, c)."""
+    each = (
+        layout.signatures[c].column * size for c, size in zip(fit.columns, fit.sizes, strict=True)
+    )
+    return np.asarray(sum(each, np.zeros_like(layout.residuals.values)))
 
 
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.
@@ -119,18 +115,13 @@ LOOKED_AT: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def clearest_channel(
-    naming: Naming, null: NullDistribution, found: Sequence[Trace]
-) -> TellingChannel | None:
-    """Return the channel of the named part whose gap stands out most from its noise; None for a log
-    without a gap.
+def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> TellingChannel:
+    """Return the channel of a part whose gap stands out most from its noise.
 
     `found` are the residual channels over time. Where no channel of the part shows the effects, it
     is any channel.
     """
-    if naming.answer.kind == "no_gap" or not naming.located:
-        return None
-    layout = naming.layout
+    layout, null = block.layout, block.null
     by_name = {trace.channel: trace for trace in found}
     names = list(null.noise.names)
     instants = max(1, round(AVERAGED / layout.grid.step))
@@ -140,7 +131,6 @@ def clearest_channel(
     shown = {
         n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()
     }
-    part = effect_of(naming.chosen[0]).part if naming.chosen else ""
     looked_at = [n for n in LOOKED_AT.get(part, ()) if shown.get(n, 0.0) > 0.0]
     name = max(looked_at or shown, key=lambda n: shown[n])
     trace = by_name[name]
@@ -181,26 +171,22 @@ def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
     return float(noise.deviations[channel] * np.sqrt(np.sum(mean**2)))
 
 
-def calibration_change(naming: Naming) -> CalibrationChange | None:
-    """Return what a calibration by the wind triangle makes of the named effects; None where nothing
-    is named.
+def calibration_change(layout: Layout, fit: Fit) -> CalibrationChange | None:
+    """Return what a calibration by the wind triangle makes of the effects of a fit; None without
+    any.
 
     Wind and error curve are fitted by least squares to what the effects do to the along- and
     across-track airspeed. What the curve takes of it is the error of a calibration that does not
     know the effects.
     """
-    layout = naming.layout
-    if not naming.fit.columns:
+    if not fit.columns:
         return None
     triangle = [
         layout.residuals.names.index(n)
         for n in FAMILIES["air data"][:2]
         if n in layout.residuals.names
     ]
-    moved = sum(
-        layout.signatures[c].column[:, triangle] * size
-        for c, size in zip(naming.fit.columns, naming.fit.sizes, strict=True)
-    )
+    moved = _moved(layout, fit)[:, triangle]
     names = layout.free.names
     wanted = [i for i, n in enumerate(names) if n.startswith(("curve ", "wind north", "wind east"))]
     design = layout.free.columns[:, triangle][:, :, wanted].reshape(-1, len(wanted))

@@ -4,51 +4,39 @@ in the model.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
-from operator import add
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.catalog import Catalog
 from pitotbench.channels import CHANNELS
 from pitotbench.effects import effect_of
-from pitotbench.effects.effect import FROM, TO, AircraftEffect, AirEffect, Effect, SensorEffect
-from pitotbench.effects.overlay import Overlay
+from pitotbench.effects.effect import FROM, TO, Effect, SensorEffect
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import equations_from, inner_products
 from pitotbench.reconciliation.evidence import merit
 from pitotbench.reconciliation.free_parameters import (
     VANE_PARAMETERS,
-    AnalysisSetting,
     free_parameters_of,
     with_vane_angles,
 )
 from pitotbench.reconciliation.layout import (
     Layout,
-    lay_out,
     mean_wind_of,
-    with_aircraft,
     without_error_curve,
 )
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
-from pitotbench.reconciliation.residuals import AircraftModel, Scene, clean_track
+from pitotbench.reconciliation.residuals import Scene, clean_track
 from pitotbench.reconciliation.signatures import (
-    COUNTED,
     FITTED,
     Signature,
     columns_of,
     happens_once,
-    moves_levers,
     reads_gusts,
     residual_change,
     searched_shapes,
 )
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import Track, motion_of
-from pitotbench.records.aircraft import Motion, Reaction
-from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, Seconds
 
 # Renew signatures at the size that was fitted, and at the time when the effect happened.
@@ -135,7 +123,7 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
     scene = old.moved(
         clean, None if model is None else model.along(motion_of(track, model.replay.rows))
     )
-    values = scene.residuals_of(track).values - original.subtracted
+    values = scene.residuals_of(track).values
     free = free_parameters_of(scene, original.setting, original.shapes)
     corrected = replace(
         original,
@@ -294,7 +282,7 @@ class Trials:
         self._known = np.concatenate(
             [self._whiten(layout.free.columns), residual[:, :, None]], axis=2
         )
-        self._products = inner_products(self._known, residual, blocks=1)[0, :-1, :-1]
+        self._products = inner_products(self._known, residual)[0, :-1, :-1]
 
     @property
     def time(self) -> Seconds:
@@ -320,101 +308,6 @@ class Trials:
             np.ix_(order, order)
         ]
         return merit(equations_from(products[None], first, free.deviations).fit(range(k)))
-
-
-# Lay a log out again with the named effects in the model.
-
-NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
-
-
-def with_effects(layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
-    """Return the layout of a log once effects are in the model; `layout` is that of the log without
-    them.
-
-    Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted
-    from the residuals. Effects that are counted and not fitted stay in the log.
-    """
-    fitted = {n: s for n, s in entries.items() if n not in COUNTED}
-    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
-    not_on_model = {n: s for n, s in fitted.items() if overlays[n] is None}
-    patch = [overlay for overlay in overlays.values() if overlay is not None]
-    if aircraft is not None and patch:
-        layout = with_aircraft(layout, patched_aircraft(aircraft, reduce(add, patch)))
-    sizes = {
-        (name, p.name): float(given[p.name])
-        for name, given in fitted.items()
-        for p in effect_of(name).parameters
-        if not p.shape and p.name in given
-    }
-    return replace(without_effects(layout, not_on_model), in_model=sizes)
-
-
-def lay_out_with(
-    log: FlightLog, aircraft: AircraftModel | None, setting: AnalysisSetting, entries: Entries
-) -> Layout:
-    """Return another log laid out with effects in the model, without any hypothesis.
-
-    Raises BadInputError for a log that cannot be compared.
-    """
-    fitted = {n: s for n, s in entries.items() if n not in COUNTED}
-    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
-    patch = [overlay for overlay in overlays.values() if overlay is not None]
-    if aircraft is not None and patch:
-        aircraft = patched_aircraft(aircraft, reduce(add, patch))
-    layout = lay_out(log, aircraft, setting, NO_EFFECTS)
-    return without_effects(layout, {n: s for n, s in fitted.items() if overlays[n] is None})
-
-
-def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
-    """Return the aircraft with an overlay on it."""
-    react = aircraft.react
-
-    def with_patch(motion: Motion, overlay: Overlay, *engines: Any) -> Reaction:
-        return react(motion, patch + overlay, *engines)
-
-    return replace(aircraft, react=with_patch)
-
-
-def force_meter_overlay(
-    aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]
-) -> Overlay | None:
-    """Return the overlay that an effect puts on the force meter.
-
-    None for effects of the sensors and the air, for those of a part of the flight, because the
-    force meter knows no time, and for a lever that does not stand where its throttle plate does:
-    the log holds the plates.
-    """
-    effect = effect_of(name)
-    if (
-        aircraft is None
-        or not isinstance(effect, AircraftEffect)
-        or isinstance(effect, AirEffect)
-        or effect.part_of
-    ):
-        return None
-    overlay = effect.overlay(sizes, aircraft.baseline)
-    return None if moves_levers(overlay) else overlay
-
-
-def without_effects(layout: Layout, entries: Entries) -> Layout:
-    """Return a layout without some effects: those on the sensors are taken out of its track,
-    together.
-
-    The changes by others are subtracted from the residuals, and stay so when a later look moves the
-    track.
-    """
-    layout = with_corrected_track(layout, entries)
-    changes = layout.scene.blank()
-    for name, sizes in entries.items():
-        effect = effect_of(name)
-        if not isinstance(effect, SensorEffect):
-            change = residual_change(effect, layout.scene, effect.complete(sizes))
-            changes = changes if change is None else changes + change
-    return replace(
-        layout,
-        residuals=replace(layout.residuals, values=layout.residuals.values - changes),
-        subtracted=layout.subtracted + changes,
-    )
 
 
 # Look for effects that act for a part of the flight: where in a log does each of them begin, and
@@ -444,7 +337,7 @@ class _Stretch:
 
 def with_parts_of_flight(layout: Layout, noise: NoiseModel) -> Layout:
     """Return the layout with the signatures of promising effects that act for a part of the flight."""
-    found = _promising(layout, noise)
+    found = _promising(layout, noise) if layout.signatures else []
     if not found:
         return layout
     trials, added = Trials(layout, noise), list[Signature]()

@@ -44,6 +44,7 @@ from pitotbench.units import Array
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
 THROTTLES = frozenset(("throttle_left", "throttle_right"))
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
+Key = tuple[str, str]  # a size: the effect and its parameter
 NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
 

@@ -1,12 +1,12 @@
-"""From flights that are laid out to one verdict: name, examine what remains, close, and doubt."""
+"""From flights that are laid out to one answer: fit all gaps, examine what remains, and tell how
+sure it is.
+"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.resources import files
 
 import numpy as np
-from scipy.special import expit, logit
+from scipy.special import chdtrc, ndtri
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import effect_of
@@ -19,18 +19,10 @@ from pitotbench.reconciliation.equations import (
     whitened_equations,
     with_form_error,
 )
-from pitotbench.reconciliation.evidence import estimates, significant
+from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
+from pitotbench.reconciliation.formula import signatures_at
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import DAY, Layout, lay_out
-from pitotbench.reconciliation.naming import (
-    Naming,
-    Together,
-    contradictions,
-    left_out_closures,
-    name_effects,
-    sizes_beside,
-    strongest,
-)
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconciliation.null_learning import (
     periodic_channels,
@@ -38,24 +30,89 @@ from pitotbench.reconciliation.null_learning import (
     wandering_channels,
 )
 from pitotbench.reconciliation.patches import flights_to_fly
-from pitotbench.reconciliation.posterior import OUTSIDE, answer_of
+from pitotbench.reconciliation.regression import (
+    Block,
+    Fitted,
+    Found,
+    Member,
+    Regression,
+    Sizes,
+    fit_gaps,
+    fitted_by,
+    is_term,
+    keys_of,
+    with_terms,
+)
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import (
     SURE,
     Candidate,
     Closure,
     Detectable,
+    FreeSize,
+    Gap,
     JoinedFlight,
     Kind,
+    Located,
+    OwnSize,
     Verdict,
 )
-from pitotbench.units import Array
 
-# From what every check found to a verdict.
+LISTED = 10  # candidates in a verdict
+SECONDS_A_MINUTE = 60.0
+
+# What one flight shows with the gaps of all flights in the model.
+
+
+@dataclass(frozen=True, slots=True)
+class ShownFlight:
+    """What one flight shows: the gaps as a fit of it and what they close, what was counted, other
+    gusts than those of the card, and the channels that wander or have a line beside.
+
+    `outweighs`: these are larger than a share of what the gaps explain.
+    """
+
+    block: Block
+    fit: Fit
+    closure: Closure
+    certain: tuple[Candidate, ...]
+    unexplained: tuple[Located, ...]
+    outweighs: bool
+
+    def located(self, given: Sequence[int] = ()) -> list[Located]:
+        """Return the most significant place in every channel, in σ beyond the mean of null flights."""
+        places, best = self.block.layout.places, dict[str, Located]()
+        values = self.block.equations.scores(self.block.layout.examined, given)
+        for (_, cell), value in zip(places, values, strict=True):
+            score = self.block.null.scores.of_cell(cell, float(value))
+            if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
+                best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, score)
+        return list(best.values())
+
+
+def _shown(block: Block, fitted: Fitted) -> ShownFlight:
+    fit, layout, null = fitted.fit_of(block), block.layout, block.null
+    explained = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
+    gusts = turbulence_candidates(explained, null.gust_level)
+
+    def unexplained(by: float) -> tuple[Located, ...]:
+        # Other turbulence than that of the card makes every channel wander.
+        wander = () if gusts else wandering_channels(explained, layout, null, by)
+        return (*wander, *periodic_channels(explained, null, by))
+
+    counted, beside = layout.checked.effects, unexplained(fit.gain)
+    larger = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * fit.gain
+    outweighs = bool(beside) and not counted and (not fit.columns or bool(unexplained(larger)))
+    closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), layout.examined)
+    return ShownFlight(block, fit, closure, (*counted, *gusts), beside, outweighs)
+
+
+# The answer: how surely each gap is told.
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,204 +124,347 @@ class Objection:
 
 
 @dataclass(frozen=True, slots=True)
-class Checks:
-    """What every check found on the flights of a verdict; `verdict_of` makes the verdict of it.
-
-    `found` is what all flights show, with the kind of the posterior's answer. Each step fills its
-    own field:
-    `outweighed`, whether a wander or a line of a flight outweighs what the effects explain;
-    `left_out` and
-    `contradictions`, the sentences of flights that the others do not close or that contradict them;
-    `hold_out`,
-    the closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`,
-    why a formula replaces the names; `maneuvers`, those flown, which no advice repeats; `added`,
-    the positions of the effects that a later pass adds (None: all); `left`, the share of the gap
-    that all passes leave, and `doubt`, a share of doubt beside it (None: by the objections to these
-    names).
+class Judged:
+    """The answer on one flight or several, the gaps that it follows from, and what each flight
+    says.
     """
 
-    found: Verdict
-    outweighed: bool = False
-    left_out: tuple[str, ...] = ()
-    contradictions: tuple[str, ...] = ()
-    hold_out: Closure | None = None
-    closure: Objection | None = None
-    formula: str = ""
-    maneuvers: tuple[str, ...] = ()
-    added: tuple[int, ...] | None = None
-    left: float | None = None
-    doubt: float | None = None
+    verdict: Verdict
+    fitted: Fitted
+    shown: tuple[ShownFlight, ...]
+    flights: tuple[JoinedFlight, ...]
 
 
-def verdict_of(checks: Checks) -> Verdict:
-    """Return the verdict of what all checks found. Nothing else sets the kind of a verdict.
+HoldOut = Callable[[Fitted], Closure | None]
 
-    First the posterior answers. A wander or a line may outweigh its effects, and what was counted
-    is a gap of its own. Then the objections follow: flights left out, contradictions, a held-out
-    log, the closure of all passes, a formula. A later pass tells only what it adds. The doubt of
-    the table comes last.
+
+def judge(
+    names: Sequence[str],
+    layouts: Sequence[Layout],
+    nulls: Sequence[NullDistribution],
+    maneuvers: Sequence[str] = (),
+    held_out: HoldOut | None = None,
+) -> Judged:
+    """Return the answer on one flight or several with their names.
+
+    `maneuvers` are those flown, which no advice repeats; `held_out` returns the closure of the gaps
+    on a log that is not among them.
     """
-    verdict = replace(checks.found, closure_holdout=checks.hold_out)
-    if checks.outweighed:
-        why = "a wander or a line outweighs what the effects explain"
-        verdict = replace(_with_kind(verdict, "unknown", why), remains=False)
-    elif verdict.kind == "no_gap" and verdict.effects:
-        kind: Kind = "one_of" if any(verdict.alternatives) else "named"
-        verdict = _with_kind(verdict, kind, "a fault that was counted, or the level of turbulence")
-    groups = [
-        (e.name, *others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)
-    ]
-    verdict = replace(verdict, advice=flights_to_fly(verdict.kind, groups, checks.maneuvers))
-    for why in checks.left_out:
-        verdict = _objected(verdict, Objection(why, withdraws=False))
-    for why in checks.contradictions:
-        verdict = _objected(verdict, Objection(why, withdraws=True))
-    held = checks.hold_out
-    if held is not None and verdict.kind in SURE and not closes(held):
-        why = f"only {max(0.0, held.share):.0%} of the gap of the held-out log is closed"
-        verdict = _objected(verdict, Objection(why, withdraws=True))
-    for objection in (
-        checks.closure,
-        Objection(checks.formula, withdraws=True) if checks.formula else None,
-    ):
-        if objection is not None:
-            verdict = _objected(verdict, objection)
-            verdict = replace(verdict, remains=verdict.remains and not objection.withdraws)
-    if checks.added is not None:
-        verdict = _with_effects(verdict, checks.added)
-    return verdict if checks.left is None else _with_calibrated_probabilities(verdict, checks)
-
-
-def _with_kind(verdict: Verdict, kind: Kind, why: str) -> Verdict:
-    """A verdict of another kind, with a line that tells why; the same where the kind is not another
-    one.
-    """
-    if kind == verdict.kind:
-        return verdict
-    return replace(
-        verdict, kind=kind, changes=(*verdict.changes, f"{verdict.kind} -> {kind}: {why}")
+    fitted = fit_gaps(layouts, nulls)
+    shown, flights = _all_flights(names, fitted)
+    if any(each.unexplained for each in shown):  # what no cell shows may follow a formula
+        fitted = with_terms(fitted)
+        shown, flights = _all_flights(names, fitted)
+    refused = {own.effect for each in flights for own in each.own_sizes if _is_apart(own)}
+    told = contradictions(flights)
+    if fitted.gaps and fitted.gaps[0].member.name in refused:
+        refused, told = set(), []  # of the largest gap: an objection tells it
+    refused |= set(_impossible(fitted))
+    if refused:  # what flights do not share, or what cannot be, is no gap of them all
+        fitted = fitted_by(fitted.regression, refused)
+        shown, flights = _all_flights(names, fitted)
+    held = held_out(fitted) if held_out is not None and fitted.gaps else None
+    objections = list(_objections(fitted, shown, flights, held))
+    verdict = _told(fitted, shown, objections)
+    groups = [tuple(c.name for c in gap.causes) for gap in verdict.explained]
+    return Judged(
+        replace(
+            verdict,
+            advice=flights_to_fly(verdict.kind, groups, maneuvers),
+            closure_holdout=held,
+            notes=(*verdict.notes, *told),
+            checks=tuple(
+                replace(check, name=f"{check.name}, {name}" if len(names) > 1 else check.name)
+                for name, each in zip(names, shown, strict=True)
+                for check in each.block.layout.checked.checks
+            ),
+        ),
+        fitted,
+        shown,
+        flights,
     )
 
 
-def _objected(verdict: Verdict, objection: Objection) -> Verdict:
-    """A verdict after an objection, which is only a note where nothing is named.
+def _all_flights(
+    names: Sequence[str], fitted: Fitted
+) -> tuple[tuple[ShownFlight, ...], tuple[JoinedFlight, ...]]:
+    shown = tuple(_shown(block, fitted) for block in fitted.regression.blocks)
+    return shown, _flights(names, fitted, shown)
 
-    Of the names that an objection leaves probable about half are right: more than of any other
-    cause, and too few for a name.
+
+def _impossible(fitted: Fitted) -> Iterable[str]:
+    """The hypotheses that would need a size outside its range."""
+    found = zip(fitted.sizes.keys, _estimates(fitted.sizes), strict=True)
+    for (effect, parameter), size in found:
+        if not effect_of(effect).parameter(parameter).is_possible(size):
+            yield from (m.name for m in fitted.members if keys_of(m.name, [(effect, parameter)]))
+
+
+def _is_apart(own: OwnSize) -> bool:
+    return own.apart is not None and own.apart > THRESHOLDS.contradicted_from
+
+
+def _objections(
+    fitted: Fitted,
+    shown: Sequence[ShownFlight],
+    flights: Sequence[JoinedFlight],
+    held: Closure | None,
+) -> Iterable[Objection]:
+    """What speaks against the names: flights left out, contradictions, a held-out log, and too
+    little that is closed.
     """
-    why = objection.why
-    if verdict.kind not in SURE or not verdict.effects:
-        return replace(verdict, notes=(*verdict.notes, why))
-    doubts = (*verdict.doubts, why)
-    if not objection.withdraws:
-        return replace(_with_kind(verdict, "one_of", why), remains=True, doubts=doubts)
-    named = ", ".join(effect.name for effect in verdict.effects)
-    notes = (*verdict.notes, f"{why}: the name {named} is taken back")
-    verdict = _with_kind(verdict, "unknown", why)
-    return replace(verdict, effects=(), alternatives=(), notes=notes, doubts=doubts)
+    for flight in flights:
+        if flight.left_out is not None and not closes(flight.left_out):
+            share = max(0.0, flight.left_out.share)
+            yield Objection(
+                f"the sizes of the other flights close only {share:.0%} of the gap of {flight.log}",
+                withdraws=False,
+            )
+    for line in contradictions(flights):
+        yield Objection(line, withdraws=True)
+    if held is not None and not closes(held):
+        share = max(0.0, held.share)
+        yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", True)
+    closed, names = _whole(each.closure for each in shown), [m.name for m in fitted.members]
+    by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
+    if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
+        told = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
+        yield Objection(f"{told} of the gap", withdraws=True)
 
 
-def _with_effects(verdict: Verdict, added: Sequence[int]) -> Verdict:
-    """A verdict with some of its effects, by their positions; the others stand in the model
-    already.
+def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Objection]) -> Verdict:
+    """The verdict: what every gap is, and how surely. Nothing else sets the kind of a verdict.
+
+    A cause or a part is named at two limits, of its probability and of the share of the gap that
+    all gaps together leave, where nothing speaks against it and no further gap is seen. What is
+    told of a probability are two numbers, one on either side of these limits.
     """
-    kept = [i for i in added if i < len(verdict.effects)]
-    if verdict.kind in SURE and not kept:
-        verdict = _with_kind(verdict, "no_gap", "all its effects are in the model already")
-    return replace(
-        verdict,
-        effects=tuple(verdict.effects[i] for i in kept),
-        alternatives=tuple(verdict.alternatives[i] for i in kept),
-    )
-
-
-# What the flights show: the effects, the turbulence, and what remains.
-
-
-def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
-    """What one flight shows: its effects with what was counted and the turbulence, and what
-    remains.
-    """
-    explained = _without_named(naming)
-    gusts = turbulence_candidates(explained, null.gust_level)
-    # Other turbulence than that of the card makes every channel wander.
-    wandering = () if gusts else wandering_channels(explained, naming.layout, null, naming.fit.gain)
-    unexplained = (*wandering, *periodic_channels(explained, null, naming.fit.gain))
-    counted = layout.checked.effects
-    named, others_of = (
-        _named_effects(naming),
-        dict(zip(naming.chosen, naming.alternatives, strict=True)),
-    )
-    effects = (*counted, *named, *gusts)
-    alternatives = (
-        *((),) * len(counted),
-        *(others_of[effect.name] for effect in named),
-        *(("turbulence_scale",),) * len(gusts),
-    )
-    answer, equations, fit = naming.answer, naming.equations, naming.fit
-    outweighed = (
-        bool(unexplained)
-        and not counted
-        and (not naming.chosen or _outweighs(explained, naming, null))
-    )
-    explains = bool(effects) and not outweighed and answer.kind != "unknown"
-    remains = explains and (bool(unexplained) or answer.rest > THRESHOLDS.likely)
-    found = Verdict(
-        kind=answer.kind,
-        effects=effects,
-        alternatives=alternatives,
-        candidates=naming.candidates,
-        located=(*unexplained, *(naming.remaining if remains else naming.located)),
-        checks=layout.checked.checks,
-        closure=closure_of(equations, fit.columns, fit.sizes.tolist(), naming.layout.examined),
-        smallest_detectable=smallest_detectable(equations, naming.layout, null, fit.columns),
+    closure, main = _whole(each.closure for each in shown), _largest(shown)
+    doubts = tuple(each.why for each in objections)
+    left, unexplained = 1.0 - closure.share, [p for each in shown for p in each.unexplained]
+    outweighed = any(each.outweighs for each in shown)
+    known = [gap for gap in fitted.gaps if not is_term(gap.member.name)]
+    shows_more = fitted.shows_more
+    certain = _certain(shown)
+    withdrawn = outweighed or any(each.withdraws for each in objections)
+    if withdrawn or not (known or certain):
+        unknown = withdrawn or fitted.gaps or shows_more
+        kind: Kind = "unknown" if unknown else "no_gap"
+    else:
+        kind = "named"
+    quiet = not any(each.block.stands_out for each in shown)
+    trusts = kind == "named" and not doubts and not shows_more
+    gaps, probabilities = list[Gap](), dict[str, float]()
+    for found in fitted.gaps:
+        own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
+        trusted = THRESHOLDS.told_near if own < THRESHOLDS.told_left else THRESHOLDS.told_far
+        gaps.append(_gap(fitted, main, found, own, trusted))
+        _tell(probabilities, found, trusted)
+    _tell(probabilities, fitted.left, THRESHOLDS.told_far * fitted.left.probability)
+    gaps.sort(key=lambda gap: -gap.closes_held_out)
+    if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
+        kind = "one_of"
+    if withdrawn and doubts:
+        told = ", ".join(m.name for m in fitted.members)
+        doubts = (*doubts, f"the name {told} is taken back")
+    remains = kind in SURE and (shows_more or bool(unexplained) or len(known) < len(fitted.gaps))
+    given = main.fit.columns if remains else ()
+    located = [place for each in shown for place in each.located(given if each is main else ())]
+    return Verdict(
+        kind=kind,
+        gaps=tuple(gap for gap in (*certain, *gaps) if kind in SURE or not withdrawn),
+        candidates=_candidates(fitted, main, probabilities),
+        located=(*unexplained, *_strongest(located)),
+        checks=(),
+        closure=closure,
+        smallest_detectable=_joined_detectable(shown),
         advice=(),
-        notes=_notes(layout, null, naming),
-        probabilities=answer.probabilities,
-        log_bayes_factor=naming.posterior.log_bayes_factor,
+        notes=tuple(
+            dict.fromkeys(
+                note for each in shown for note in _notes(each.block, known, fitted.left, quiet)
+            )
+        ),
+        probabilities=dict(sorted(probabilities.items(), key=lambda item: -item[1])),
+        log_bayes_factor=max(
+            (gap.log_bayes_factor for gap in fitted.gaps), default=fitted.left.log_bayes_factor
+        ),
         remains=remains,
-    )
-    return Checks(found, outweighed)
-
-
-def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> bool:
-    """Whether a wander or a line that is left is larger than a share of what the effects explain.
-
-    Neither is smooth, so that the posterior has no hypothesis for it, and a cause that takes up a
-    part of it is not its cause.
-    """
-    share = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * naming.fit.gain
-    return bool(
-        wandering_channels(explained, naming.layout, null, share)
-        or periodic_channels(explained, null, share)
+        doubts=doubts,
+        free=tuple(free for each in shown for free in _free(each)),
     )
 
 
-def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
-    """The chosen effects with the sizes that are beyond their bounds, as fitted together.
+def _tell(probabilities: dict[str, float], found: Found, trusted: float) -> None:
+    """Raise the probability of each cause to that which a gap tells of it."""
+    for cause, p in found.causes.items():
+        probabilities[cause] = max(probabilities.get(cause, 0.0), trusted * p)
 
-    Skip effects without a column in this log: other flights name them.
+
+def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
+    """Return whether a gap may be what the form of a larger one leaves: that of a sensor effect of
+    the same part, whose law is seldom that of the table.
     """
-    columns, fit = columns_of(naming.layout.signatures), naming.fit
-    effects = []
-    for effect in naming.chosen:
-        own = [c for c in fit.columns if c in columns.get(effect, ())]
-        if not own:
-            continue
-        gain = naming.equations.fit(own, given=[c for c in fit.columns if c not in own]).gain
-        places = [fit.columns.index(c) for c in own]
-        part = Fit(tuple(own), fit.sizes[places], fit.covariance[np.ix_(places, places)], gain)
-        sizes = significant(estimates(naming.layout.signatures, part))
-        probability = naming.answer.probabilities.get(cause_of(effect), 0.0)
-        times = times_of(naming.layout.signatures[own[0]])
-        effects.append(Candidate(effect, sizes, float(np.sqrt(gain)), probability, times))
-    return tuple(effects)
+    effects = [effect_of(each.member.name.partition("|")[0]) for each in (found, *gaps)]
+    larger = [each.log_bayes_factor > found.log_bayes_factor for each in gaps]
+    return effects[0].acts_on == "sensors" and any(
+        is_larger and effect.part == effects[0].part
+        for is_larger, effect in zip(larger, effects[1:], strict=True)
+    )
 
 
-def _without_named(naming: Naming) -> Layout:
-    """The layout with the named effects subtracted from its residuals."""
-    columns = [naming.layout.signatures[c].column for c in naming.fit.columns]
-    return naming.layout.without(columns, naming.fit.sizes)
+def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float, trusted: float) -> Gap:
+    """A gap as it is told, with `left` the share of all gaps that is left."""
+    closure = main.closure
+    given = [m for m in fitted.members if m is not found.member]
+    own, beside = (fitted.regression.shown_columns(main.block, m) for m in ([found.member], given))
+    gain = main.block.equations.fit(own, beside).gain if own else 0.0
+    closed = gain / max(closure.before - closure.noise, gain, 1.0)
+    ranked = list(found.causes)
+    if is_term(found.member.name):
+        chosen = (_candidate(fitted, main, found, found.member.name, 1.0 - found.unknown),)
+        return Gap("", 1.0 - found.unknown, chosen, False, False, closed, closed * found.held_out)
+    named = found.causes[ranked[0]] > THRESHOLDS.named_from and left < THRESHOLDS.named_left
+    held = np.cumsum([found.causes[cause] for cause in ranked])
+    enough = THRESHOLDS.set_holds * float(held[-1])
+    count = 1 if named else max(2, 1 + int(np.searchsorted(held, enough)))
+    parts: dict[str, float] = {}
+    for cause, p in found.causes.items():
+        parts[effect_of(cause).part] = parts.get(effect_of(cause).part, 0.0) + p
+    part = effect_of(ranked[0]).part
+    causes = tuple(
+        _candidate(fitted, main, found, _form(found, cause), trusted * found.causes[cause])
+        for cause in ranked[:count]
+    )
+    return Gap(
+        part,
+        trusted * parts[part],
+        causes,
+        named,
+        parts[part] > THRESHOLDS.part_named_from and left < THRESHOLDS.told_left,
+        closed,
+        closed * found.held_out,
+    )
+
+
+def _form(found: Found, cause: str) -> str:
+    """The most probable form of a cause."""
+    forms = {n: p for n, p in found.forms.items() if not is_term(n) and cause_of(n) == cause}
+    return max(forms, key=lambda name: forms[name])
+
+
+def _candidate(
+    fitted: Fitted, main: ShownFlight, found: Found, name: str, probability: float
+) -> Candidate:
+    """A hypothesis in the place of a gap, at its sizes beside the other gaps."""
+    block, regression = main.block, fitted.regression
+    others = [m for m in fitted.members if m is not found.member]
+    own = regression.shown_columns(block, [Member(name, (), np.zeros(0))])
+    beside = regression.shown_columns(block, others)
+    fit = block.equations.fit(own, beside)
+    if name == found.member.name:
+        keys = [block.keys[c] for c in own] or keys_of(name, regression.keys)
+        shared = fitted.sizes.among(keys)
+        fit = Fit(tuple(own), shared.values, shared.covariance, fit.gain)
+        sizes = _estimates(shared)
+    else:
+        sizes = estimates(block.layout.signatures, fit)
+    times = times_of(block.layout.signatures[own[0]]) if own and not is_term(name) else ()
+    effect = name.partition("|")[0]
+    return Candidate(effect, significant(sizes), float(np.sqrt(fit.gain)), probability, times)
+
+
+def _estimates(sizes: Sizes) -> tuple[Estimate, ...]:
+    """Sizes with their bounds, which include the error of the method."""
+    deviations = np.sqrt(np.diag(sizes.covariance))
+    each = zip(sizes.keys, sizes.values.tolist(), deviations.tolist(), strict=True)
+    return tuple(
+        Estimate(key[1], size, 2.0 * float(np.hypot(deviation, THRESHOLDS.size_error * size)))
+        for key, size, deviation in each
+    )
+
+
+def _certain(shown: Sequence[ShownFlight]) -> list[Gap]:
+    """Gaps without a posterior: faults that were counted, and the level of the turbulence."""
+    found = {c.name: c for each in shown for c in each.certain}
+    return [
+        Gap(effect_of(c.name).part, 1.0, (c, *_beside(c)), not _beside(c), True, 0.0, 0.0)
+        for c in found.values()
+    ]
+
+
+def _beside(each: Candidate) -> tuple[Candidate, ...]:
+    """Gusts of another level may be of another scale."""
+    other = each.name == "turbulence_level"
+    return (Candidate("turbulence_scale", (), each.score, 0.0),) if other else ()
+
+
+def _whole(closures: Iterable[Closure]) -> Closure:
+    every = list(closures)
+    return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
+
+
+def _largest(shown: Sequence[ShownFlight]) -> ShownFlight:
+    """The flight with the largest gap."""
+    return max(shown, key=lambda each: each.closure.before - each.closure.noise)
+
+
+def _strongest(places: Sequence[Located]) -> list[Located]:
+    best: dict[str, Located] = {}
+    for place in sorted(places, key=lambda each: -abs(each.significance)):
+        best.setdefault(place.channel, place)
+    return list(best.values())
+
+
+def _free(each: ShownFlight) -> Iterable[FreeSize]:
+    """The log's own unknowns that lie beyond a bound of their priors, and of what null flights
+    show.
+    """
+    free, on_null = each.block.layout.free, each.block.null.scores.free
+    sizes, deviations = each.block.equations.free_estimates(each.fit.columns)
+    for name, size, deviation, prior in zip(
+        free.names, sizes.tolist(), deviations.tolist(), free.deviations.tolist(), strict=True
+    ):
+        usual = prior * on_null.get(name, 1.0)
+        if abs(size) > THRESHOLDS.free_told_from * usual:
+            yield FreeSize(name, size, 2.0 * deviation, usual)
+
+
+def _candidates(
+    fitted: Fitted, main: ShownFlight, probabilities: dict[str, float]
+) -> tuple[Candidate, ...]:
+    """The causes as single explanations, each in its best form, the most probable first."""
+    block = main.block
+    columns = {n: c for n, c in columns_of(block.layout.signatures).items() if n in FITTED}
+    fits = {name: block.equations.fit(own) for name, own in columns.items()}
+    forms = {cause_of(m.name): m.name for m in fitted.members if m.name in columns}
+    for name in sorted(fits, key=lambda n: -merit(fits[n])):
+        forms.setdefault(cause_of(name), name)
+    ranked = sorted(
+        forms.values(),
+        key=lambda n: (-round(probabilities.get(cause_of(n), 0.0), 3), -merit(fits[n])),
+    )
+    signatures = block.layout.signatures
+    return tuple(
+        Candidate(
+            name,
+            estimates(signatures, fits[name]),
+            block.null.scores.of_effect(name, significance(fits[name])),
+            probabilities.get(cause_of(name), 0.0),
+            times_of(signatures[columns[name][0]]),
+        )
+        for name in ranked[:LISTED]
+    )
+
+
+def _joined_detectable(shown: Sequence[ShownFlight]) -> tuple[Detectable, ...]:
+    """The smallest size that all flights together show: the squares of the reciprocals add up."""
+    found: dict[tuple[str, str], float] = {}
+    for each in shown:
+        block = each.block
+        for one in smallest_detectable(block.equations, block.layout, block.null, each.fit.columns):
+            key = (one.effect, one.parameter)
+            found[key] = found.get(key, 0.0) + one.size**-2.0
+    return tuple(Detectable(*key, total**-0.5) for key, total in found.items())
 
 
 def smallest_detectable(
@@ -272,11 +472,11 @@ def smallest_detectable(
 ) -> tuple[Detectable, ...]:
     """Return the size of each effect that would reach its threshold half of the time.
 
-    The columns `given` are those of the named effects, which are fitted together with each size.
+    The columns `given` are those of the gaps, which are fitted together with each size.
     """
     sizes = []
     for index, signature in enumerate(layout.signatures):
-        if index in given or FITTED[signature.effect].variant_of:
+        if index in given or signature.effect not in FITTED or FITTED[signature.effect].variant_of:
             continue
         deviation = float(equations.fit([index], given).deviations[0])
         parameter = FITTED[signature.effect].parameter(signature.parameter)
@@ -286,64 +486,54 @@ def smallest_detectable(
     return tuple(sizes)
 
 
-def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str, ...]:
+def _notes(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> Iterable[str]:
     """Sentences on the limits of a verdict."""
-    notes = []
-    if (
-        null.gap_bayes_factor
-        <= naming.posterior.log_bayes_factor
-        < naming.posterior.least_bayes_factor
-    ):
-        notes.append("no place and no effect stands out of what flights without an effect show")
+    layout, null = block.layout, block.null
+    if quiet and left.log_bayes_factor >= null.gap_bayes_factor:
+        yield "no place and no effect stands out of what flights without an effect show"
     if null.flights == 0:
-        notes.append(
+        yield (
             "no null flights of this card: the noise is judged by this log alone, and a gap is "
-            "told "
-            f"from a Bayes factor of e^{null.gap_bayes_factor:.0f} on"
+            f"told from a Bayes factor of e^{null.gap_bayes_factor:.0f} on"
         )
     flies = layout.scene.force_model is not None
     if not flies:
-        notes.append("no aircraft model: sensors and air alone are judged, and no card is flown")
+        yield "no aircraft model: sensors and air alone are judged, and no card is flown"
     shown = {s.effect for s in layout.signatures}
     if not layout.setting.day_known:
         shown.add(DAY)
         if flies:
-            notes.append(
-                "the header does not tell the temperature of the day: another one is no gap"
-            )
+            yield "the header does not tell the temperature of the day: another one is no gap"
     plain = {
         n: e for n, e in FITTED.items() if not e.variant_of and (flies or e.acts_on != "aircraft")
     }
     hidden = [n for n in plain if n not in shown]
     lacking = _without_the_parts(hidden, layout)
     if lacking:
-        notes.append(
+        yield (
             "left out, because the model of the aircraft lacks what they change: "
             + ", ".join(lacking)
         )
     unseen = [n for n in hidden if n not in lacking]
     if unseen:
-        whole = {e.part for e in plain.values()} - {
-            e.part for n, e in plain.items() if n not in unseen
-        }
+        seen = {e.part for n, e in plain.items() if n not in unseen}
         told = dict.fromkeys(
-            f"all of {plain[n].part}" if plain[n].part in whole else n for n in unseen
+            n if plain[n].part in seen else f"all of {plain[n].part}" for n in unseen
         )
-        notes.append("cannot be seen in the channels of this log: " + ", ".join(told))
-    notes += [
-        f"{other} is one model with {effect.one_model_with}: it has the same terms in every channel"
-        for other, effect in FITTED.items()
-        if effect.one_model_with in map(cause_of, naming.chosen)
-    ]
-    ratios = scaled_to(null.noise, layout).deviations / null.noise.deviations
+        yield "cannot be seen in the channels of this log: " + ", ".join(told)
+    causes = [cause_of(found.member.name) for found in known]
+    for other, effect in FITTED.items():
+        if effect.one_model_with in causes:
+            same = f"{other} is one model with {effect.one_model_with}"
+            yield f"{same}: it has the same terms in every channel"
+    ratios = block.noise.deviations / null.noise.deviations
     noisy = [
         f"{n} ({r:.1f} times)"
         for n, r in zip(null.noise.names, ratios, strict=True)
         if r > THRESHOLDS.noise_noted
     ]
     if noisy and null.flights:
-        notes.append("more noise than on null flights: " + ", ".join(noisy))
-    return tuple(notes)
+        yield "more noise than on null flights: " + ", ".join(noisy)
 
 
 def _without_the_parts(names: Sequence[str], layout: Layout) -> list[str]:
@@ -355,6 +545,138 @@ def _without_the_parts(names: Sequence[str], layout: Layout) -> list[str]:
         if model is None
         else [n for n, effect in acting if not effect.fitting(model.aircraft.baseline)]
     )
+
+
+# Several flights: what each says alone, and whether it agrees with the others. A flight that shows
+# another size than the others do contradicts the cause.
+
+FARTHEST = 1e-300  # smallest probability that is turned into a distance
+
+
+def _flights(
+    names: Sequence[str], fitted: Fitted, shown: Sequence[ShownFlight]
+) -> tuple[JoinedFlight, ...]:
+    """What each flight says; of several, what it says alone and beside the others."""
+    several, found = len(shown) > 1, []
+    for number, (name, each) in enumerate(zip(names, shown, strict=True)):
+        gaps, left = [*fitted.gaps], fitted.left
+        own: tuple[OwnSize, ...] = ()
+        left_out: Closure | None = None
+        if several:
+            gaps, left = Regression([each.block]).fit()
+            members = fitted.members or [gap.member for gap in gaps]
+            lasting = [m for m in members if not is_term(m.name) and returns(m.name)]
+            rest = [i for i in range(len(shown)) if i != number]
+            mine = fitted.regression.shown_alone([number], lasting).widened()
+            theirs = fitted.regression.shown_alone(rest, lasting).widened()
+            own = tuple(_own_sizes(lasting, mine, theirs))
+            left_out = _left_out(each, theirs) if fitted.gaps else None
+        shows = gaps or fitted.regression.shows(left)
+        known = [gap for gap in gaps if not is_term(gap.member.name)]
+        sure = all(max(g.causes.values()) > THRESHOLDS.named_from for g in known)
+        kind: Kind = "no_gap" if not shows else "unknown"
+        if known:
+            kind = "named" if sure else "one_of"
+        time = each.block.layout.track.time
+        found.append(
+            JoinedFlight(
+                log=name,
+                maneuver="",
+                minutes=float(time[-1] - time[0]) / SECONDS_A_MINUTE,
+                alone=kind,
+                causes=tuple(tuple(_holding(gap.causes)) for gap in known),
+                log_bayes_factor=max(
+                    (g.log_bayes_factor for g in gaps), default=left.log_bayes_factor
+                ),
+                closure=each.closure,
+                left_out=left_out,
+                own_sizes=own,
+                null_flights=each.block.null.flights,
+            )
+        )
+    return tuple(found)
+
+
+def _holding(causes: dict[str, float]) -> Iterable[str]:
+    """The causes of the smallest set that holds a gap."""
+    held, whole = 0.0, sum(causes.values())
+    for cause, p in causes.items():
+        if held < THRESHOLDS.set_holds * whole:
+            yield cause
+        held += p
+
+
+def _left_out(each: ShownFlight, sizes: Sizes) -> Closure | None:
+    """The closure of a flight by the sizes that the other flights show; None where they show none.
+
+    Effects for a part of one flight, and events, are fitted to that flight: another flight does not
+    have them.
+    """
+    block = each.block
+    here = sizes.among(block.keys)
+    columns = [block.keys.index(key) for key in here.keys]
+    once = [c for c in each.fit.columns if c not in columns]
+    if not columns:
+        return None
+    values, cells = here.values.tolist(), block.layout.examined
+    return closure_of(block.equations, columns, values, cells, here.covariance, once)
+
+
+def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
+    """The largest size of each effect that a flight shows, with the distance of all from those of
+    the others.
+    """
+    for member in members:
+        own = mine.among(keys_of(member.name, mine.keys))
+        other = theirs.among(own.keys)
+        if not own.keys:
+            continue
+        spread = np.sqrt(np.diag(own.covariance))
+        place = int(np.argmax(np.abs(own.values) / spread))
+        size = Estimate(own.keys[place][1], float(own.values[place]), 2.0 * float(spread[place]))
+        yield OwnSize(member.name, size, contradiction(own, other) if other.keys else None)
+
+
+def contradiction(own: Sizes, others: Sizes) -> float:
+    """Return the distance [σ] of the sizes that one flight shows from those that the other flights
+    show.
+
+    It is that of a normal number as improbable as the squared distance of the sizes, which is
+    χ²-distributed.
+    """
+    mine, theirs = own.among(others.keys), others.among(own.keys)
+    theirs = theirs.among(mine.keys)
+    difference = mine.values - theirs.values
+    square = float(difference @ np.linalg.solve(mine.covariance + theirs.covariance, difference))
+    chance = float(chdtrc(len(difference), square))
+    return float(-ndtri(0.5 * max(chance, FARTHEST)))
+
+
+def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
+    """Return a sentence for each effect that a flight contradicts, with the flight that does so
+    most.
+
+    Two flights are equally far apart: the one that shows less of the effect is the one that
+    contradicts it.
+    """
+    lines = []
+    for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
+        found = [
+            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
+            for flight in flights
+            for own in flight.own_sizes
+            if own.effect == effect
+        ]
+        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
+        if _is_apart(own):
+            size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
+            lines.append(
+                f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights"
+            )
+    return lines
+
+
+# A log without null flights, and one that is held out.
 
 
 def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
@@ -370,34 +692,40 @@ def hold_out(
     log: FlightLog,
     aircraft: AircraftModel | None,
     null: NullDistribution,
-    naming: Naming,
+    fitted: Fitted,
     setting: AnalysisSetting,
-) -> Closure:
-    """Return the closure of the named effects on another log, with the sizes fitted before.
+) -> Closure | None:
+    """Return the closure of all gaps on another log, with the sizes fitted before; None where no
+    gap is to be seen there.
 
     Events and effects for a part of one flight are left out: the other flight has them at other
     times, or not at all. So are sizes that the other log cannot show. The noise is that of the
     other log alone where it has other channels.
     """
-    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in naming.chosen if returns(n)})
-    layout = lay_out(log, aircraft, setting, chosen)
-    signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
-    sizes = {
-        (s.effect, s.parameter): float(v) for s, v in zip(signatures, naming.fit.sizes, strict=True)
-    }
-    entries: dict[str, dict[str, float]] = {name: {} for name in chosen}
-    for each, size in zip(signatures, naming.fit.sizes, strict=True):
-        if each.effect in entries:
-            entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
-    shapes = {s.effect: dict(s.shapes) for s in signatures if s.shapes}
-    layout = at_sizes(without_sensor_effects(layout, entries), sizes, shapes)
-    equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
+    names = [m.name for m in fitted.members]
+    chosen: Catalog[Effect] = Catalog(
+        "effect", {n: FITTED[n] for n in names if not is_term(n) and returns(n)}
+    )
+    sizes, shapes = fitted.sizes.by_key(), dict[str, dict[str, float]]()
+    for block in fitted.regression.blocks:
+        for signature in block.layout.signatures:
+            shapes.setdefault(signature.effect, dict(signature.shapes))
+    entries = {n: dict(shapes.get(n, {})) for n in chosen}
+    for (effect, parameter), size in sizes.items():
+        if effect in entries:
+            entries[effect][parameter] = size
+    layout = without_sensor_effects(lay_out(log, aircraft, setting, chosen), entries)
+    layout = at_sizes(layout, sizes, shapes)
+    terms = {key: size for key, size in sizes.items() if key[0] not in FITTED}
+    layout = replace(layout, signatures=(*layout.signatures, *signatures_at(layout.scene, terms)))
     keys = [(s.effect, s.parameter) for s in layout.signatures]
-    columns = [i for i, key in enumerate(keys) if key in sizes]
-    fitted, own = [sizes[keys[i]] for i in columns], list(sizes)
-    places = [own.index(keys[i]) for i in columns]
-    errors = with_form_error(naming.fit.covariance[np.ix_(places, places)], fitted)
-    return closure_of(equations, columns, fitted, layout.examined, errors)
+    own = fitted.sizes.among(keys)
+    if not own.keys:
+        return None
+    equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
+    columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
+    errors = with_form_error(own.covariance, values)
+    return closure_of(equations, columns, values, layout.examined, errors)
 
 
 def closes(held: Closure) -> bool:
@@ -408,277 +736,3 @@ def closes(held: Closure) -> bool:
     """
     by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
     return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance
-
-
-# What the probability of a cause is worth: the posterior's own, with a doubt that it cannot have
-# itself. The posterior takes the table, its form error and the noise for complete. On 387 sealed
-# logs of other making, causes that it gave more than 0.995 were right in 92 %: in 96 % where the
-# answer closed all but 3 % of the gap, in 77 % where it left more. On 1,411 later cases its own
-# probabilities were right up to 0.8, and those from 0.8 to 0.99 were right in 0.8. So odds above
-# four to one are held there until their root exceeds it, and a share of the whole, which grows with
-# what is left of the gap, goes to causes of other form (recalibration: Platt 1999; reliability:
-# Murphy 1973).
-
-
-def calibrated(
-    probabilities: Mapping[str, float], left: float, further: float = 0.0
-) -> dict[str, float]:
-    """Return the probability that each cause acts, given what the answer leaves of the gap, as a
-    share.
-
-    `further` is a share of doubt beside that one.
-    """
-    trusted = (1.0 - _of_other_form(left)) * (1.0 - further)
-    return {cause: trusted * float(_nearer_even(p)) for cause, p in probabilities.items()}
-
-
-def _of_other_form(left: float) -> float:
-    """The share for causes of other form, given what the answer leaves of the gap, as a share."""
-    most, least = THRESHOLDS.doubt_most, THRESHOLDS.doubt_least
-    return least + (most - least) * float(np.clip(left / THRESHOLDS.doubt_most_left, 0.0, 1.0))
-
-
-def _nearer_even(probabilities: Array | float) -> Array:
-    odds = logit(np.clip(probabilities, 0.0, 1.0))
-    sure = np.maximum(np.log(THRESHOLDS.odds_trusted), THRESHOLDS.odds_above_even * odds)
-    return np.asarray(
-        expit(np.where(odds > 0.0, np.minimum(odds, sure), THRESHOLDS.odds_below_even * odds))
-    )
-
-
-def doubt_beside(verdict: Verdict) -> float:
-    """Return the share of doubt that the objections to a verdict's names leave, beside that of the
-    gap left.
-    """
-    return THRESHOLDS.doubt_objected if verdict.doubts else 0.0
-
-
-def parts_of(probabilities: Mapping[str, float]) -> dict[str, float]:
-    """Return the probability of each part of the airplane or the world, from those of its causes.
-
-    It is what such sums were worth on judged flights, and no less than that of the most probable
-    cause.
-    """
-    summed: dict[str, float] = {}
-    largest: dict[str, float] = {}
-    for cause, p in probabilities.items():
-        part = effect_of(cause).part
-        summed[part], largest[part] = summed.get(part, 0.0) + p, max(largest.get(part, 0.0), p)
-    sums, shares = part_table()
-    told = {
-        part: max(largest[part], float(np.interp(min(p, 1.0), sums, shares)))
-        for part, p in summed.items()
-    }
-    return dict(sorted(told.items(), key=lambda item: -item[1]))
-
-
-@cache
-def part_table() -> tuple[Array, Array]:
-    """Return summed probabilities of the causes of a part, (n,), and the share of such parts that
-    is right, (n,).
-
-    The table was computed from sealed flights by a measurement, which gives it again.
-    """
-    text = files("pitotbench.reconciliation").joinpath("part_probability.csv").read_text("utf-8")
-    sums, shares, _ = np.loadtxt(text.splitlines(), delimiter=",", skiprows=2).T
-    return sums, shares
-
-
-def _with_calibrated_probabilities(verdict: Verdict, checks: Checks) -> Verdict:
-    """A verdict with calibrated probabilities. A cause that they do not name stands beside the next
-    one.
-
-    A counted fault and the level of the gusts have no posterior, and are as probable as they are
-    told.
-    """
-    beside = doubt_beside(verdict) if checks.doubt is None else checks.doubt
-    found = calibrated(verdict.probabilities, checks.left or 0.0, beside)
-    answered = set(map(_cause, verdict.effects))
-    following = next(
-        (cause for cause in sorted(found, key=lambda c: -found[c]) if cause not in answered), None
-    )
-
-    def others(effect: Candidate, so_far: tuple[str, ...]) -> tuple[str, ...]:
-        is_sure = (
-            found.get(_cause(effect), 1.0) > THRESHOLDS.named_from
-        )  # what is counted is certain
-        return so_far if so_far or is_sure or following is None else (following,)
-
-    alternatives = tuple(map(others, verdict.effects, verdict.alternatives))
-    if verdict.kind == "named" and any(alternatives):
-        told = ", ".join(f"{found.get(_cause(e), 1.0):.2f}" for e in verdict.effects)
-        verdict = _with_kind(verdict, "one_of", f"the doubt of the table (probability {told})")
-    effects = tuple(_weighed(each, found) for each in verdict.effects)
-    sizes = {each.name: each.sizes for each in effects}
-    ranked = [replace(each, sizes=sizes.get(each.name, each.sizes)) for each in verdict.candidates]
-    parts = parts_of({_cause(e): e.probability for e in effects} | found)
-    return replace(
-        verdict,
-        effects=effects,
-        alternatives=alternatives,
-        candidates=tuple(_weighed(each, found) for each in ranked),
-        probabilities=found,
-        parts=parts,
-        named_parts=tuple(
-            part for part, p in parts.items() if p > THRESHOLDS.named_from and verdict.kind in SURE
-        ),
-    )
-
-
-def _weighed(each: Candidate, found: Mapping[str, float]) -> Candidate:
-    return replace(each, probability=found.get(_cause(each), each.probability))
-
-
-def _cause(each: Candidate) -> str:
-    """The cause of an effect. A counted fault has no posterior, and is its own."""
-    return cause_of(each.name) if each.name in FITTED else each.name
-
-
-# From flights that are laid out to the record of their checks.
-
-SECONDS_A_MINUTE = 60.0
-
-
-@dataclass(frozen=True, slots=True)
-class JointVerdict:
-    """What the checks of one flight or several found, what it follows from, and the figures of each
-    flight.
-    """
-
-    checks: Checks
-    together: Together
-    flights: tuple[JoinedFlight, ...]
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict on all flights."""
-        return verdict_of(self.checks)
-
-
-def judge(
-    names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullDistribution]
-) -> JointVerdict:
-    """Return the verdict on one flight or several with their names, and what each of them says."""
-    together = name_effects(layouts, nulls)
-    each = [
-        _found(naming.layout, naming, null)
-        for naming, null in zip(together.namings, nulls, strict=True)
-    ]
-    left_out = left_out_closures(together.namings)
-    flights = tuple(
-        _figures(name, together, number, each[number].found.closure, left_out[number], null.flights)
-        for number, (name, null) in enumerate(zip(names, nulls, strict=True))
-    )
-    checks = Checks(
-        found=_joined(names, [one.found for one in each]),
-        outweighed=any(one.outweighed for one in each),
-        left_out=tuple(
-            f"the sizes of the other flights close only {max(0.0, closed.share):.0%} of the gap of "
-            f"{name}"
-            for name, closed in zip(names, left_out, strict=True)
-            if closed is not None and not closes(closed)
-        ),
-        contradictions=tuple(contradictions(flights)),
-    )
-    return JointVerdict(checks, together, flights)
-
-
-def _figures(
-    name: str,
-    together: Together,
-    number: int,
-    closure: Closure,
-    left_out: Closure | None,
-    null_flights: int,
-) -> JoinedFlight:
-    """The figures of one flight."""
-    naming, alone = together.namings[number], together.alone[number]
-    answer = answer_of(alone)
-    effects = naming.chosen
-    if (
-        not effects and len(together.logs) > 1
-    ):  # the flights may disagree: look at what single ones name
-        effects = next((a.effects for a in map(answer_of, together.alone) if a.effects), ())
-    effects = tuple(filter(returns, effects))
-    time = naming.layout.track.time
-    return JoinedFlight(
-        log=name,
-        maneuver="",
-        minutes=float(time[-1] - time[0]) / SECONDS_A_MINUTE,
-        alone=answer.kind,
-        causes=tuple(tuple(c for c in group if c != OUTSIDE) for group in answer.groups),
-        log_bayes_factor=alone.log_bayes_factor,
-        closure=closure,
-        left_out=left_out,
-        own_sizes=sizes_beside(together, number, effects) if len(together.logs) > 1 else (),
-        null_flights=null_flights,
-        probabilities=calibrated(answer.probabilities, 1.0 - closure.share),
-    )
-
-
-def _joined(names: Sequence[str], each: Sequence[Verdict]) -> Verdict:
-    """What all flights show, which share the posterior; a single flight has nothing to join."""
-    if len(each) == 1:
-        return each[0]
-    effects, alternatives = _joined_effects(each)
-    whole = Closure(
-        *(sum(getattr(v.closure, n) for v in each) for n in ("before", "after", "noise"))
-    )
-    notes = dict.fromkeys(note for verdict in each for note in verdict.notes)
-    return replace(
-        each[0],
-        effects=effects,
-        alternatives=alternatives,
-        candidates=_joined_candidates(each),
-        located=strongest([place for verdict in each for place in verdict.located]),
-        checks=tuple(
-            replace(check, name=f"{check.name}, {name}")
-            for name, verdict in zip(names, each, strict=True)
-            for check in verdict.checks
-        ),
-        closure=whole,
-        smallest_detectable=_joined_detectable(each),
-        notes=tuple(notes),
-        remains=any(verdict.remains for verdict in each),
-    )
-
-
-def _joined_effects(
-    each: Sequence[Verdict],
-) -> tuple[tuple[Candidate, ...], tuple[tuple[str, ...], ...]]:
-    """The effects of all flights, each once: their significances add in squares, their bounds are
-    the smallest.
-    """
-    found: dict[str, tuple[Candidate, tuple[str, ...]]] = {}
-    for verdict in each:
-        for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
-            old = found.get(effect.name, (effect, others))[0]
-            score = (
-                float(np.hypot(old.score, effect.score)) if effect.name in found else effect.score
-            )
-            better = effect if effect.score > old.score else old
-            found[effect.name] = (replace(better, score=score), others)
-    return tuple(effect for effect, _ in found.values()), tuple(
-        others for _, others in found.values()
-    )
-
-
-def _joined_candidates(each: Sequence[Verdict]) -> tuple[Candidate, ...]:
-    """The candidates of all flights, each as the flight shows it in which it is most significant."""
-    found: dict[str, Candidate] = {}
-    for verdict in each:
-        for candidate in verdict.candidates:
-            old = found.get(candidate.name)
-            found[candidate.name] = candidate if old is None or candidate.score > old.score else old
-    ranked = sorted(found.values(), key=lambda c: (-round(c.probability, 3), -c.score))
-    return tuple(ranked[: max(len(verdict.candidates) for verdict in each)])
-
-
-def _joined_detectable(each: Sequence[Verdict]) -> tuple[Detectable, ...]:
-    """The smallest size that all flights together show: the squares of the reciprocals add up."""
-    found: dict[tuple[str, str], float] = {}
-    for verdict in each:
-        for one in verdict.smallest_detectable:
-            key = (one.effect, one.parameter)
-            found[key] = found.get(key, 0.0) + one.size**-2.0
-    return tuple(Detectable(*key, total**-0.5) for key, total in found.items())

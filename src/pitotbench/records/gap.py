@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import Candidate, Closure, JoinedFlight, Verdict
+from pitotbench.records.verdict import JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
 # A formula that describes a gap which the table of effects does not explain.
@@ -34,21 +34,12 @@ class FormulaTerm:
 
 @dataclass(frozen=True, slots=True)
 class FoundFormula:
-    """The formula of a gap: its terms, and how much of the gap it closes on the log and on a
-    held-out one.
-
-    `held_out_ratio` is the fall of the sum of squares in parts of the log that the coefficients
-    were not fitted to, over that in the parts they were fitted to. `beside` are the named effects
-    that were in the model before. `refused` says why a formula is shown but not made a patch, else
-    it is empty.
+    """The formula of what no effect of the table explains: its terms, and the names of the effects
+    beside it.
     """
 
     terms: tuple[FormulaTerm, ...]
-    closure: Closure
-    held_out_ratio: float
     beside: tuple[str, ...] = ()
-    closure_holdout: Closure | None = None
-    refused: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,37 +189,26 @@ class FlownAgain:
     pilot: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Round:
-    """One pass over the log, with the effects of the passes before in the model; `added` are those
-    it names.
-    """
-
-    verdict: Verdict
-    added: tuple[str, ...]
-
-
 @dataclass(frozen=True, slots=True, repr=False)
 class Account(Shown):
     """The content of a reconciliation's report.
 
-    `rounds[0].verdict` is the answer. `effects` are those of all passes with the sizes of the
-    patch, `patch` is its text, `flown` and `flown_holdout` are the cards flown again. `flights`
-    says what each log says. `telling` is the channel of the first picture, and `calibration` what
-    the effects do to a calibration; None without a gap or an effect. `warnings` are those of the
-    logs as they were read. `formula` describes a gap that the table does not explain; None where
-    there is no such gap, or no formula.
+    `verdict` is the answer, `patch` the text of its patch, whose effects are `entries`; `flown` and
+    `flown_holdout` are the cards flown again. `flights` says what each log says. `telling` is the
+    channel of the first picture, and `calibration` what the effects do to a calibration; None
+    without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
+    describes a gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
     log: str
     aircraft: str
     holdout: str
-    rounds: tuple[Round, ...]
+    verdict: Verdict
     gap_map: GapMap
     waterfall: tuple[Step, ...]
     traces: tuple[Trace, ...]
     patch: str
-    effects: tuple[Candidate, ...] = ()
+    entries: tuple[tuple[str, dict[str, float]], ...] = ()
     flown: FlownAgain = field(default_factory=FlownAgain)
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     null_flights: int = 0

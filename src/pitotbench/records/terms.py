@@ -3,7 +3,7 @@ model.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pitotbench.records.aircraft import Motion
 from pitotbench.records.calibration import Estimate
 from pitotbench.units import Array
 
+SIGNIFICANT = 1.5  # times the noise, from which a channel shows a gap
 CHANNELS = ("drag", "side force", "lift", "roll moment", "pitch moment", "yaw moment")
 
 
@@ -91,7 +92,7 @@ class ChannelGap:
     @property
     def significant(self) -> bool:
         """Whether the model leaves clearly more than the noise."""
-        return self.before > 1.5 * self.noise
+        return self.before > SIGNIFICANT * self.noise
 
     @property
     def closed(self) -> float:
@@ -154,6 +155,12 @@ class TermsAccount:
     zeros: Mapping[str, float]
     remarks: tuple[str, ...] = ()
     flown: tuple[OpenLoopFlight, ...] = ()
+
+    @property
+    def fitted(self) -> "TermsAccount":
+        """The account on the maneuvers that were fitted alone; itself where none was held out."""
+        own = tuple(each for each in self.maneuvers if not each.held_out)
+        return self if len(own) in (0, len(self.maneuvers)) else replace(self, maneuvers=own)
 
     @property
     def held_out(self) -> tuple[ManeuverGap, ...]:

@@ -94,23 +94,53 @@ class Closure:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """The answer of one pass over a log.
+class FreeSize:
+    """An unknown of a log itself, such as the scale of a vane, that lies far beyond its prior.
 
-    `effects` are those named. `alternatives` holds, for each of them, the names of the effects that
-    the log cannot distinguish from it. `candidates` are all single explanations, the best first.
-    `probabilities` is that of each cause of the table, given a gap; the causes may act together, so
-    they do not sum to 1. `parts` is that of each part of the airplane, its instruments or the
-    world, the most probable first, and `named_parts` are those above the probability of a name.
-    `log_bayes_factor` is the logarithm of the Bayes factor of a gap against none. `remains` says
-    whether something significant is left beside the effects. `doubts` are the checks that speak
-    against the effects, so that none of them is named. `changes` has a line for each change of the
-    kind after the posterior's own answer: `named -> one_of: why`.
+    `value` and `two_sigma` are in the unit of its channel, `prior` is the deviation that it has on
+    a usual log: that of its prior, or of null flights where these show more.
+    """
+
+    name: str
+    value: float
+    two_sigma: float
+    prior: float
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """One of the gaps of an answer, each beside all others.
+
+    `part` is what a mechanic looks at, with its `probability`; empty for a formula. `causes` are
+    those of the smallest set that holds the gap, the most probable first, and a single one where it
+    is `named`. `part_named` says whether the part is. `closes` is the share of the explainable gap
+    of the log with the largest gap that this one explains beside the others, `closes_held_out` that
+    in parts of the logs to which its size was not fitted.
+    """
+
+    part: str
+    probability: float
+    causes: tuple[Candidate, ...]
+    named: bool
+    part_named: bool
+    closes: float
+    closes_held_out: float
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The answer on one log or several.
+
+    `gaps` are in the order of what each closes in parts of the logs left out. `candidates` are all
+    causes as the only explanation, the most probable first. `probabilities` is that of each cause
+    of the table, given a gap; the causes may act together, so they do not sum to 1.
+    `log_bayes_factor` is the logarithm of the Bayes factor of the largest gap against none.
+    `remains` says whether something significant is left beside the gaps. `doubts` are the checks
+    that speak against them. `free` are unknowns of the logs far beyond their priors.
     """
 
     kind: Kind
-    effects: tuple[Candidate, ...]
-    alternatives: tuple[tuple[str, ...], ...]
+    gaps: tuple[Gap, ...]
     candidates: tuple[Candidate, ...]
     located: tuple[Located, ...]
     checks: tuple[Check, ...]
@@ -120,12 +150,39 @@ class Verdict:
     notes: tuple[str, ...] = ()
     closure_holdout: Closure | None = None
     probabilities: Mapping[str, float] = field(default_factory=dict)
-    parts: Mapping[str, float] = field(default_factory=dict)
-    named_parts: tuple[str, ...] = ()
     log_bayes_factor: float = 0.0
     remains: bool = False
     doubts: tuple[str, ...] = ()
-    changes: tuple[str, ...] = ()
+    free: tuple[FreeSize, ...] = ()
+
+    @property
+    def explained(self) -> tuple[Gap, ...]:
+        """The gaps with causes of the table; none where no cause is told."""
+        return tuple(gap for gap in self.gaps if gap.part) if self.kind in SURE else ()
+
+    @property
+    def effects(self) -> tuple[Candidate, ...]:
+        """The most probable cause of each gap, in its best form."""
+        return tuple(gap.causes[0] for gap in self.explained)
+
+    @property
+    def alternatives(self) -> tuple[tuple[str, ...], ...]:
+        """For each of these, the names of the others in the set that holds it."""
+        return tuple(tuple(c.name for c in gap.causes[1:]) for gap in self.explained)
+
+    @property
+    def parts(self) -> dict[str, float]:
+        """The probability of each part that is told, the most probable first."""
+        found: dict[str, float] = {}
+        for gap in self.gaps:
+            if gap.part:
+                found[gap.part] = max(found.get(gap.part, 0.0), gap.probability)
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+    @property
+    def named_parts(self) -> tuple[str, ...]:
+        """The parts that are named."""
+        return tuple(dict.fromkeys(gap.part for gap in self.explained if gap.part_named))
 
 
 # One flight of several that were reconciled together: what it says alone, and how it agrees with
@@ -150,7 +207,7 @@ class JoinedFlight:
     """A flight of a reconciliation.
 
     `alone` and `causes` are the verdict and the named causes of this flight by itself,
-    `probabilities` those of its causes, `log_bayes_factor` its own evidence for a gap. `closure` is
+    `log_bayes_factor` its own evidence for a gap. `closure` is
     by the sizes that all flights share, `left_out` by the sizes of the other flights. `own_sizes`
     are those that it shows of the shared effects.
     """
@@ -165,4 +222,3 @@ class JoinedFlight:
     left_out: Closure | None = None
     own_sizes: tuple[OwnSize, ...] = ()
     null_flights: int = 0
-    probabilities: Mapping[str, float] = field(default_factory=dict)

@@ -12,13 +12,12 @@ from matplotlib.patches import Rectangle
 from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain, GapMap, History, TellingChannel, Trace
 from pitotbench.records.log import Provenance
-from pitotbench.records.verdict import SURE, Check, Closure, Located
+from pitotbench.records.verdict import Check, Closure, Located
 from pitotbench.show.columns import html_table
 from pitotbench.show.gap_words import (
     closure_percent,
     evidence_words,
     features_limit,
-    formula_closures,
     remaining_features,
     sentences,
 )
@@ -51,7 +50,6 @@ from pitotbench.show.verdict import (
     kind_words,
     noticed,
     pilot_words,
-    round_columns,
 )
 from pitotbench.show.words import (
     CHANNELS,
@@ -164,7 +162,7 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
 
 def waterfall_panel(account: Account) -> Panel:
     """The explainable gap, and the part of it that remains as effect after effect is added."""
-    closed = account.rounds[0].verdict.closure
+    closed = account.verdict.closure
     whole = max(closed.before - closed.noise, 1e-9)
     remaining = [100.0, *(100.0 * (step.left - closed.noise) / whole for step in account.waterfall)]
     names = ["as measured", *(f"with {words(step.effect)}" for step in account.waterfall)]
@@ -398,8 +396,8 @@ def _binned(of: Array, values: Array) -> tuple[Array, Array, Array]:
 
 def account_page(account: Account) -> str:
     """The HTML of an account."""
-    verdict, sizes = account.rounds[0].verdict, []
-    for effect in account.effects:
+    verdict, sizes = account.verdict, []
+    for effect in verdict.effects:
         lines = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
         lines += [size_words(*time) for time in effect.times]
         sizes.append((words(effect.name), effect_of(effect.name).what, lines))
@@ -420,15 +418,12 @@ def account_page(account: Account) -> str:
         traces=trace_panels(account.traces, verdict.located),
         unused=unused_words(account.traces),
         closing=_closing(account),
-        rounds=html_table(round_columns(account), range(len(account.rounds))),
         flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",
         candidates=html_table(candidate_columns(verdict), verdict.candidates),
         flown=[_flown(name, flown) for name, flown in flights],
         checks=html_table(CHECK_COLUMNS, verdict.checks),
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
-        patch=account.patch
-        if (verdict.effects and verdict.kind in SURE) or _has_formula(account)
-        else "",
+        patch=account.patch if account.entries else "",
         fly=flying_words(account),
         version=page_version(),
     )
@@ -438,7 +433,7 @@ def flying_words(account: Account) -> list[str]:
     """The commands that fly the patch: those of its aircraft, and those of a case file."""
     lines = ["cat patch.toml >> case.toml", "pitotbench fly case.toml -o patched.csv"]
     if account.aircraft != "none" and any(
-        effect_of(e.name).acts_on == "aircraft" for e in account.effects
+        effect_of(name).acts_on == "aircraft" for name, _ in account.entries
     ):
         apply = (
             f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft "
@@ -448,21 +443,15 @@ def flying_words(account: Account) -> list[str]:
     return lines
 
 
-def _has_formula(account: Account) -> bool:
-    return account.formula is not None and not account.formula.refused
-
-
 def _closing(account: Account) -> list[Panel]:
-    verdict = account.rounds[0].verdict
-    if account.formula is not None and not verdict.effects:
-        return [before_after_panel(formula_closures(account.formula))]
-    if not account.waterfall:
+    verdict = account.verdict
+    if not account.entries:
         return []
     closures = [("fitted log", verdict.closure)]
     if verdict.closure_holdout is not None:
         closures.append(("held-out log", verdict.closure_holdout))
     if (
-        len(account.flights) > 1
+        len(account.flights) > 1 or not account.waterfall
     ):  # the steps are of the flight with the largest gap, the closure is of all
         return [before_after_panel(closures)]
     return [waterfall_panel(account), before_after_panel(closures)]
@@ -521,7 +510,7 @@ def reconciliation_record(account: Account, made: Provenance) -> str:
     """The record of a reconciliation, in the order of a qualification test: objective to statement,
     and checks.
     """
-    verdict, flown, tables = account.rounds[0].verdict, account.flown, []
+    verdict, flown, tables = account.verdict, account.flown, []
     for each, log in ((flown, account.log), (account.flown_holdout, account.holdout)):
         if each.tolerances:
             tables.append(f"<p>{escape(log)}</p>{html_table(TOLERANCE_COLUMNS, each.tolerances)}")
@@ -562,7 +551,7 @@ def reconciliation_record(account: Account, made: Provenance) -> str:
 
 def _answer_checks(account: Account) -> list[Check]:
     """What is held against the answer of a reconciliation, beside the checks of its log."""
-    verdict = account.rounds[0].verdict
+    verdict = account.verdict
     closed = (
         f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
         if verdict.effects

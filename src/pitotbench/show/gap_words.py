@@ -3,14 +3,13 @@ rest.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
 
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.records.gap import Account, CalibrationChange, Feature, FoundFormula
-from pitotbench.records.verdict import SURE, Candidate, Closure, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Closure, FreeSize, Gap, Verdict
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 from pitotbench.units import KNOT
 
@@ -31,8 +30,8 @@ MEANINGS = {
 }
 
 
-def formula_sentences(formula: FoundFormula, holdout: str) -> list[str]:
-    """What a formula says, what would do as well, and how much of the gap it closes."""
+def formula_sentences(formula: FoundFormula) -> list[str]:
+    """What a formula says, and what would do as well."""
     left = (
         f"Beside {listed([words(n) for n in formula.beside])}, the gap"
         if formula.beside
@@ -52,52 +51,7 @@ def formula_sentences(formula: FoundFormula, holdout: str) -> list[str]:
                 f"In the place of {term.symbol} with {term.term}, the log is explained as well by "
                 f"{others}."
             )
-    closed = (
-        f"The formula closes {closure_percent(formula.closure)} of the explainable gap of this log"
-    )
-    if formula.beside:
-        closed += " that the names leave"
-    if formula.closure_holdout is not None:
-        closed += f", and {closure_percent(formula.closure_holdout)} of that of {holdout}, to which it was not fitted"
-    lines.append(closed + ".")
-    if formula.refused:
-        lines.append(f"It is not put into the model: {formula.refused}.")
     return lines
-
-
-def formula_closures(formula: FoundFormula) -> list[tuple[str, Closure]]:
-    """The closures of a formula by the log that they are of."""
-    closures = [("fitted log", formula.closure)]
-    return closures + (
-        [("held-out log", formula.closure_holdout)] if formula.closure_holdout is not None else []
-    )
-
-
-def formula_json(formula: FoundFormula | None) -> dict[str, Any] | None:
-    """A formula as plain data."""
-    if formula is None:
-        return None
-    return {
-        "terms": [
-            {
-                "effect": term.effect,
-                "parameter": term.size.name,
-                "value": term.size.value,
-                "two_sigma": term.size.two_sigma,
-                "formula": f"{term.symbol} ~ {term.term}",
-                "significance": term.significance,
-                "alternatives": list(term.alternatives),
-            }
-            for term in formula.terms
-        ],
-        "beside": list(formula.beside),
-        "held_out_ratio": formula.held_out_ratio,
-        "closure": formula.closure.share,
-        "closure_holdout": formula.closure_holdout.share
-        if formula.closure_holdout is not None
-        else None,
-        "refused": formula.refused or None,
-    }
 
 
 def _equations(formula: FoundFormula) -> list[str]:
@@ -183,7 +137,7 @@ def sentences(account: Account) -> list[str]:
     """The answer in plain sentences: what, how big and how sure, what it does to a calibration,
     what is closed.
     """
-    verdict = account.rounds[0].verdict
+    verdict = account.verdict
     lines = [_answer(verdict, account.aircraft)]
     if verdict.kind in SURE and account.calibration is not None:
         lines.append(calibration_words(account.calibration))
@@ -192,10 +146,13 @@ def sentences(account: Account) -> list[str]:
             lines.append(f"What speaks against it: {'; '.join(verdict.doubts)}.")
         elif verdict.remains:
             lines.append("Something remains beside it that no effect of the table explains.")
+    lines += map(free_words, verdict.free)
+    if verdict.closure.share > 0.0 and any(gap.causes for gap in verdict.gaps):
         lines.append(_closed(account))
-        lines += _later_passes(account)
+    if verdict.kind in SURE and not (verdict.remains or verdict.doubts):
+        lines.append("With that in the model, no significant gap remains.")
     if account.formula is not None:
-        lines += formula_sentences(account.formula, account.holdout)
+        lines += formula_sentences(account.formula)
     if not account.null_flights:
         lines.append(_WITHOUT_NULL_FLIGHTS)
     return lines
@@ -203,7 +160,7 @@ def sentences(account: Account) -> list[str]:
 
 def evidence_words(account: Account) -> list[str]:
     """Where the gap is largest, in σ, and where the thresholds come from."""
-    verdict = account.rounds[0].verdict
+    verdict = account.verdict
     lines = []
     if verdict.kind != "no_gap" and verdict.located:
         places = [
@@ -231,66 +188,48 @@ def _answer(verdict: Verdict, aircraft: str) -> str:
     if verdict.kind == "unknown":
         gap = "There is a significant gap, and no effect of the table explains it."
         return f"{gap} {_best(verdict)}".strip()
-    groups: dict[str, list[tuple[Candidate, list[str]]]] = {}
-    for effect, rivals in zip(verdict.effects, reported_rivals(verdict), strict=True):
-        part = effect_of(effect.name).part
-        groups.setdefault(part if part in verdict.named_parts else effect.name, []).append(
-            (effect, rivals)
-        )
-    clauses = [_clause(verdict, key, members) for key, members in groups.items()]
-    doubt = "" if set(groups) <= set(verdict.named_parts) else _doubt(verdict)
-    return f"It is {'; and it is '.join(clauses)}; ± is 2σ.{doubt}"
+    told = [_gap_words(gap) for gap in verdict.explained]
+    if len(told) == 1:
+        return f"It is {told[0]}; ± is 2σ.{_doubt(verdict)}"
+    numbered = "; ".join(f"{number}, {text}" for number, text in enumerate(told, start=1))
+    return f"There are {len(told)} gaps beside one another: {numbered}; ± is 2σ.{_doubt(verdict)}"
 
 
-def _clause(verdict: Verdict, key: str, members: Sequence[tuple[Candidate, list[str]]]) -> str:
-    """A part with its causes, or a cause of no named part, each with those that would do as well."""
-    candidates = {effect_of(c.name).cause: c for c in reversed(verdict.candidates)}
+def _gap_words(gap: Gap) -> str:
+    """A gap: its part with the causes of it, or its causes where no part is named."""
+    first, *others = gap.causes
+    told = [first, *(each for each in others if each.probability >= TOLD_FROM or not each.sizes)]
+    names = {each.name: effect_words(each, percent(each.probability)) for each in told}
+    if not gap.part_named:
+        best, *rest = names.values()
+        if rest:
+            return f"one of these: {best} or, less probably, {listed(rest, 'or')}"
+        return best if gap.named else f"probably {best}"
+    inside = [text for name, text in names.items() if effect_of(name).part == gap.part]
+    beyond = [text for name, text in names.items() if effect_of(name).part != gap.part]
+    less = f"; less probably, it is {listed(beyond, 'or')}" if beyond else ""
+    named = part_words(gap.part, [effect_of(first.name).cause])
+    return f"{named} ({percent(gap.probability)}): {listed(inside, 'or')}{less}"
 
-    def told(name: str) -> str:
-        chance = percent(
-            verdict.probabilities.get(
-                name, candidates[name].probability if name in candidates else 0.0
-            )
-        )
-        return (
-            effect_words(candidates[name], chance)
-            if name in candidates
-            else f"{words(name)} ({chance})"
-        )
 
-    if key not in verdict.named_parts:
-        ((effect, rivals),) = members
-        names = [effect_words(effect, percent(effect.probability)), *map(told, rivals)]
-        if len(names) > 1:
-            return f"one of these: {names[0]} or, less probably, {listed(names[1:], 'or')}"
-        return names[0] if verdict.kind == "named" else f"probably {names[0]}"
-    causes, elsewhere = [], []
-    for effect, rivals in members:
-        names = [effect_words(effect, percent(effect.probability))]
-        causes.append(
-            listed([*names, *(told(n) for n in rivals if effect_of(n).part == key)], "or")
-        )
-        elsewhere += [told(n) for n in rivals if effect_of(n).part != key]
-    less = f"; less probably, it is {listed(elsewhere, 'or')}" if elsewhere else ""
-    named = part_words(key, [effect_of(effect.name).cause for effect, _ in members])
-    return f"{named} ({percent(verdict.parts[key])}): {listed(causes)}{less}"
+def free_words(each: FreeSize) -> str:
+    """An unknown of the log that lies far beyond its prior, in a sentence."""
+    return (
+        f"The log's own {words(each.name)} comes out at {each.value:+.3g} ± {each.two_sigma:.2g}, "
+        f"where {each.prior:.2g} is usual (1σ): look at it, for it takes a part of the gap."
+    )
 
 
 def reported_rivals(verdict: Verdict) -> list[list[str]]:
-    """For each effect, the other causes of its set that are worth telling."""
+    """For each gap, the other causes of its set that are worth telling."""
     return [
-        [n for n in names if verdict.probabilities.get(n, 1.0) >= TOLD_FROM]
-        for names in verdict.alternatives
+        [c.name for c in gap.causes[1:] if c.probability >= TOLD_FROM] for gap in verdict.explained
     ]
 
 
 def _doubt(verdict: Verdict) -> str:
-    """What a set leaves for causes that the table holds in no form; empty where it is little."""
-    left = [
-        1.0 - effect.probability - sum(verdict.probabilities.get(cause, 0.0) for cause in others)
-        for effect, others in zip(verdict.effects, verdict.alternatives, strict=True)
-        if others
-    ]
+    """What the gaps leave for causes that the table holds in no form; empty where it is little."""
+    left = [1.0 - sum(c.probability for c in gap.causes) for gap in verdict.explained]
     if max(left, default=0.0) < DOUBTED:
         return ""
     return (
@@ -318,16 +257,8 @@ def _best(verdict: Verdict) -> str:
 
 
 def _closed(account: Account) -> str:
-    verdict = account.rounds[0].verdict
-    more = (
-        ", with what further passes found,"
-        if any(each.added for each in account.rounds[1:])
-        else ""
-    )
-    line = (
-        f"Adding it{more} closes {closure_percent(verdict.closure)} of the explainable gap of "
-        "this log"
-    )
+    verdict = account.verdict
+    line = f"Adding it closes {closure_percent(verdict.closure)} of the explainable gap of this log"
     if verdict.closure_holdout is not None:
         line += f", and {closure_percent(verdict.closure_holdout)} of that of {account.holdout}, which was not used"
     return line + "."
@@ -358,24 +289,3 @@ def features_limit(features: Sequence[Feature]) -> float:
 def closure_percent(closed: Closure) -> str:
     """A closure in percent."""
     return f"{100.0 * closed.share:.0f} %"
-
-
-def _later_passes(account: Account) -> list[str]:
-    if len(account.rounds) < 2:
-        return []
-    more = [words(name) for each in account.rounds[1:] for name in each.added]
-    added = f"A further pass added {listed(more)}. " if more else ""
-    features = account.flown.features
-    differing = len(remaining_features(features))
-    beside = (
-        f" in the channels; flown again, {differing} of {len(features)} characteristic numbers of "
-        "the card still "
-        "differ by more than chance"
-    )
-    end = {
-        "no_gap": "With that in the model, no significant gap "
-        f"remains{beside if differing else ''}.",
-        "unknown": "With that in the model, a gap remains that no effect of the table explains.",
-    }
-    more_possible = "More may remain: the number of passes over one log is limited."
-    return [added + end.get(account.rounds[-1].verdict.kind, more_possible)]

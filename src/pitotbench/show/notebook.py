@@ -215,7 +215,7 @@ def _(record: Plan) -> pd.DataFrame:
 
 @to_html.register
 def _(record: Account) -> str:
-    verdict = record.rounds[0].verdict
+    verdict = record.verdict
     lines = [*sentences(record), *(f"Next: {line}." for line in verdict.advice)]
     told = "".join(f"<p>{escape(line)}</p>" for line in lines)
     several = html_table(FLIGHT_COLUMNS, record.flights) if len(record.flights) > 1 else ""
@@ -227,7 +227,7 @@ def _(record: Account) -> pd.DataFrame:
     """A row for each size of each cause, the most probable first. Sizes are in the units of their
     names.
     """
-    verdict = record.rounds[0].verdict
+    verdict = record.verdict
     named = {effect.name: effect for effect in verdict.effects}
     rows = [
         {
@@ -248,9 +248,7 @@ def _(record: Account) -> pd.DataFrame:
 @draw_record.register
 def _(record: Account, axes: Axes) -> None:
     """The probability of each cause."""
-    causes = sorted(record.rounds[0].verdict.probabilities.items(), key=lambda item: -item[1])[
-        :_CAUSES
-    ]
+    causes = sorted(record.verdict.probabilities.items(), key=lambda item: -item[1])[:_CAUSES]
     axes.barh([words(name) for name, _ in causes], [p for _, p in causes], color=BLUE)
     axes.invert_yaxis()
     axes.set(xlim=(0.0, 1.0), xlabel="probability, given a gap")

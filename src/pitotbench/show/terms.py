@@ -10,6 +10,7 @@ from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChan
 from pitotbench.records.terms import (
     CHANNELS,
     MOTIONS,
+    SIGNIFICANT,
     ChannelGap,
     ManeuverGap,
     OpenLoopFlight,
@@ -58,22 +59,21 @@ def sentences(account: TermsAccount) -> list[str]:
 
 
 TERM_COLUMNS: tuple[Column[TermEstimate], ...] = (
-    Column("coefficient", lambda term: term.name, key="coefficient"),
-    Column("unit", lambda term: term.unit, key="unit"),
-    Column("model", lambda term: term.model, style=".4g", key="model"),
-    Column("measured", lambda term: term.measured.value, style=".4g", key="measured"),
-    Column("±2σ", lambda term: term.measured.two_sigma, style=".2g", key="two_sigma"),
-    Column("change", lambda term: 100.0 * term.change.value, "%", "+.0f", key="change_percent"),
+    Column("coefficient", lambda term: term.name),
+    Column("unit", lambda term: term.unit),
+    Column("model", lambda term: term.model, style=".4g"),
+    Column("measured", lambda term: term.measured.value, style=".4g"),
+    Column("±2σ", lambda term: term.measured.two_sigma, style=".2g"),
+    Column("change", lambda term: 100.0 * term.change.value, "%", "+.0f"),
     Column(
         "±2σ of the change",
         lambda term: 100.0 * term.change.two_sigma,
         "%",
         ".0f",
-        key="change_two_sigma_percent",
     ),
-    Column("closes", lambda term: 100.0 * term.closes, "%", ".0f", key="closes_percent"),
-    Column("not told from", lambda term: ", ".join(term.like), key="not_told_from", optional=True),
-    Column("function of the file", lambda term: term.function, key="function"),
+    Column("closes", lambda term: 100.0 * term.closes, "%", ".0f"),
+    Column("not told from", lambda term: ", ".join(term.like), optional=True),
+    Column("function of the file", lambda term: term.function),
 )
 
 _Gap = tuple[str, ChannelGap]
@@ -116,17 +116,52 @@ def print_terms(account: TermsAccount, console: "Console") -> None:
 
 
 def terms_json(account: TermsAccount) -> dict[str, Any]:
-    """Return the account as a JSON document."""
+    """Return the account as a JSON document: a gap for each term, as that of an effect."""
+    gaps, fitted = _gaps(account), account.fitted
+    sums = {name: sum(getattr(gap, name) for _, gap in gaps) for name in ("before", "after")}
     return {
-        "verdict": "differs" if account.terms else "no_gap",
+        "schema": 1,
+        "verdict": "named" if account.terms else "no_gap",
         "aircraft": account.aircraft,
-        "closure": account.closed,
-        "terms": json_rows(TERM_COLUMNS, account.terms),
+        "gaps": [_term_json(term) for term in account.terms],
+        "free": [],
+        "remains": any(gap.after > SIGNIFICANT * gap.noise for _, gap in gaps),
+        "gap_before": sums["before"],
+        "gap_after": sums["after"],
+        "closure": fitted.closed if account.terms else None,
+        "closure_holdout": account.closed if account.terms and fitted is not account else None,
+        "patch": [
+            {"name": term.function, "parameters": {"change": term.change.value}}
+            for term in account.terms
+        ],
         "added_coefficients": dict(account.zeros),
         "channels": json_rows(GAP_COLUMNS, _gaps(account)),
         "maneuvers": [{"name": each.name, "held_out": each.held_out} for each in account.maneuvers],
         "silent": list(account.silent),
         "remarks": list(account.remarks),
+    }
+
+
+def _term_json(term: TermEstimate) -> dict[str, Any]:
+    """A term as a gap. A regression on terms alone has no rivals elsewhere, so no probability."""
+    part = "drag" if term.channel == "drag" else "lift, stability and damping"
+    size = {
+        "name": "change",
+        "value": term.change.value,
+        "two_sigma": term.change.two_sigma,
+        "unit": term.unit,
+        "model": term.model,
+        "measured": term.measured.value,
+        "measured_two_sigma": term.measured.two_sigma,
+    }
+    cause = {"name": term.name, "acts_on": "file", "probability": None, "parameters": [size]}
+    return {
+        "part": part,
+        "probability": None,
+        "named": not term.like,
+        "causes": [cause | {"function": term.function, "not_told_from": list(term.like)}],
+        "closes": term.closes,
+        "closes_held_out": term.closes,
     }
 
 

@@ -5,27 +5,26 @@ from typing import Any
 
 from rich.console import Console
 
-from pitotbench.effects import EFFECTS, effect_of
+from pitotbench.effects import EFFECTS, OWN_TERMS, effect_of
 from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
     Check,
     Closure,
     Detectable,
+    Gap,
     JoinedFlight,
     Located,
     Verdict,
 )
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
 from pitotbench.show.gap_words import (
-    effect_words,
     evidence_words,
     features_limit,
-    formula_json,
     reported_rivals,
     sentences,
 )
-from pitotbench.show.words import listed, size_words, with_unit, words
+from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
 # smallest sizes.
@@ -114,6 +113,8 @@ def kind_words(verdict: Verdict) -> str:
     """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted
     name.
     """
+    if len(verdict.explained) > 1:
+        return f"{len(verdict.explained)} gaps"
     if verdict.kind == "one_of" and not any(reported_rivals(verdict)):
         return "a probable cause"
     if verdict.kind == "one_of" and all(
@@ -125,8 +126,10 @@ def kind_words(verdict: Verdict) -> str:
 
 def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
     """The columns of a verdict's candidates; the last one says which of them the verdict names."""
-    told = zip(verdict.effects, verdict.alternatives, strict=True)
-    results = {effect.name: "the most probable" if others else "named" for effect, others in told}
+    results = {
+        gap.causes[0].name: "named" if gap.named else "the most probable"
+        for gap in verdict.explained
+    }
     alternatives = {name for names in verdict.alternatives for name in names}
 
     def result(each: Candidate) -> str:
@@ -146,30 +149,6 @@ def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
         Column("probability", lambda each: each.probability, style=".2f", key="probability"),
         Column("score", lambda each: each.score, "σ", ".1f", "score"),
         Column("verdict", result),
-    ]
-
-
-def round_columns(account: Account) -> list[Column[int]]:
-    """The columns of the passes over one log, for rows that are the numbers of the passes, from 0."""
-
-    def verdict_words(number: int) -> str:
-        each = account.rounds[number]
-        named = (
-            "; ".join(effect_words(effect) for effect in each.verdict.effects) if each.added else ""
-        )
-        return kind_words(each.verdict) + (f": {named}" if named else "")
-
-    def largest(number: int) -> Located | None:
-        return next(iter(account.rounds[number].verdict.located), None)
-
-    return [
-        Column("pass", lambda number: str(number + 1)),
-        Column("verdict", verdict_words),
-        Column(
-            "largest gap in",
-            lambda n: f"{words(p.channel)}, {words(p.where)}" if (p := largest(n)) else "",
-        ),
-        Column("largest gap", lambda n: (p := largest(n)) and p.significance, "σ", "+.1f"),
     ]
 
 
@@ -230,10 +209,8 @@ _PLACES = 6
 
 
 def print_account(account: Account, console: Console) -> None:
-    """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card
-    flown again.
-    """
-    verdict = account.rounds[0].verdict
+    """Print the verdict, the logs' warnings, the places of the gap, and the card flown again."""
+    verdict = account.verdict
     console.print(outside(kind_words(verdict), "bold"), soft_wrap=True)
     for sentence in sentences(account):
         console.print(outside(sentence), soft_wrap=True)
@@ -249,15 +226,6 @@ def print_account(account: Account, console: Console) -> None:
     )
     if len(account.flights) > 1:
         print_table(FLIGHT_COLUMNS, account.flights, console, "the flights")
-    for number, each in enumerate(account.rounds[1:], start=2):
-        added = (
-            f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
-        )
-        line = (
-            f"pass {number}, with the effects of the passes before in the model: "
-            f"{kind_words(each.verdict)}"
-        )
-        console.print(outside(line + added), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:
             console.print()
@@ -285,14 +253,12 @@ LEAST_PROBABILITY = 0.001  # of a cause that is listed
 def verdict_json(verdict: Verdict) -> dict[str, Any]:
     """The verdict as plain data; the gap as sums of squares in units of the noise."""
     return {
+        "schema": 1,
         "verdict": verdict.kind,
-        "effects": [_effect(effect) for effect in verdict.effects],
-        "alternatives": [list(names) for names in verdict.alternatives],
+        "gaps": [gap_json(gap) for gap in verdict.gaps],
+        "free": [asdict(each) for each in verdict.free],
         "remains": verdict.remains,
         "doubts": list(verdict.doubts),
-        "changes": list(verdict.changes),
-        "part": verdict.named_parts[0] if verdict.named_parts else None,
-        "parts": {part: p for part, p in verdict.parts.items() if p > LEAST_PROBABILITY},
         "probabilities": {
             name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY
         },
@@ -311,23 +277,39 @@ def verdict_json(verdict: Verdict) -> dict[str, Any]:
     }
 
 
+def gap_json(gap: Gap) -> dict[str, Any]:
+    """A gap as plain data."""
+    return {
+        "part": gap.part or None,
+        "probability": gap.probability,
+        "named": gap.named,
+        "causes": [_cause(each) for each in gap.causes],
+        "closes": gap.closes,
+        "closes_held_out": gap.closes_held_out,
+    }
+
+
+def _cause(each: Candidate) -> dict[str, Any]:
+    acts_on = effect_of(each.name).acts_on
+    told = {"sensors": "sensor"}.get(acts_on, acts_on)
+    return {
+        "name": each.name,
+        "acts_on": "file" if each.name in OWN_TERMS else told,
+        "probability": each.probability,
+        "parameters": [asdict(s) | {"unit": name_and_unit(s.name)[1]} for s in each.sizes],
+        "times": dict(each.times),
+        "score": each.score,
+    }
+
+
 def account_json(account: Account) -> dict[str, Any]:
-    """The verdict, the passes that followed and the card flown again, as plain data."""
-    return verdict_json(account.rounds[0].verdict) | {
-        "rounds": [
-            {
-                "verdict": r.verdict.kind,
-                "added": list(r.added),
-                "closure": _share(r.verdict, r.verdict.closure),
-            }
-            for r in account.rounds
-        ],
-        "patched": [_effect(effect) for effect in account.effects],
+    """The verdict, the patch and the card flown again, as plain data."""
+    return verdict_json(account.verdict) | {
+        "patch": [{"name": name, "parameters": dict(sizes)} for name, sizes in account.entries],
         "waterfall": [asdict(step) for step in account.waterfall],
         "flown_again": _flown(account.flown),
         "flown_again_holdout": _flown(account.flown_holdout),
         "null_flights": account.null_flights,
-        "formula": formula_json(account.formula),
         "flights": [flight_json(flight) for flight in account.flights],
         "warnings": list(account.warnings),
     }
@@ -342,14 +324,4 @@ def _flown(flown: FlownAgain) -> dict[str, Any]:
 
 
 def _share(verdict: Verdict, closed: Closure | None) -> float | None:
-    return closed.share if closed is not None and verdict.effects else None
-
-
-def _effect(effect: Candidate) -> dict[str, Any]:
-    return {
-        "name": effect.name,
-        "parameters": [asdict(size) for size in effect.sizes],
-        "times": dict(effect.times),
-        "score": effect.score,
-        "probability": effect.probability,
-    }
+    return closed.share if closed is not None and any(g.causes for g in verdict.gaps) else None

@@ -2,8 +2,7 @@
 
 A line of JSON a case, written as it comes; a run that was stopped goes on where it was. The null
 flights of each card are flown once, by the first log that needs them: logs of one card are judged
-one after the other. The answer is that of the whole command: with the effects that later looks add,
-and the names that it takes back.
+one after the other. The answer is that of the whole command.
 """
 
 import json
@@ -22,15 +21,13 @@ from zlib import crc32
 
 from pitotbench.bench import null_flights
 from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
-from pitotbench.bench.rounds import NamedLog
-from pitotbench.bench.workflow import FullReconciliation, reconcile_fully
+from pitotbench.bench.workflow import FullReconciliation, NamedLog, reconcile_fully
 from pitotbench.logbook.reading import read_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.signatures import returns
 from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case
-from pitotbench.records.gap import FoundFormula, Round
+from pitotbench.records.gap import FoundFormula
 from pitotbench.records.verdict import SURE, Closure, Verdict
 from pitotlab.experiment import OUT
 
@@ -68,7 +65,7 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
     try:
         told["warm"] = all(is_warm(path, aircraft) for path in paths)
         made = _reconciled(paths, aircraft)
-        told |= answer_in(made.verdict, made.account.rounds, made.account.formula)
+        told |= answer_in(made.verdict, made.account.formula)
     except BadInputError as error:
         return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
     except Exception as error:  # whatever it is, it is no answer
@@ -79,61 +76,43 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
             **_seconds(wall, processor),
         }
     told |= _seconds(wall, processor)
-    first = made.reconciliation
-    named = told["kind"] in SURE and any(map(returns, first.naming.chosen))
-    if named and held is not None and held.is_file():
+    if told["kind"] in SURE and held is not None and held.is_file():
         try:
-            model, setting = aircraft_model(aircraft), first.layout.setting
-            told["held_out"] = _share(
-                hold_out(read_log(held), model, first.null, first.naming, setting)
+            model, first = aircraft_model(aircraft), made.logs[0]
+            closed = hold_out(
+                read_log(held), model, first.null, made.judged.fitted, first.layout.setting
             )
+            if closed is not None:
+                told["held_out"] = _share(closed)
         except Exception as error:
             told["held_out_why"] = f"{type(error).__name__}: {error}"
     return told
 
 
 def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
-    """One log or several as the command judges them, with all its looks and the formula of what
-    they leave.
-    """
+    """One log or several as the command judges them."""
     logs = [NamedLog(f"flight {i}", read_log(path)) for i, path in enumerate(paths, start=1)]
     return reconcile_fully(logs, aircraft, refly=False)
 
 
-def answer_in(
-    verdict: Verdict, rounds: Sequence[Round], formula: FoundFormula | None
-) -> dict[str, Any]:
-    """The answer with what later looks add to it; the figures are those of the first look, the
-    closure of all.
-    """
-    effects = {
-        e.name: list(others)
-        for e, others in zip(verdict.effects, verdict.alternatives, strict=True)
-    }
-    sizes = {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects}
-    for later in rounds[1:]:
-        each = (
-            zip(later.verdict.effects, later.verdict.alternatives, strict=True)
-            if later.added
-            else ()
-        )
-        for effect, others in each:
-            effects.setdefault(effect.name, list(others))
-            sizes.setdefault(effect.name, {s.name: [s.value, s.two_sigma] for s in effect.sizes})
-    sure = verdict.kind in SURE and verdict.effects
-    kind = ("one_of" if any(effects.values()) else "named") if sure else verdict.kind
+def answer_in(verdict: Verdict, formula: FoundFormula | None) -> dict[str, Any]:
+    """The answer with its gaps, each as its most probable effect and the others of its set."""
     return {
-        "kind": kind,
-        "effects": list(effects),
-        "alternatives": list(effects.values()),
-        "sizes": sizes,
+        "kind": verdict.kind,
+        "effects": [effect.name for effect in verdict.effects],
+        "alternatives": list(map(list, verdict.alternatives)),
+        "sizes": {
+            e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects
+        },
         "probabilities": {c: round(p, 5) for c, p in verdict.probabilities.items() if p > LEAST},
+        "parts": {part: round(p, 5) for part, p in verdict.parts.items()},
+        "named_parts": list(verdict.named_parts),
         "log_bayes_factor": round(verdict.log_bayes_factor, 2),
-        "remains": rounds[-1].verdict.remains or rounds[-1].verdict.kind == "unknown",
+        "remains": verdict.remains,
         "closure": _share(verdict.closure),
-        "looks": len(rounds),
         "doubts": list(verdict.doubts),
-        "notes": [note for note in verdict.notes if "taken back" in note],
+        "free": [[each.name, each.value, each.two_sigma] for each in verdict.free],
+        "notes": list(verdict.notes),
         "advice": list(verdict.advice),
         "located": [[p.channel, p.where, round(p.significance, 1)] for p in verdict.located[:4]],
         **_formula(verdict, formula),
@@ -146,7 +125,8 @@ def _formula(verdict: Verdict, found: FoundFormula | None) -> dict[str, Any]:
         return {}
     if found is None:
         return {"formula": None}
-    return {"formula": {"closure": _share(found.closure), "terms": [t.effect for t in found.terms]}}
+    terms = [term.effect for term in found.terms]
+    return {"formula": {"closure": _share(verdict.closure), "terms": terms}}
 
 
 def _share(closure: Closure) -> float:

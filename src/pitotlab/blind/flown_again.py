@@ -20,14 +20,14 @@ from zlib import crc32
 import numpy as np
 
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.rounds import NamedLog, reconcile_logs
-from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.effects import FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
 from pitotbench.reconciliation.equations import Fit
 from pitotbench.reconciliation.evidence import significance
+from pitotbench.reconciliation.regression import Sizes
 from pitotbench.reconciliation.signatures import Signature, columns_of, returns
 from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records.gap import Feature
@@ -137,15 +137,16 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
         held = logs / f"{name}-held.parquet"
         if case.flights != 1 or not case.named or len(case.wanted) != 1 or not held.is_file():
             continue
-        found = reconcile_logs([NamedLog("log", read_log(logs / f"{name}.parquet"))], "navajo")
-        other = read_log(held)
-        naming, aircraft = found.naming, aircraft_model("navajo")
-        signatures = naming.layout.signatures
+        found = reconcile_fully(NamedLog("log", read_log(logs / f"{name}.parquet")), refly=False)
+        other, aircraft, shown = read_log(held), aircraft_model("navajo"), found.judged.shown[0]
+        signatures, equations = shown.block.layout.signatures, shown.block.equations
         fits = {
-            n: naming.equations.fit(own) for n, own in columns_of(signatures).items() if returns(n)
+            n: equations.fit(own)
+            for n, own in columns_of(signatures).items()
+            if n in FORMS and returns(n)
         }
         fits = {n: fit for n, fit in fits.items() if is_in_range(signatures, fit)}
-        likely = {model_of(c) for c, p in naming.answer.probabilities.items() if p > 0.01}
+        likely = {model_of(c) for c, p in found.probabilities.items() if p > 0.01}
         open_to = [
             n
             for n, f in fits.items()
@@ -153,8 +154,21 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
         ]
         random = np.random.default_rng(crc32(name.encode()))
         for effect in random.permutation(open_to)[:wrong].tolist():
-            wrongly = replace(naming, chosen=(effect,), fit=fits[effect])
-            closed = hold_out(other, aircraft, found.null, wrongly, found.layout.setting)
+            fit, fitted = fits[effect], found.judged.fitted
+            member = replace(fitted.gaps[0].member, name=effect)
+            wrongly = replace(
+                fitted,
+                gaps=(replace(fitted.gaps[0], member=member),),
+                sizes=Sizes(
+                    tuple((effect, signatures[c].parameter) for c in fit.columns),
+                    fit.sizes,
+                    fit.covariance,
+                ),
+            )
+            first = found.logs[0]
+            closed = hold_out(other, aircraft, first.null, wrongly, first.layout.setting)
+            if closed is None:
+                continue
             yield {
                 "case": name,
                 "effect": case.truth["effects"][0]["name"],

@@ -1,22 +1,16 @@
 """The score by part: which part of the airplane or the world a case hides, which one was told, and
 how surely.
 
-A told probability of a part is the sum of those of its causes, or what such a sum was worth on
-judged sets: a table of a few sums, isotonic, which `python -m pitotlab blind parts --write`
-computes from the kept sets.
+A told probability of a part is the sum of those of its causes.
 """
 
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
-import pitotbench.reconciliation
 from pitotbench.effects import EFFECTS
-from pitotbench.reconciliation.verdict import part_table
 from pitotbench.units import Array, Booleans
 from pitotlab.blind.case import NO_ANSWER, SURE, JudgedCase
 from pitotlab.blind.sealed import judged_in, kept_sets
@@ -67,11 +61,8 @@ PARTS_OUTSIDE: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("icing_wing", "rain_on_wing"), ("lift, stability and damping", "drag")),
     "surging_engine": ("engine or propeller, a side",),
 }
-EDGES = (0.0, 0.1, 0.3, 0.5, 0.65, 0.8, 0.9, 1.0)  # of the sums that share a row of the table
-PRIOR = 2.0  # parts that are as probable as told, added to each row
 LEAST = 5e-4  # probability of a cause that was not written down: half of the least that was
 NAMED = 0.9
-TABLE = Path(pitotbench.reconciliation.__file__).parent / "part_probability.csv"
 Told = Callable[[JudgedCase], Mapping[str, float]]
 
 
@@ -93,23 +84,6 @@ def summed(case: JudgedCase) -> dict[str, float]:
     for cause, p in case.probabilities.items():
         found[part_of(cause)] = min(1.0, found.get(part_of(cause), 0.0) + p)
     return found
-
-
-def told_by(sums: Array, shares: Array) -> Told:
-    """Return what tells the probability of each part by a table; no less than that of its most
-    probable cause.
-    """
-
-    def told(case: JudgedCase) -> dict[str, float]:
-        largest: dict[str, float] = {}
-        for cause, p in case.probabilities.items():
-            largest[part_of(cause)] = max(largest.get(part_of(cause), 0.0), p)
-        return {
-            part: max(largest[part], float(np.interp(p, sums, shares)))
-            for part, p in summed(case).items()
-        }
-
-    return told
 
 
 def with_a_gap(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
@@ -153,22 +127,6 @@ def proper_scores(
     return float(logs.sum()) / len(cases), float(np.sum((p - right) ** 2)) / len(cases)
 
 
-def fitted_table(cases: Sequence[JudgedCase]) -> tuple[Array, Array, Array]:
-    """Return mean sums of rows, (n,), the share right in each, (n,), and the number of parts, (n,).
-
-    Only answers count that name a cause or a set; the shares do not fall (Barlow, Bartholomew,
-    Bremner and Brunk 1972). Of no probability nothing is right.
-    """
-    p, right = _pairs([c for c in with_a_gap(cases) if c.verdict in SURE], summed, hidden_parts)
-    number = np.clip(np.searchsorted(EDGES, p, side="right") - 1, 0, len(EDGES) - 2)
-    count = np.bincount(number, minlength=len(EDGES) - 1)
-    rows = np.flatnonzero(count)
-    sums = np.bincount(number, p)[rows] / count[rows]
-    shares = (np.bincount(number, right)[rows] + PRIOR * sums) / (count[rows] + PRIOR)
-    shares = isotonic_regression(shares, weights=count[rows]).x
-    return np.append(0.0, sums), np.append(0.0, shares), np.append(0, count[rows])
-
-
 @dataclass(frozen=True, slots=True)
 class NamedParts:
     """Cases with a part named above 0.9, right and wrong; `first`: the right one is the likeliest."""
@@ -208,71 +166,39 @@ def strong_causes(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
     ]
 
 
-def lines(cases: Sequence[JudgedCase], before: Told, after: Told) -> list[str]:
+def lines(cases: Sequence[JudgedCase]) -> list[str]:
     """The score by part as lines: named parts, and the proper scores over causes and parts."""
     strong = strong_causes(cases)
     outside = [c for c in cases if c.kind == "outside" and c.verdict != "not scored"]
     gap = with_a_gap(cases)
     of_table = [c for c in gap if c.kind != "outside"]
-    found = []
-    for name, told in (("sum", before), ("table", after)):
-        found.append(f"part by the {name}, one flight above 7: {named_parts(strong, told)}")
-        found.append(f"part by the {name}, outside the table: {named_parts(outside, told)}")
-        for what, some in (("the table", of_table), ("the table and outside", gap)):
-            log, brier = proper_scores(some, told)
-            found.append(
-                f"part by the {name}, causes of {what}: log score {log:.3f}, Brier {brier:.4f}, "
-                f"{len(some)}"
-            )
+    found = [
+        f"part, one flight above 7: {named_parts(strong, summed)}",
+        f"part, outside the table: {named_parts(outside, summed)}",
+    ]
+    for what, some in (("the table", of_table), ("the table and outside", gap)):
+        log, brier = proper_scores(some, summed)
+        found.append(f"parts of {what}: log score {log:.3f}, Brier {brier:.4f}, {len(some)}")
     for what, some in (("the table", of_table), ("the table and outside", gap)):
         log, brier = proper_scores(some, lambda c: c.probabilities, lambda c: c.wanted)
         found.append(f"causes of {what}: log score {log:.3f}, Brier {brier:.4f}, {len(some)} cases")
     return found
 
 
-def kept_table() -> Told:
-    """What tells the probability of a part by the table of the product."""
-    return told_by(*part_table())
-
-
-def text_of(sets: Sequence[str], table: tuple[Array, Array, Array]) -> str:
-    """The file of a table."""
-    head = (
-        "# the share of parts that were right, by the sum of the told probabilities; sets "
-        f"{' '.join(sets)}"
-    )
-    rows = [f"{p:.3f},{share:.3f},{n:.0f}" for p, share, n in zip(*table, strict=True)]
-    return "\n".join([head, "sum,probability,parts", *rows, ""])
-
-
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fit the table of parts to all kept sets, and show it on sets that it was not fitted to.
+    """Print the score by part of every kept set.
 
-    `--page` writes the sum over those sets into docs/how-good-is-it.md.
+    `--page` writes the sum over the sets into docs/how-good-is-it.md.
     """
-    parser.add_argument("--write", action="store_true", help="write the table of the product")
     parser.add_argument("--page", action="store_true", help="write the numbers into the page")
     options = parser.parse_args(words)
-    names = [path.name.split(".")[0] for path in kept_sets()]
-    each = [judged_in(path) for path in kept_sets()]
-    half = (len(each) + 1) // 2
-    parts = ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half)))
-    held_out = []
-    for fitted, other in parts:
-        sums, shares, _ = fitted_table([c for some in each[fitted] for c in some])
-        print(f"fitted to {' '.join(names[fitted])}, judged on {' '.join(names[other])}")
-        judged, told = [c for some in each[other] for c in some], told_by(sums, shares)
-        for line in lines(judged, summed, told):
-            print(f"  {line}")
-        held_out.append(named_parts(strong_causes(judged), told))
-    of_both = NamedParts(*(sum(column) for column in zip(*map(astuple, held_out), strict=True)))
-    print(f"both, by the table of the other, one flight above 7: {of_both}")
+    each = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
+    for name, cases in each.items():
+        print(name, *lines(cases), sep="\n  ")
+    every = named_parts(strong_causes([c for cases in each.values() for c in cases]), summed)
+    print(f"all sets, one flight above 7: {every}")
     if options.page:
-        share = f"{100.0 * of_both.right / of_both.cases:.0f}"
-        numbers = {"part share": share, "parts right": str(of_both.right)}
-        numbers |= {"parts": str(of_both.cases), "parts wrong": str(of_both.wrong)}
+        share = f"{100.0 * every.right / every.cases:.0f}"
+        numbers = {"part share": share, "parts right": str(every.right)}
+        numbers |= {"parts": str(every.cases), "parts wrong": str(every.wrong)}
         write_figures(numbers)
-    text = text_of(names, fitted_table([c for some in each for c in some]))
-    if options.write:
-        TABLE.write_text(text, encoding="utf-8")
-    print(text)

@@ -17,7 +17,7 @@ import pandas as pd
 from scipy.stats import binomtest
 
 from pitotlab.blind.case import NO_ANSWER, JudgedCase, model_of
-from pitotlab.blind.parts import kept_table, lines, summed
+from pitotlab.blind.parts import lines
 from pitotlab.blind.sealed import PLACE, files_of, judged_in, kept_sets, opened
 from pitotlab.experiment import OUT
 
@@ -383,7 +383,7 @@ def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     print(f"{len(cases)} cases")
     for row in table(cases):
         print(f"{row.what:76s} {row.hits:5d} of {row.cases:5d}  {row.remark}")
-    print(*lines(cases, summed, kept_table()), sep="\n")
+    print(*lines(cases), sep="\n")
     for low, count, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"]):
         print(
             f"{low:.1f} to {low + 0.1:.1f}: {count:4d} causes, mean {mean:.3f}, share right "

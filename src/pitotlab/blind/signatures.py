@@ -163,7 +163,7 @@ def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Res
     """
     place = other.grid, other.residuals.slack
     free = noise.whiten(other.free.columns, *place)
-    products = inner_products(free, noise.whiten(other.residuals.values, *place), blocks=1)
+    products = inner_products(free, noise.whiten(other.residuals.values, *place))
     sizes = equations_from(products, free.shape[2], other.free.deviations).free_sizes()
     taken = other.free.columns @ sizes
     segments = segments_at(log, other.track.time[other.grid.rows])
@@ -283,7 +283,7 @@ def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> 
     strengths, unit = [], []
     for each in values.values():
         white = noise.whiten(each, *place)
-        products = inner_products(free, white, blocks=1)
+        products = inner_products(free, white)
         strengths.append(
             np.sqrt(
                 max(

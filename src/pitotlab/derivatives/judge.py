@@ -8,13 +8,12 @@ from time import monotonic
 from typing import Any
 
 from pitotbench.bench.fleet import Failure, run_tasks
-from pitotbench.bench.rounds import NamedLog
-from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.logbook.columns import atomic
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
 from pitotbench.show.columns import json_text
-from pitotbench.show.verdict import account_json, verdict_json
+from pitotbench.show.verdict import account_json
 from pitotlab.experiment import OUT
 
 HELD = "-held.parquet"
@@ -23,8 +22,7 @@ HELD = "-held.parquet"
 def answer_of(path: Path) -> dict[str, Any]:
     """The answer of the whole command on a log, with the log held out beside it, if there is one.
 
-    A refusal and a crash are answers as well. `passes` are the verdicts of the later passes that
-    named something.
+    A refusal and a crash are answers as well.
     """
     begun, held = monotonic(), path.with_name(path.stem + HELD)
     try:
@@ -33,8 +31,7 @@ def answer_of(path: Path) -> dict[str, Any]:
         made = reconcile_fully(
             [NamedLog(path.name, log)], log.header["case"]["aircraft"], holdout, refly=False
         )
-        later = [verdict_json(each.verdict) for each in made.account.rounds[1:] if each.added]
-        told = account_json(made.account) | {"passes": later}
+        told = account_json(made.account)
     except BadInputError as error:
         told = {"verdict": "refused", "why": str(error)}
     except Exception as error:  # whatever it is, it is no answer

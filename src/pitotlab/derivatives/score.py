@@ -129,18 +129,12 @@ class ScoredCase:
 
 
 def groups_of(answer: Mapping[str, Any]) -> list[Group]:
-    """What the passes of an answer name, each effect once, with its size in the patch."""
-    patched = {effect["name"]: effect["parameters"] for effect in answer.get("patched", ())}
-    found: dict[str, Group] = {}
-    for each in (answer, *answer.get("passes", ())):
-        if each["verdict"] in ("named", "one_of"):
-            for effect, others in zip(each["effects"], each["alternatives"], strict=True):
-                sizes = patched.get(effect["name"], effect["parameters"])
-                told = Group(
-                    {**effect, "parameters": sizes}, tuple(others), bool(each.get("doubts"))
-                )
-                found.setdefault(effect["name"], told)
-    return list(found.values())
+    """What an answer names: of each gap the most probable cause, and the others of its set."""
+    if answer["verdict"] not in ("named", "one_of"):
+        return []
+    told = [gap["causes"] for gap in answer["gaps"] if gap["part"]]
+    doubted = bool(answer.get("doubts"))
+    return [Group(first, tuple(each["name"] for each in rest), doubted) for first, *rest in told]
 
 
 def _significance(answer: Mapping[str, Any], derivative: str, alone: bool) -> float | None:

@@ -1,0 +1,661 @@
+"""Fit all gaps of some logs at once: which effects act, how probable each is, and how large."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.special import expit, logsumexp
+
+from pitotbench.effects import FORMULAS, effect_of
+from pitotbench.reconciliation.equations import (
+    Fit,
+    NormalEquations,
+    scaled_to,
+    whitened_equations,
+    with_form_error,
+)
+from pitotbench.reconciliation.evidence import (
+    SINGULAR,
+    Evidence,
+    floored,
+    merit,
+    prior_of,
+    significance,
+    weigh,
+)
+from pitotbench.reconciliation.formula import term_signatures
+from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_learning import wander_of
+from pitotbench.reconciliation.renewal import (
+    Entries,
+    at_sizes,
+    placed_in_time,
+    with_parts_of_flight,
+    without_sensor_effects,
+)
+from pitotbench.reconciliation.signatures import (
+    FITTED,
+    Key,
+    cause_of,
+    columns_of,
+    lasts,
+    searched_shapes,
+)
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.units import Array
+
+# One regression. Its columns are the sizes of the effects of the table in all their forms, the
+# terms of formulas, and the cells, which are smooth and stand for a cause that nobody has written
+# down. Free parameters and the floor of null flights are eliminated in each log; logs are blocks
+# that share the sizes of effects, and each has cells of its own. A gap is an effect that is added
+# because no other explains the logs better beside all those that are in the fit; then each is
+# weighed again given the others. What a set of hypotheses is worth is its marginal likelihood,
+# raised to a power that depends on this gap alone: a second effect of 30 sigma is as well seen
+# beside a first of 1,700.
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A log as a block of the regression: laid out, its normal equations, and its evidence beyond
+    the floor for its signatures and then its examined cells.
+
+    `noise` is that of null flights at the level of the log. `stands_out`: a cell or an effect
+    scores more than any does on null flights; a sum of many small scores is no gap that anyone
+    sees.
+    """
+
+    layout: Layout
+    noise: NoiseModel
+    null: NullDistribution
+    equations: NormalEquations
+    beyond: Evidence
+    stands_out: bool = True
+
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """The sizes that the log shows, each as the effect and its parameter."""
+        return tuple((s.effect, s.parameter) for s in self.layout.signatures)
+
+
+def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block:
+    """Return a log that is laid out as a block of the regression."""
+    equations = whitened_equations(layout, noise)
+    wander = wander_of(null, layout.residuals.names)
+    beyond = floored(layout, equations, null.scores, wander)
+    return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
+
+
+def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistribution) -> bool:
+    """Whether a cell or an effect scores more than any does on null flights.
+
+    These do not tell what an effect for a part of the flight scores. Without them the Bayes factor
+    alone decides.
+    """
+    scores = equations.scores(layout.examined)
+    cells = (
+        null.scores.of_cell(cell, float(score))
+        for (_, cell), score in zip(layout.places, scores, strict=True)
+    )
+    effects = (
+        null.scores.of_effect(name, significance(equations.fit(own)))
+        for name, own in columns_of(layout.signatures).items()
+        if name in FITTED and lasts(name)
+    )
+    return (
+        null.flights == 0
+        or any(abs(score) > null.cell_threshold for score in cells)
+        or any(score > null.threshold for score in effects)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A hypothesis in the fit: the columns of its sizes, and small columns that its form leaves
+    open, with the deviations of their priors, (k,).
+    """
+
+    name: str
+    columns: tuple[int, ...]
+    deviations: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A gap of the logs beside all others.
+
+    `member` explains it best. `forms` is the probability of each hypothesis, given this gap; a term
+    of a formula goes by the formula and the term. `unknown` is that of smooth cells, whose largest
+    `place` is a channel, a family of channels or `all`. `held_out` is the fall of the sum of
+    squares in parts of the logs to which the sizes were not fitted, over that in the fit.
+    """
+
+    member: Member
+    log_bayes_factor: float
+    forms: Mapping[str, float] = field(default_factory=dict)
+    unknown: float = 0.0
+    place: str = ""
+    held_out: float = 0.0
+
+    @property
+    def probability(self) -> float:
+        """That there is such a gap, which was as probable as none before the logs were seen."""
+        return float(expit(self.log_bayes_factor))
+
+    @property
+    def causes(self) -> dict[str, float]:
+        """The probability of each cause of the table, in any form, the most probable first."""
+        found: dict[str, float] = {}
+        for name, p in self.forms.items():
+            if not is_term(name):
+                found[cause_of(name)] = found.get(cause_of(name), 0.0) + p
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A smooth discrepancy of unknown form: its place, its cells with their prior deviations, and
+    its own prior.
+    """
+
+    place: str
+    columns: tuple[int, ...]
+    deviations: Array
+    log_prior: float
+
+
+SEPARATOR = "|"  # between a formula and its term
+ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
+NOTHING = Member("", (), np.zeros(0))
+
+
+def is_term(name: str) -> bool:
+    """Whether a hypothesis is a term of a formula."""
+    return SEPARATOR in name
+
+
+def keys_of(name: str, keys: Sequence[Key]) -> list[Key]:
+    """Return the sizes of a hypothesis among some."""
+    return [key for key in keys if name in (key[0], SEPARATOR.join(key))]
+
+
+class Regression:
+    """The regression of some logs. Raises ValueError without a log.
+
+    Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one
+    day.
+    """
+
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        if not blocks:
+            raise ValueError("no log to explain")
+        self.blocks = blocks
+        self.keys = tuple(dict.fromkeys(key for block in blocks for key in block.keys))
+        self._of_block, self.evidence = self._joined()
+        self.columns: dict[str, tuple[int, ...]] = {}
+        for i, (effect, parameter) in enumerate(self.keys):
+            if effect in FORMULAS:
+                self.columns[SEPARATOR.join((effect, parameter))] = (i,)
+            elif not FITTED[effect].one_model_with:
+                self.columns[effect] = (*self.columns.get(effect, ()), i)
+        self._priors = {
+            name: prior_of(self.keys[own[0]][0], [self.keys[i][1] for i in own])
+            for name, own in self.columns.items()
+        }
+        self._log_priors = _log_priors(list(self.columns))
+        self._rests = list(self._all_rests())
+
+    def _joined(self) -> tuple[list[list[int]], Evidence]:
+        """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
+        place = {key: i for i, key in enumerate(self.keys)}
+        places, first = [], len(place)
+        for block in self.blocks:
+            cells = len(block.layout.places)
+            places.append([*(place[key] for key in block.keys), *range(first, first + cells)])
+            first += cells
+        inner = np.zeros((first + 1, first + 1))
+        for own, block in zip(places, self.blocks, strict=True):
+            rows = [*own, first]
+            inner[np.ix_(rows, rows)] += block.beyond.inner
+        return places, Evidence(inner)
+
+    def _all_rests(self) -> Iterator[Rest]:
+        """The smooth discrepancies: of one channel, of a family of channels, and of all, in several
+        sizes, in each log.
+        """
+        power, sizes = np.diag(self.evidence.inner), THRESHOLDS.rest_sizes
+        for own, block in zip(self._of_block, self.blocks, strict=True):
+            cells: dict[str, list[int]] = {}
+            rooms: dict[str, list[int]] = {}
+            for column, (_, cell) in zip(own[len(block.keys) :], block.layout.places, strict=True):
+                if power[column] > SINGULAR:
+                    cells.setdefault(cell.channel, []).append(column)
+                    rooms.setdefault(_room(cell.channel), []).append(column)
+            shown = {room: own for room, own in rooms.items() if room in ROOMS}
+            whole = [column for each in cells.values() for column in each]
+            groups = [(c, own, 0.5 / len(cells)) for c, own in cells.items()]
+            groups += [(room, own, 0.25 / len(shown)) for room, own in shown.items()]
+            for place, columns, prior in [*groups, ("all", whole, 0.25)]:
+                unit = 1.0 / np.sqrt(power[columns] * len(columns))
+                told = float(np.log(prior / len(sizes) / len(self.blocks)))
+                for size in sizes:
+                    yield Rest(place, tuple(columns), size * unit, told)
+
+    def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
+        """Return the gaps that the logs show, and what is left beside them.
+
+        The best hypothesis beside all others is added; then each is weighed again given the others,
+        and left out where it is not needed. Hypotheses `without` which to do take no part.
+        """
+        gaps, refused = list[Found](), set(without)
+        for _ in range(THRESHOLDS.gaps_most):
+            found = self.beside([gap.member for gap in gaps], refused)
+            if not self._is_taken(found):
+                if not self.shows(found) or found.unknown > THRESHOLDS.likely:
+                    break
+                refused.add(found.member.name)
+                continue
+            gaps.append(found)
+        for _ in range(THRESHOLDS.weighings_most):
+            before = [gap.member.name for gap in gaps]
+            for gap in list(gaps):
+                others = [each for each in gaps if each is not gap]
+                again = self.beside([each.member for each in others], refused)
+                gaps = [again if each is gap else each for each in gaps]
+                if not self._is_taken(again):
+                    gaps = others
+            if [gap.member.name for gap in gaps] == before:
+                break
+        return gaps, self.beside([gap.member for gap in gaps], refused)
+
+    def shows(self, found: Found) -> bool:
+        """Whether a gap is beyond what null flights show."""
+        return found.log_bayes_factor >= self.least_bayes_factor
+
+    def _is_taken(self, found: Found) -> bool:
+        """Whether a gap is explained: by posterior odds, and in parts of the logs left out."""
+        known = self.shows(found) and found.unknown <= THRESHOLDS.likely
+        return known and found.held_out >= THRESHOLDS.held_out_least
+
+    @property
+    def least_bayes_factor(self) -> float:
+        """The logarithm of the Bayes factor from which the logs show a gap, infinite where none of
+        them stands out. A log that does not takes nothing from those that do.
+        """
+        shown = [block.null.gap_bayes_factor for block in self.blocks if block.stands_out]
+        return max(shown, default=np.inf)
+
+    def beside(
+        self, members: Sequence[Member], refused: frozenset[str] | set[str] = frozenset()
+    ) -> Found:
+        """Return the gap that some logs would show beside the members of a fit, however improbable
+        it is.
+        """
+        evidence = self.given(members)
+        taken = {_cause(member.name) for member in members}
+        names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
+        prior_none = np.log(THRESHOLDS.prior_of_none)
+        weights, rests, _ = self._weighed(evidence, names)
+        every = [*weights.values(), *rests]
+        log_bayes_factor = float(logsumexp(every) - prior_none)
+        power = tempering_power(log_bayes_factor)
+        weights, rests, found = self._weighed(evidence.tempered(power), names)
+        whole = float(logsumexp([*weights.values(), *rests]))
+        member = found[max(weights, key=lambda name: weights[name])] if weights else NOTHING
+        return Found(
+            member,
+            log_bayes_factor,
+            {name: float(np.exp(value - whole)) for name, value in weights.items()},
+            float(np.exp(logsumexp(rests) - whole)),
+            self._rests[int(np.argmax(rests))].place if rests else "",
+            self._held_out(members, member),
+        )
+
+    def given(self, members: Sequence[Member]) -> Evidence:
+        """Return the evidence with the members of a fit eliminated."""
+        columns = [c for member in members for c in member.columns]
+        return self.evidence.given(columns, _deviations(members))[0]
+
+    def _weighed(
+        self, evidence: Evidence, names: Sequence[str]
+    ) -> tuple[dict[str, float], list[float], dict[str, Member]]:
+        """The logarithms of prior times evidence of some hypotheses, with a rest beside the best of
+        them, and of each rest alone; and the hypotheses as members of a fit.
+        """
+        known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
+        unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
+        values, members = dict[str, float](), dict[str, Member]()
+        for name in names:
+            prior = self._log_priors[name] + (unknown if is_term(name) else known)
+            weighed, members[name] = self._member(evidence, name)
+            values[name] = float(prior + weighed)
+        for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
+            own = members[name]
+            beyond = evidence.given(own.columns, own.deviations)[0]
+            rest = np.log(share) + logsumexp(self._of_rests(beyond))
+            values[name] += float(np.logaddexp(np.log1p(-share), rest))
+        half = np.log(0.5) if any(map(is_term, names)) else 0.0
+        return values, [unknown + half + value for value in self._of_rests(evidence)], members
+
+    def _of_rests(self, evidence: Evidence) -> list[float]:
+        return [
+            rest.log_prior + evidence.log_evidence_of(rest.columns, rest.deviations)
+            for rest in self._rests
+        ]
+
+    def _member(self, evidence: Evidence, name: str) -> tuple[float, Member]:
+        """The logarithm of the evidence of a hypothesis, and it as a member of a fit.
+
+        What its form leaves open are small columns, in proportion to its size. With even odds there
+        is nothing of them, so that an effect is not behind another one whose form leaves none open.
+        """
+        own, prior = self.columns[name], self._priors[name]
+        plain = weigh(evidence, own, prior)
+        columns, deviations = list[int](), list[float]()
+        share = min(1.0, float(np.max(np.abs(plain.sizes) / prior.typical)))
+        for other in () if is_term(name) else FITTED[name].left_open:
+            columns += self.columns.get(other, ())
+            if other in self.columns:
+                deviations += (THRESHOLDS.open_share * share * self._priors[other].typical).tolist()
+        if not columns:
+            return plain.log_evidence, Member(name, own, plain.deviations)
+        bare, extra = evidence.given(columns, deviations, own)
+        opened = weigh(bare, range(len(own)), prior)
+        member = Member(name, (*own, *columns), np.array([*opened.deviations, *deviations]))
+        both = np.logaddexp(plain.log_evidence, opened.log_evidence + extra) - np.log(2.0)
+        return float(both), member
+
+    def _held_out(self, members: Sequence[Member], new: Member) -> float:
+        """The fall of the sum of squares by a hypothesis beside others in parts of the logs that
+        the sizes are not fitted to, over that in the fit.
+        """
+        held = inside = 0.0
+        for block in self.blocks:
+            own = self.shown_columns(block, [new])
+            given = self.shown_columns(block, members)
+            if own:
+                held += block.equations.held_out_gain(own, given)
+                inside += block.equations.fit(own, given).gain
+        return held / max(inside, SINGULAR)
+
+    def shown_columns(self, block: Block, members: Sequence[Member]) -> list[int]:
+        """The columns of the sizes of some members in a block, without those that forms leave open."""
+        own = [key for m in members for key in keys_of(m.name, block.keys)]
+        return [block.keys.index(key) for key in own]
+
+    def sizes(self, members: Sequence[Member]) -> "Sizes":
+        """Return the sizes of the members of a fit, all at once, with the error of their forms left
+        open.
+        """
+        columns = [c for member in members for c in member.columns]
+        found = self.evidence.of(columns, _deviations(members))
+        first = np.cumsum([0, *(len(member.columns) for member in members)])
+        places = [
+            int(begin) + i
+            for begin, member in zip(first, members, strict=False)
+            for i in range(len(self.columns[member.name]))
+        ]
+        keys = tuple(self.keys[columns[i]] for i in places)
+        return Sizes(keys, found.mean[places], found.covariance[np.ix_(places, places)])
+
+    def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
+        """Return the sizes of the members that some of the logs show, by their numbers.
+
+        The prior is as wide as a size can be, so that a log that does not show an effect says
+        nothing of it.
+        """
+        kept = Regression([self.blocks[i] for i in numbers])
+        keys = [k for m in members for k in keys_of(m.name, kept.keys)]
+        wide = [_widest(key) for key in keys]
+        found = kept.evidence.of([kept.keys.index(key) for key in keys], wide)
+        return Sizes(tuple(keys), found.mean, found.covariance)
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Sizes of effects: their keys, values, (k,), and covariance, (k, k)."""
+
+    keys: tuple[Key, ...]
+    values: Array
+    covariance: Array
+
+    def by_key(self) -> dict[Key, float]:
+        """Return each size by its key."""
+        return dict(zip(self.keys, self.values.tolist(), strict=True))
+
+    def among(self, keys: Sequence[Key]) -> "Sizes":
+        """Return those of some keys, in the order of these."""
+        places = [self.keys.index(key) for key in keys if key in self.keys]
+        return Sizes(
+            tuple(self.keys[i] for i in places),
+            self.values[places],
+            self.covariance[np.ix_(places, places)],
+        )
+
+    def widened(self) -> "Sizes":
+        """Return the sizes with the error that another log's form and the method add to each."""
+        return replace(self, covariance=with_form_error(self.covariance, self.values.tolist()))
+
+
+def _deviations(members: Sequence[Member]) -> Array:
+    return np.concatenate([np.zeros(0), *(member.deviations for member in members)])
+
+
+def _widest(key: Key) -> float:
+    """The widest prior deviation of a size."""
+    return THRESHOLDS.size_scales[-1] * abs(float(effect_of(key[0]).parameter(key[1]).typical))
+
+
+def _cause(name: str) -> str:
+    return name if is_term(name) or not name else cause_of(name)
+
+
+def _room(channel: str) -> str:
+    for room in ("airspeed", "specific_force"):
+        if channel.startswith(room):
+            return room
+    if channel.startswith("acceleration"):
+        return "acceleration"
+    if channel.endswith("_acceleration"):
+        return "turning"
+    return "engine" if channel.split("_")[-1] in ("left", "right", "split") else channel
+
+
+def _log_priors(names: Sequence[str]) -> dict[str, float]:
+    """The logarithm of the prior of each hypothesis, of effects and of terms each for itself: of
+    its part, then of its cause in the part, then of its form.
+
+    Most causes act for the whole flight. Of the forms that do, the plain one is as probable as all
+    others. Each shape that is searched for has its price.
+    """
+    effects = [name for name in names if not is_term(name)]
+    causes = dict.fromkeys(map(cause_of, effects))
+    parts = [effect_of(cause).part for cause in causes]
+    found = {
+        name: -float(np.log(len(names) - len(effects))) - np.log(2.0)
+        for name in names
+        if is_term(name)
+    }
+    for name in effects:
+        cause, part = cause_of(name), effect_of(cause_of(name)).part
+        forms = [each for each in effects if cause_of(each) == cause]
+        whole = [each for each in forms if lasts(each)]
+        in_time = (THRESHOLDS.prior_of_time if whole else 1.0) if len(whole) < len(forms) else 0.0
+        if not lasts(name):
+            share = in_time / (len(forms) - len(whole))
+        elif len(whole) == 1:
+            share = 1.0 - in_time
+        else:
+            plain = name == cause
+            share = (1.0 - in_time) * 0.5 / (1 if plain else len(whole) - (cause in whole))
+        price = THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
+        found[name] = float(np.log(share / len(set(parts)) / parts.count(part))) - price
+    return found
+
+
+def tempering_power(log_bayes_factor: float) -> float:
+    """Return the power 1 / (1 + τ²χ²) to which the likelihood of a gap is raised.
+
+    χ² is twice the logarithm of the Bayes factor of this gap beside the others. The likelihood
+    takes the table for exact, but a signature that is wrong in an unknown direction makes it err in
+    proportion to χ². So beyond 1/τ² a hypothesis is preferred by its share of the gap, however
+    strong the gap is. Source: the coarsened posterior of Miller and Dunson (2019); τ is estimated
+    on development logs.
+    """
+    return 1.0 / (1.0 + 2.0 * THRESHOLDS.table_error**2 * max(0.0, log_bayes_factor))
+
+
+# Linearize at what was found: signatures at the fitted sizes, around the log without the effects on
+# its sensors; then fit again, until the sizes stay.
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """All gaps of some logs: the regression at the sizes that it finds, the gaps in the order of
+    what each explains, what is left, and the sizes of all.
+    """
+
+    regression: Regression
+    gaps: tuple[Found, ...]
+    left: Found
+    sizes: Sizes
+
+    @property
+    def members(self) -> list[Member]:
+        """The hypotheses in the fit."""
+        return [gap.member for gap in self.gaps]
+
+    @property
+    def shows_more(self) -> bool:
+        """Whether the logs show a gap beside all that are explained."""
+        return self.regression.shows(self.left)
+
+    @property
+    def has_open_gap(self) -> bool:
+        """Whether they show one that probably has no cause in the table."""
+        return self.shows_more and self.left.unknown > THRESHOLDS.likely
+
+    def fit_of(self, block: Block) -> Fit:
+        """Return the sizes of all gaps that a block shows as a fit of it."""
+        own = self.sizes.among([key for key in self.sizes.keys if key in block.keys])
+        columns = [block.keys.index(key) for key in own.keys]
+        inner, s = block.equations.inner, own.values
+        gain = 2.0 * s @ inner[columns, -1] - s @ inner[np.ix_(columns, columns)] @ s
+        return Fit(tuple(columns), s, own.covariance, max(0.0, float(gain)))
+
+
+def fit_gaps(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Fitted:
+    """Return all gaps of one log or of several of one airplane, each with its null distribution.
+
+    Where a gap is left to smooth cells, events are placed anew beside the others; where it stays
+    so, the terms of formulas compete as well.
+    """
+    noises = [scaled_to(n.noise, each) for n, each in zip(nulls, layouts, strict=True)]
+    original = [
+        with_parts_of_flight(placed_in_time(layout, noise), noise)
+        for layout, noise in zip(layouts, noises, strict=True)
+    ]
+    now = [_at_single(layout, noise) for layout, noise in zip(original, noises, strict=True)]
+    fitted = _fitted(now, noises, nulls)
+    for _ in range(THRESHOLDS.linearized_most - 1):
+        moved = [_at(layout, at, fitted) for layout, at in zip(original, now, strict=True)]
+        if all(after is before for after, before in zip(moved, now, strict=True)):
+            break
+        now, fitted = moved, _fitted(moved, noises, nulls)
+    if fitted.has_open_gap:
+        laid = [_placed_beside(block, fitted) for block in fitted.regression.blocks]
+        fitted = _fitted(laid, noises, nulls)
+    wanted = fitted.has_open_gap or not fitted.regression.columns
+    return with_terms(fitted) if wanted else fitted
+
+
+def with_terms(fitted: Fitted) -> Fitted:
+    """Return the gaps of the same logs with the terms of formulas among the hypotheses."""
+    blocks = fitted.regression.blocks
+    if any(map(is_term, fitted.regression.columns)):
+        return fitted
+    layouts = [block.layout for block in blocks]
+    laid = [
+        replace(each, signatures=(*each.signatures, *term_signatures(each.scene)))
+        for each in layouts
+    ]
+    return _fitted(laid, [block.noise for block in blocks], [block.null for block in blocks])
+
+
+def _placed_beside(block: Block, fitted: Fitted) -> Layout:
+    """A layout with events, and with effects for a part of the flight, where they explain most
+    beside the gaps that were found.
+    """
+    layout, fit, taken = block.layout, fitted.fit_of(block), {m.name for m in fitted.members}
+    bare = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
+    others = tuple(s for s in layout.signatures if lasts(s.effect))
+    placed = placed_in_time(replace(bare, signatures=others), block.noise)
+    again = with_parts_of_flight(placed, block.noise).signatures
+    own = [s for s in layout.signatures if s.effect in taken]
+    return replace(layout, signatures=(*own, *(s for s in again if s.effect not in taken)))
+
+
+def _fitted(
+    layouts: Sequence[Layout], noises: Sequence[NoiseModel], nulls: Sequence[NullDistribution]
+) -> Fitted:
+    blocks = [block_of(*each) for each in zip(layouts, noises, nulls, strict=True)]
+    return fitted_by(Regression(blocks))
+
+
+def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
+    """Return the gaps of a regression, those with the most evidence first, with their sizes."""
+    gaps, left = regression.fit(without)
+    ranked = sorted(gaps, key=lambda gap: -gap.log_bayes_factor)
+    sizes = regression.sizes([gap.member for gap in ranked])
+    return Fitted(regression, tuple(ranked), left, sizes)
+
+
+def _at_single(layout: Layout, noise: NoiseModel) -> Layout:
+    """A layout with the signatures of its best single explanations at their fitted sizes."""
+    columns = columns_of(layout.signatures)
+    equations = whitened_equations(layout, noise, with_cells=False)
+    fits = {name: equations.fit(own) for name, own in columns.items()}
+    ranked = sorted(fits, key=lambda name: -merit(fits[name]))
+    if not ranked:
+        return layout
+    sizes = {
+        (name, layout.signatures[c].parameter): float(size)
+        for name in ranked[: THRESHOLDS.rested]
+        for c, size in zip(columns[name], fits[name].sizes, strict=True)
+    }
+    large = merit(fits[ranked[0]]) > THRESHOLDS.undone_from**2
+    return at_sizes(
+        without_sensor_effects(layout, _entries(layout, ranked[:1], sizes) if large else {}), sizes
+    )
+
+
+def _at(original: Layout, now: Layout, fitted: Fitted) -> Layout:
+    """A layout linearized at the sizes of all gaps; the same object where none has moved."""
+    sizes = {key: size for key, size in fitted.sizes.by_key().items() if key[0] in FITTED}
+    deviations = np.sqrt(np.diag(fitted.sizes.covariance)).tolist()
+    far = [
+        key
+        for key, size, deviation in zip(
+            fitted.sizes.keys, fitted.sizes.values.tolist(), deviations, strict=True
+        )
+        if abs(size) > THRESHOLDS.undone_from * deviation
+    ]
+    names = [name for name in dict.fromkeys(key[0] for key in far) if name in FITTED]
+    if at_sizes(now, sizes) is now:
+        return now
+    # The rivals stay at the sizes that they have alone.
+    alone = {(s.effect, s.parameter): s.size for s in now.signatures}
+    bare = without_sensor_effects(original, _entries(now, names, sizes))
+    return at_sizes(bare, {**alone, **sizes})
+
+
+def _entries(layout: Layout, names: Sequence[str], sizes: Mapping[Key, float]) -> Entries:
+    """Some effects with their sizes, in their plausible ranges, and their shapes."""
+    found: dict[str, dict[str, float]] = {}
+    for signature in layout.signatures:
+        name, key = signature.effect, (signature.effect, signature.parameter)
+        if name in names and key in sizes:
+            held = FITTED[name].parameter(signature.parameter).within(sizes[key])
+            found.setdefault(name, dict(signature.shapes))[signature.parameter] = held
+    return found

@@ -4,11 +4,13 @@ import csv
 import json
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from tests.calibration.hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
 
+from pitotbench.calibration.card_model import TYPICAL_SIZES, CardModel
 from pitotbench.calibration.card_slips import find_slips
 from pitotbench.calibration.hand_card import reduce_card
 from pitotbench.calibration.options import USUAL
@@ -131,6 +133,56 @@ def test_ten_slips_of_the_pencil():
         assert len(kept) == len(card.legs) - len(found)
     assert named >= 9
     assert meant >= 6
+
+
+def test_slips_are_found_in_any_order_of_the_tracks():
+    """Each point of the card flies its tracks in an order of its own."""
+    named = 0
+    for seed, (row, field, slip) in SLIPS.items():
+        card = make_card(seed)
+        right = round(getattr(card.legs[row - 1], field) / (DEG if field == "track" else KT))
+        wrong = spoil(card, row, **{field: slip(right)}).legs
+        mixed = [
+            leg
+            for i, first in enumerate(range(0, 20, 4))
+            for leg in np.roll(np.array(wrong[first : first + 4]), i)
+        ]
+        _, found = find_slips(mixed, STEPS, USUAL)
+        named += [each.row for each in found] == [row]
+    assert named >= 8
+
+
+def test_the_likelihood_of_a_card_is_that_of_its_covariance():
+    """Winds and curves eliminated by their banded precision, and by the dense covariance of the
+    legs, say the same; so does a leg left out.
+    """
+    legs = make_card(4001).legs
+    model, sizes = CardModel(legs, STEPS, USUAL), TYPICAL_SIZES
+    linear, columns = model.linear, model.regressors(model.linear, sizes.length)
+    new = np.array([0.0, *(a.point != b.point for a, b in pairwise(legs))])
+    passed = np.cumsum(new * sizes.point_step**2 + (1.0 - new) * sizes.leg_step**2)
+    passed -= passed[0]
+    wind = 25.0**2 + np.minimum(passed[:, None], passed)
+    dense = wind * (linear.along @ linear.along.T)
+    dense += (columns * model.deviations(sizes) ** 2) @ columns.T
+    dense += np.diag(linear.reading + (0.5 * sizes.leg_step) ** 2)
+    _, size = np.linalg.slogdet(dense)
+    solved = np.linalg.solve(dense, linear.observed)
+    expected = -0.5 * (linear.observed @ solved + size)
+    assert model.solve(sizes).log_likelihood == pytest.approx(expected, abs=1e-6)
+    surprise = solved / np.sqrt(np.diag(np.linalg.inv(dense)))
+    assert model.others(sizes).surprise == pytest.approx(surprise, abs=1e-6)
+    alone = CardModel(legs, STEPS, USUAL, unheard=7).others(sizes).of(7, legs[7])[1]
+    assert alone == pytest.approx(surprise[7], abs=0.01)
+
+
+def test_a_card_without_points_is_grouped_by_airspeed(tmp_path):
+    rows = [row[2:] for row in as_rows(make_card(2015))]
+    legs, _ = read_points(write(tmp_path / "points.csv", rows, NAMES[2:]))
+    points = {leg.point: [] for leg in legs}
+    for leg in legs:
+        points[leg.point].append(leg.row)
+    assert sorted(points.values()) == [list(range(i, i + 4)) for i in range(1, 21, 4)]
 
 
 def test_a_leg_that_cannot_be_is_named_and_the_rest_is_used(tmp_path, capsys):

@@ -2,6 +2,7 @@
 found without a flag, and its answer is the one with which it was made.
 """
 
+import json
 import shutil
 
 import numpy as np
@@ -185,3 +186,30 @@ def test_a_file_with_another_suffix_and_more_than_one_name_line_is_read(tmp_path
     log = read_log(copy)
     assert log.header["mapping"] == "garmin_g3x"
     assert np.median(log.altitude) == pytest.approx(5130.0 * FOOT, abs=20.0)
+
+
+def points_of(name, capsys):
+    """The points of a card, and the warnings."""
+    assert main(["fixed-speed", str(shared_case(name)), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert not answer["slips"]
+    return answer["points"], answer["warnings"]
+
+
+def test_legs_in_another_order_are_no_slips(capsys):
+    points, warnings = points_of("01b-hand-card-other-order.csv", capsys)
+    assert not warnings
+    for point in points:
+        assert point["legs"] == 4
+        assert point["correction_kt"] == pytest.approx(1.5, abs=0.1)
+        assert point["wind_speed_kt"] == pytest.approx(10.0, abs=0.2)
+        assert point["wind_from_deg"] == pytest.approx(200.0, abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["18-headings-written-as-tracks.csv", "18b-headings-card.csv"])
+def test_headings_have_the_airspeed_of_headings_whatever_the_column_is_called(name, capsys):
+    (point,), warnings = points_of(name, capsys)
+    assert point["true_airspeed_kt"] == pytest.approx(100.0, abs=0.1)
+    assert point["wind_speed_kt"] == pytest.approx(20.0, abs=0.1)
+    assert [w for w in warnings if "name the column heading_deg" in w] == warnings
+    assert bool(warnings) == name.startswith("18-")

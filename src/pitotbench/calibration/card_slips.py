@@ -25,6 +25,7 @@ _AIRSPEED_SPREAD = 3.0 * KNOT  # 1σ of a pilot's airspeeds about that of the po
 _LEAST_STEP = 0.6 * KNOT  # m/s: the wind wanders by so much even where the card does not show it
 _NEAR = (0.4, 2.5)  # times the usual speed of the card, within which a speed may have been meant
 _CAN_BE = (0.15, 4.0)  # times the usual speed, beyond which a speed cannot be
+_CLEARLY = 2.0  # log odds by which a leg out of its usual turn must be more probable
 _FEWEST = 3  # legs of a card below which nothing can be judged
 
 
@@ -65,13 +66,13 @@ def find_slips(
     for leg in [leg for leg in legs if leg.row in refused]:
         slips.append(_slip(leg, refused[leg.row], card.meant(leg, kept, sizes)))
     for leg in [leg for leg in kept if card.off_track(leg) > _OFF_TRACK]:
-        meant = card.meant(leg, kept, sizes, (_TRACK,))
+        wrong, meant = card.on_wrong_track(leg, kept, sizes)
         if meant is not None and len(kept) > _FEWEST:
-            kept.remove(leg)
-            words = f"a {_of(leg)} of {leg.track / DEGREE:.0f}° is not that of the other points"
-            slips.append(_slip(leg, words, meant))
-    while len(kept) > _FEWEST and (wrong := card.impossible(kept)) is not None:
-        leg, meant = wrong
+            kept.remove(wrong)
+            words = f"a {_of(wrong)} of {wrong.track / DEGREE:.0f}° is not that of the other points"
+            slips.append(_slip(wrong, words, meant))
+    while len(kept) > _FEWEST and (found := card.impossible(kept)) is not None:
+        leg, meant = found
         kept.remove(leg)
         slips.append(_slip(leg, "does not fit the other legs of the card", meant))
     return kept, tuple(sorted(slips, key=lambda slip: slip.row))
@@ -148,6 +149,25 @@ class _Card:
         without = CardModel(rest, self.steps, self.stated)
         sizes = SIZES[int(np.argmax(without.weights()))]
         return model.others(replace(sizes, leg_step=max(sizes.leg_step, _LEAST_STEP)))
+
+    def on_wrong_track(
+        self, leg: CardLeg, kept: Sequence[CardLeg], sizes: Sizes
+    ) -> tuple[CardLeg, Meant | None]:
+        """Of the legs of a point on the track of a leg that should be on another, the one that is
+        wrong, with what was meant: this one, unless another is clearly more probable.
+        """
+        best, meant = leg, self.meant(leg, kept, sizes, (_TRACK,))
+        least = -np.inf if meant is None else meant.gain + _CLEARLY
+        for other in kept:
+            near = abs(turn_between(other.track, leg.track)) <= _OFF_TRACK
+            if other is leg or other.point != leg.point or not near:
+                continue
+            tracks = {other.row: self.tracks[leg.row], leg.row: self.tracks[other.row]}
+            exchanged = replace(self, tracks={**self.tracks, **tracks})
+            found = exchanged.meant(other, kept, sizes, (_TRACK,))
+            if found is not None and found.gain > least:
+                best, meant, least = other, found, found.gain
+        return best, meant
 
     def impossible(self, kept: Sequence[CardLeg]) -> tuple[CardLeg, Meant | None] | None:
         """A leg that cannot be, with what was probably meant; None for a card without a slip.

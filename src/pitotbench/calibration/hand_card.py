@@ -34,7 +34,8 @@ _LIGHT = 1e-2  # of the weights: sizes that are as unlikely are left out
 _ROUNDS, _SETTLED = 40, 1e-9  # at most; m/s
 _STEP = 1e-3  # m/s
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
-_CLEARLY = 7.0  # log odds from which headings were written for tracks: a thousand to one
+# Log odds from which headings were written for tracks, a thousand to one. A slip less is as much.
+_CLEARLY = 7.0
 
 
 def reduce_card(
@@ -86,12 +87,12 @@ def _as_meant(
     They are what the card says, unless the other makes the same legs clearly more probable.
     """
     kept, slips = find_slips(legs, steps, stated)
-    if not _fits_turned(legs, steps, stated):
+    if _odds_of_turning(legs, steps, stated) <= 0.0:
         return kept, slips, ()
     others, fewer = find_slips(_turned(legs), steps, stated)
     shared = {leg.row for leg in kept} & {leg.row for leg in others}
-    fits = _fits_turned([leg for leg in kept if leg.row in shared], steps, stated)
-    if len(fewer) > len(slips) or (len(fewer) == len(slips) and not fits):
+    odds = _odds_of_turning([leg for leg in kept if leg.row in shared], steps, stated)
+    if odds + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
         return kept, slips, ()
     names = ("tracks", "track_deg"), ("headings", "heading_deg")
     (wrong, _), (right, column) = names if others[0].by_heading else names[::-1]
@@ -103,10 +104,10 @@ def _turned(legs: Sequence[CardLeg]) -> list[CardLeg]:
     return [replace(leg, by_heading=not leg.by_heading) for leg in legs]
 
 
-def _fits_turned(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies) -> bool:
-    """Whether legs are clearly more probable with headings for tracks, or tracks for headings."""
+def _odds_of_turning(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies) -> float:
+    """The log odds of headings in the place of tracks, or of tracks in that of headings."""
     said, turned = (CardModel(each, steps, stated) for each in (legs, _turned(legs)))
-    return turned.log_evidence - said.log_evidence > _CLEARLY
+    return turned.log_evidence - said.log_evidence
 
 
 def _by_point(legs: Sequence[CardLeg]) -> dict[str, list[int]]:

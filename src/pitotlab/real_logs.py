@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
+from pitotbench.bench.identification import maneuvers_of, read_identification
 from pitotbench.bench.model_terms import correct_terms, parted
 from pitotbench.calibration import calibrate_flights
 from pitotbench.calibration.options import options_from
-from pitotbench.logbook.identification import maneuvers_of, read_identification
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError

@@ -11,10 +11,10 @@ from scipy.io import savemat
 from tests.shared_data import real_log
 
 from pitotbench import BadInputError, Case, air, fly, read_log, sense
+from pitotbench.bench.identification import SLUG, align_vane, maneuvers_of, read_identification
 from pitotbench.bench.model_terms import correct_terms, parted
 from pitotbench.cli import main
 from pitotbench.effects.overlay import FunctionScaling, Overlay, product
-from pitotbench.logbook.identification import SLUG, align_vane, maneuvers_of, read_identification
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.terms import Maneuver
 from pitotbench.simulation.force_meter import UNIT_AXES, measure_terms, unit_overlay

@@ -232,8 +232,8 @@ QUOTED: dict[str, Quoted] = {
         "DigiLog-N/Data README.md",
         XPLANE.replace("|", ";"),
         {"Epoch time": "~time_ms", "lat_deg": "latitude_deg", "lon_deg": "longitude_deg", "Timestamp": "stamp",
-         "alt_ftmsl": "~altitude_ft", "alt_ftagl": "~altitude_ft", "alt_ind": "~altitude_ft"},
-        ("impact_pressure or total_pressure", "static_pressure or pressure_altitude"), ";",
+         "alt_ftmsl": "~altitude_ft", "alt_ftagl": "~altitude_ft", "alt_ind": "~indicated_altitude_ft"},
+        ("impact_pressure or total_pressure",), ";",
     ),
     "German": _ours(
         {"Zeit": "time_s", "ASI (mph)": "indicated_airspeed_mph", "Palt": "pressure_altitude_ft",

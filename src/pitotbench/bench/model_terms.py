@@ -8,6 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pitotbench.bench.identification import (
+    align_vane,
+    is_identification,
+    maneuvers_of,
+    read_identification,
+)
 from pitotbench.effects.airframe import coefficient_function
 from pitotbench.effects.overlay import (
     AxisFunction,
@@ -19,12 +25,6 @@ from pitotbench.effects.overlay import (
     product,
     size,
     total,
-)
-from pitotbench.logbook.identification import (
-    align_vane,
-    is_identification,
-    maneuvers_of,
-    read_identification,
 )
 from pitotbench.reconciliation.term_regression import Regression, Term, regression_of, terms_of
 from pitotbench.reconciliation.terms import judge_terms

@@ -56,8 +56,9 @@ def logs_of(
     from pandas import DataFrame  # slow, and not needed for a log
 
     if isinstance(given, DataFrame):
+        from pitotbench.logbook.assembly import log_of
         from pitotbench.logbook.columns import Table
-        from pitotbench.logbook.reading import log_of, mapped
+        from pitotbench.logbook.reading import mapped
 
         names = tuple(str(name) for name in given.columns)
         table = Table(names, tuple(given[name].to_numpy() for name in given.columns))
@@ -316,7 +317,9 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
 
     name, channels = "in memory", {} if log is None else log.channels()
     if isinstance(source, str | Path):
-        name, digest = Path(source).name, file_sha256(Path(source))
+        path = Path(source)  # of a file in a .zip, the digest is that of the .zip
+        there = next((each for each in (path, *path.parents) if each.exists()), path)
+        name, digest = path.name, file_sha256(there)
     else:
         digest = sha256(
             b"".join(key.encode() + array.tobytes() for key, array in channels.items())

@@ -120,6 +120,19 @@ class OneLineParser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
 
 
+def _with_signs(args: Any) -> Any:
+    """Return arguments in which a temperature below zero stands behind its flag and `=`: argparse
+    takes `-5±2` alone for a flag.
+    """
+    joined: list[str] = []
+    for text in args or ():
+        if joined and joined[-1] == "--temperature-c" and text.startswith(("-", "−")):
+            joined[-1] += f"={text}"
+        else:
+            joined.append(text)
+    return args if args is None else joined
+
+
 class CommandParser(OneLineParser):
     """The parser of one command. It loads the command's module only when it parses, not for other
     commands.
@@ -134,6 +147,7 @@ class CommandParser(OneLineParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the command's flags if they are missing, then parse."""
         self.add_flags()
+        args = _with_signs(args)
         found = super().parse_known_args(args, namespace)
         for action in self._actions:  # argparse takes `--to=--` for a flag without its value
             given = getattr(found[0], action.dest, None)

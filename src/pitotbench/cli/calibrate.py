@@ -11,6 +11,7 @@ from pitotbench.cli.shared_flags import (
     add_part,
     add_record,
     add_table,
+    add_temperature,
     mapping_source,
     read_choices,
     read_logs,
@@ -49,6 +50,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add_mapping(parser)
     add_part(parser)
+    add_temperature(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument(
         "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
@@ -201,7 +203,8 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     choices = _choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
     _, stated = _stated_autopilot(options)
-    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping, stated)]
+    read = read_logs(options.logs, options.mapping, stated, options.temperature_c)
+    logs = [stated_part(log, options) for log in read]
     if (
         options.params
         and not options.separately
@@ -222,6 +225,7 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         *read_choices(options),
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
         flag_choice("params", options.params, "none"),
+        flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
     ]
     return [
         _Reduced(paths[flight.place], flight)

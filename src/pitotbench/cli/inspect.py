@@ -7,6 +7,7 @@ from pitotbench.cli.shared_flags import (
     add_mapping,
     read_logs,
     require_page,
+    tell,
     tell_each,
     write_page,
 )
@@ -15,7 +16,10 @@ from pitotbench.cli.shared_flags import (
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench inspect`."""
     parser.add_argument(
-        "log", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)"
+        "log",
+        type=Path,
+        metavar="LOG",
+        help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     )
     add_mapping(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON document")
@@ -25,9 +29,18 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the account of the log, and write its page where asked for; return exit code 0."""
     from pitotbench.bench.questions import inspect
+    from pitotbench.logbook.bundle import is_bundle
     from pitotbench.show.inspection import inspection_json, print_inspection
 
     require_page(options.report, [options.log])
+    if is_bundle(options.log) and options.mapping is None:
+        from pitotbench.bench.contents import flights_of
+        from pitotbench.show.inspection import held_json, print_held
+
+        held = flights_of(options.log)
+        if len(held) > 1:
+            tell(options, lambda: held_json(held), lambda console: print_held(held, console))
+            return 0
     (log,) = read_logs([options.log], options.mapping)
     found = inspect(log, options.mapping)
 

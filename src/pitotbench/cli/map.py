@@ -17,6 +17,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draft the mapping, and write or print it with what is to be checked; return exit code 0."""
+    from pitotbench.logbook.bundle import is_bundle
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
     from pitotbench.logbook.formats import require_file
@@ -25,6 +26,8 @@ def run(options: argparse.Namespace) -> int:
 
     if options.out is not None:
         require_file(options.out, [".toml"], [options.log])
+    if is_bundle(options.log):
+        raise BadInputError(f"{options.log}: a folder; name a log in it")
     try:
         known = needs_mapping(options.log)
         if known:

@@ -106,7 +106,7 @@ def _are_identification(paths: list[Path]) -> bool:
     """Whether the logs are arrays of system identification. Raises BadInputError where only some of
     them are.
     """
-    from pitotbench.logbook.identification import is_identification
+    from pitotbench.bench.identification import is_identification
 
     found = [is_identification(path) for path in paths]
     if any(found) and not all(found):

@@ -31,7 +31,10 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
 
 
 def read_logs(
-    paths: Sequence[Path], mapping: str | None, parameters: Mapping[str, float] | None = None
+    paths: Sequence[Path],
+    mapping: str | None,
+    parameters: Mapping[str, float] | None = None,
+    temperature_c: str | None = None,
 ) -> "list[FlightLog]":
     """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for
     unknown names.
@@ -42,7 +45,7 @@ def read_logs(
     logs = []
     for path in paths:
         try:
-            logs.append(read_log(path, mapping, parameters))
+            logs.append(read_log(path, mapping, parameters, temperature_c))
         except MissingColumnsError as error:
             offer = (
                 ""
@@ -65,6 +68,17 @@ def _drafted(path: Path) -> str:
     lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
     missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
     return (", ".join(lines) or "none of its columns is recognized") + missing
+
+
+def add_temperature(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the temperature of the day: `--temperature-c`."""
+    parser.add_argument(
+        "--temperature-c",
+        metavar="T±2σ@PLACE",
+        help="temperature of the day [°C], lapsed with height, for a log without a probe of the "
+        "air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a standard "
+        "day, 10 K off at most)",
+    )
 
 
 def add_part(parser: argparse.ArgumentParser) -> None:

@@ -49,18 +49,27 @@ _AIRPLANE = (
 _NAMED = re.compile(rf"\b({'|'.join(_AIRPLANE)})\s*[=:]\s*\"?([^\",]+)")
 
 
+def _names_of(log: FlightLog) -> list[tuple[str, str]]:
+    """What names the airplane of a log, with the entries that do."""
+    case, lines = log.header.get("case"), log.header.get("comments", ())
+    named = [(key, str(log.header[key])) for key in _AIRPLANE if key in log.header]
+    named += _NAMED.findall("\n".join(map(str, lines if isinstance(lines, list) else ())))
+    if isinstance(case, Mapping):  # an airplane with a patch is the same
+        named.append(("case", str(case.get("aircraft", "")).partition("+")[0]))
+    return [(key, name.strip()) for key, name in named if name.strip()]
+
+
+def airplane_of(log: FlightLog) -> str:
+    """Return the airplane as the header of a log names it; empty where it does not."""
+    return next((name for _, name in _names_of(log)), "")
+
+
 def require_one_airplane(logs: Sequence[FlightLog]) -> None:
     """Raise BadInputError where the headers of logs that are to be joined name two airplanes."""
     known: dict[str, str] = {}
     for log in logs:
-        case, lines = log.header.get("case"), log.header.get("comments", ())
-        named = [(key, log.header[key]) for key in _AIRPLANE if key in log.header]
-        named += _NAMED.findall("\n".join(map(str, lines if isinstance(lines, list) else ())))
-        if isinstance(case, Mapping):  # an airplane with a patch is the same
-            named.append(("case", str(case.get("aircraft", "")).partition("+")[0]))
-        for key, value in named:
-            name = str(value).strip()
-            other = known.setdefault(key, name) if name else name
+        for key, name in _names_of(log):
+            other = known.setdefault(key, name)
             if other.casefold() != name.casefold():
                 raise BadInputError(
                     f"the logs are of two airplanes, {other!r} and {name!r} ({key} of their "
@@ -298,6 +307,8 @@ _NEIGHBORS = (
     4  # times the most rows of one stamp, to either side, over which the moments are averaged
 )
 
+_FEWEST_RECORDED = 30  # rows of a recording: a clock that falls for fewer was disturbed
+
 _TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none flies so slowly
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
@@ -340,7 +351,8 @@ def check_time(draft: Draft) -> None:
     """
     if len(draft.rows) < 2:
         raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
-    column, time = draft.columns["time"], draft.channels["time"]
+    column = draft.columns["time"]
+    time = draft.channels["time"] = _after_restarts(draft, draft.channels["time"])
     step = np.diff(time, prepend=-np.inf)
     if np.any(step < 0.0):
         i = int(np.argmax(step < 0.0))
@@ -371,6 +383,32 @@ def check_time(draft: Draft) -> None:
             "dropped"
         )
         draft.keep(~repeated)
+
+
+_RESTART = 5.0  # s after the first moment of the file at which a recorder's clock begins again
+
+
+def _after_restarts(draft: Draft, time: Seconds) -> Seconds:
+    """Return the moments of rows whose clock begins anew with each recording, one after another.
+
+    Between two recordings lie twice `BETWEEN_FLIGHTS`: what really passed is not known. A clock
+    that falls to another moment than that of its beginning was set, and stays as it is.
+    """
+    starts = np.flatnonzero(np.diff(time, prepend=-np.inf) < 0.0)
+    lengths = np.diff(starts, append=len(time))
+    if not len(starts) or np.any(lengths < _FEWEST_RECORDED):
+        return time
+    goes_on = np.diff(time)[starts] < _RESTART  # a single stamp that is wrong does not
+    if not goes_on.all() or np.any(np.abs(time[starts] - time[0]) > _RESTART):
+        return time
+    draft.warnings.append(
+        f"column {draft.columns['time']!r} begins anew {_before(draft, starts)}: the file holds "
+        f"{len(starts) + 1} recordings, which are read as flights of their own"
+    )
+    found = time.copy()
+    for start in starts:
+        found[start:] += found[start - 1] - found[start] + 2.0 * BETWEEN_FLIGHTS
+    return found
 
 
 def _spread(time: Seconds, stamp: float) -> Seconds | None:

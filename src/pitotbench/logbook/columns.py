@@ -53,6 +53,11 @@ class Table:
         return self.columns[self.names.index(name)]
 
 
+def plain_name(name: str) -> str:
+    """Return a column's name as recorders spell it alike: in lower case, with single blanks."""
+    return " ".join(name.lower().replace("_", " ").split())
+
+
 def numbers(name: str, column: Column) -> NDArray[np.float64]:
     """Return a column as floats, with NaN for empty cells.
 
@@ -75,6 +80,25 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
     return values
 
 
+_FEW_TEXTS = 0.05  # share of cells that hold a word in a column of numbers
+
+
+def almost_numbers(column: Column) -> NDArray[np.float64] | None:
+    """Return a column as floats where nearly all of its cells are numbers: NaN for a blank and for
+    a word, which is a slip there. None for any other column, and for one that is blank.
+    """
+    if column.dtype.kind in "fiu":
+        return np.asarray(column, dtype=np.float64)
+    values, words = np.full(len(column), np.nan), 0
+    for row, cell in enumerate(column if column.dtype.kind in "OU" else ()):
+        try:
+            values[row] = float(cell) if cell is not None and str(cell).strip() else np.nan
+        except (TypeError, ValueError):
+            words += 1
+    few = words <= _FEW_TEXTS * len(column)
+    return values if few and np.isfinite(values).any() else None
+
+
 def _no_number(cell: object) -> str:
     """Return why a cell is not a number, and what to write instead."""
     text = str(cell)
@@ -85,6 +109,30 @@ def _no_number(cell: object) -> str:
     if _DECIMAL_COMMA.fullmatch(text):
         return f"{text!r} has a decimal comma; write decimal points in the whole file"
     return f"{text!r} is not a number; correct or remove that row"
+
+
+_POSITION = re.compile(r"\s*([+-]?\d{1,2}\.\d{3,})[\s,;]+([+-]?\d{1,3}\.\d{3,})\s*")
+
+
+def split_positions(table: Table) -> Table:
+    """Return a table whose columns of positions, `latitude longitude` [°] in one cell, are two
+    columns each, named after the quantity. Cells of anything else are NaN.
+    """
+    kept: list[tuple[str, Column, str]] = []
+    units = table.units or ("",) * len(table.names)
+    for name, column, unit in zip(table.names, table.columns, units, strict=True):
+        first = next((cell for cell in column if cell), "") if column.dtype.kind == "O" else ""
+        if not _POSITION.fullmatch(str(first)):
+            kept.append((name, column, unit))
+            continue
+        found = [_POSITION.fullmatch(str(cell)) for cell in column]
+        for place, axis in enumerate(("latitude", "longitude"), 1):
+            angles = np.array([float(cell[place]) if cell else np.nan for cell in found])
+            kept.append((f"{name} {axis}", angles, "deg"))
+    if len(kept) == len(table.names):
+        return table
+    names, columns, units = zip(*kept, strict=True)
+    return Table(names, columns, table.header, table.warnings, units if table.units else ())
 
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:
@@ -168,6 +216,7 @@ CONVERTED = (
     Channel("", "air", 0.0, 1.0, essential=True, name="mach"),
     Channel("m", "air", 0.0, 32e3, essential=True, name="pressure_altitude"),
     Channel("m", "air", 0.0, 32e3, essential=True, name="indicated_altitude"),
+    Channel("m", "air", 0.0, 32e3, essential=True, name="height_above_takeoff"),
     Channel("pa", "air", 80e3, 120e3, essential=True, name="altimeter_setting"),
     Channel("mps", "gps", 0.0, 700.0, essential=True, name="ground_speed"),
     Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="track"),
@@ -248,6 +297,7 @@ CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the l
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
+DAY = "temperature_c"  # header entry: the stated temperature of the day, such as "18±2@ground"
 PARAMETERS = "parameters"  # header entry: the airspeed parameters with which an autopilot showed the log's airspeed
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 

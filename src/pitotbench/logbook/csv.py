@@ -9,6 +9,7 @@ from csv import Error as CsvError
 from csv import reader as csv_rows
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -152,6 +153,11 @@ _VALUE = re.compile(
 _MOST_UNPACKED = 400 << 20  # bytes: a day at 10 Hz in text
 _PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
+_LETTERS = re.compile(rb"[A-Za-z]")
+_DELIMITERS = [b",", b";", b"\t", b"|"]
+_MOST_HEAD = 40  # lines among which the line of names is looked for
+_FEWEST_BELOW = 4  # rows below a line of names that show how many cells a row has
+_DISTINCT = 0.8  # share of different texts: a line of kinds or masks repeats a few
 _MOST_ABOVE = 1 << 20  # bytes of comments and blank lines above the table
 _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
 
@@ -168,7 +174,7 @@ class _Form:
 
 
 def read_csv(path: Path) -> Table:
-    """Read the table of a CSV file with commas, semicolons or tabs, in UTF-8 or UTF-16.
+    """Read the table of a CSV file with commas, semicolons, tabs or bars, in UTF-8 or UTF-16.
 
     Decimal commas are read where the separator or quotes leave no doubt. Lines of units or of
     second names below the names are not rows; they become the units of the table. A last line that
@@ -178,7 +184,11 @@ def read_csv(path: Path) -> Table:
     text = _as_utf8(path)
     with text.open() as file:
         above, comments, first_line = _split(file)
-        below = [file.readline() for _ in range(_MOST_BETWEEN + 1)]
+        head = [first_line, *islice(file, _MOST_HEAD)]
+    place = _names_line(head)
+    above += sum(map(len, head[:place]))
+    comments += [line.decode("utf-8", errors="replace").strip() for line in head[:place]]
+    first_line, *below = [*head[place:], *[b""] * _FEWEST_BELOW][: _MOST_BETWEEN + 2]
     if not first_line.strip() or any("\ufffd" in comment for comment in comments):
         _require_text(text.bytes())
     if not first_line.strip():
@@ -186,7 +196,7 @@ def read_csv(path: Path) -> Table:
             "the file is empty: there is no line of column names"
             + (", only comments" if comments else "")
         )
-    delimiter = _delimiter(first_line)
+    delimiter = _delimiter(first_line, below[-1])
     require_few_columns(first_line.count(delimiter.encode()) + 1)
     cells = [_cells(line, delimiter) for line in below]
     between = _lines_between(cells)
@@ -271,6 +281,32 @@ def _cells(line: bytes, delimiter: str) -> list[str]:
         return [cell.strip() for cell in next(csv_rows([text], delimiter=delimiter), [])]
     except CsvError:
         return []
+
+
+def _names_line(head: list[bytes]) -> int:
+    """Return the place of the line of names among the first lines of a table: 0, unless the first
+    line is no such line, and one further down is that has as many cells as the rows below it.
+
+    A line of names holds no number, and hardly a text twice.
+    """
+    # Names have more letters than rows.
+    delimiter = _delimiter(max(head, key=lambda line: len(_LETTERS.findall(line))), head[-1])
+    cells = [_cells(line, delimiter) for line in head]
+    if len(cells) < _FEWEST_BELOW:
+        return 0
+    width = len(cells[-2])  # the last line may be cut
+    if _may_name(cells[0]) and len(cells[0]) == width:
+        return 0
+    for place, line in enumerate(cells[:-_FEWEST_BELOW]):
+        if len(line) == width > 1 and _may_name(line):
+            return place
+    return 0
+
+
+def _may_name(cells: list[str]) -> bool:
+    texts = [cell for cell in cells if cell and not _NUMBER.fullmatch(cell)]
+    distinct = len(set(texts))
+    return 2 * len(texts) > len(cells) and distinct > _DISTINCT * len(texts)
 
 
 def _lines_between(lines: list[list[str]]) -> int:
@@ -373,9 +409,10 @@ def _check_promise(promised: object, found: int) -> list[str]:
     return []
 
 
-def _delimiter(first_line: bytes) -> str:
-    # The most frequent of the three in the line of names; a name may itself hold one of the others.
-    return max(",;\t", key=lambda mark: first_line.count(mark.encode()))
+def _delimiter(first_line: bytes, row: bytes = b"") -> str:
+    # The most frequent in the line of names; a name may itself hold another, which no row then has.
+    marks = [mark for mark in _DELIMITERS if mark in row] or _DELIMITERS
+    return max(marks, key=first_line.count).decode()
 
 
 def _parse(data: bytes, form: _Form, ragged: list[Any]) -> "pa.Table":

@@ -17,6 +17,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook.columns import (
     AIR_DATA,
+    DAY,
     START,
     Table,
     clock_seconds,
@@ -46,7 +47,11 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
     A channel that the file holds itself is used as it is.
     """
     _time(draft, header)
-    _altitude(draft)
+    _altitude(draft, header)
+    if DAY in header:
+        from pitotbench.logbook.temperature import take_day  # most logs hold a temperature
+
+        take_day(draft, str(header[DAY]), header)
     _airspeed(draft, header)
     _velocity(draft, header)
     _heading(draft)
@@ -141,7 +146,8 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
 
 def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
     """Return the impact pressure of an airspeed or a Mach number, (n,); None where the log lacks
-    what it needs.
+    what it needs. A true airspeed without a temperature is that of a standard day, which the
+    calibration assumes as well.
     """
     static, cold, total = (
         draft.channels.get(n) for n in ("static_pressure", "air_temperature", "total_temperature")
@@ -158,30 +164,66 @@ def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
         return np.asarray(
             air.impact_pressure_from_mach(air.mach_from_true_airspeed(shown, total), static)
         )
-    return None
+    standard = air.standard_temperature(air.pressure_altitude(static))
+    return np.asarray(air.impact_pressure_from_true_airspeed(shown, static, standard))
 
 
-def _altitude(draft: Draft) -> None:
+_SEA_LEVEL = 350.0  # m, 2σ: height of 1013.25 hPa above the sea, from 970 to 1050 hPa
+_FIELD, _FIELD_SPREAD = 300.0, 600.0  # m: usual height of a place of take-off and its 2σ
+
+
+def _altitude(draft: Draft, header: dict[str, Any]) -> None:
     """Form the static pressure from the pressure altitude, or from an altitude and the setting of
-    the altimeter.
+    the altimeter. Without the setting, and from a height above the place of take-off, the pressure
+    is a standard day's, and `header` gets what is unknown of it.
     """
-    pressure_altitude, indicated = (
-        _take(draft, "pressure_altitude"),
-        _take(draft, "indicated_altitude"),
+    pressure_altitude, indicated, above = (
+        _take(draft, name)
+        for name in ("pressure_altitude", "indicated_altitude", "height_above_takeoff")
     )
-    setting = _take(draft, "altimeter_setting")
-    source = "pressure_altitude"
-    if pressure_altitude is None and indicated is not None and setting is not None:
-        # The altimeter's scale is turned by the pressure altitude of its setting (ICAO Doc 7488).
-        pressure_altitude, source = indicated + air.pressure_altitude(setting), "indicated_altitude"
-    if pressure_altitude is None or "static_pressure" in draft.channels:
+    setting, altitude = _take(draft, "altimeter_setting"), draft.channels.get("altitude")
+    if "static_pressure" in draft.channels:
         return
-    _put(draft, "static_pressure", np.asarray(air.standard_pressure(pressure_altitude)), source)
+    source, unknown, words = "pressure_altitude", 0.0, ""
+    if pressure_altitude is None and indicated is not None:
+        source, pressure_altitude = "indicated_altitude", indicated
+        if setting is not None:
+            # The altimeter's scale is turned by the pressure altitude of its setting (ICAO Doc
+            # 7488).
+            pressure_altitude = indicated + air.pressure_altitude(setting)
+        else:
+            unknown, words = _SEA_LEVEL, "without the setting of the altimeter"
+    elif pressure_altitude is None and above is not None:
+        source = "height_above_takeoff"
+        if altitude is None:
+            field, unknown = _FIELD, _FIELD_SPREAD
+            words = f"above a place of take-off that is taken to lie at {field:.0f} m"
+        else:
+            field, unknown = float(np.nanmedian(altitude - above)), _SEA_LEVEL
+            words = f"above a place of take-off that lies at {field:.0f} m by GPS"
+        pressure_altitude = above + field
+    if pressure_altitude is None:
+        return
+    pressure = np.asarray(air.standard_pressure(pressure_altitude))
+    _put(draft, "static_pressure", pressure, source)
+    if unknown:
+        draft.warnings.append(
+            f"column {draft.columns[source]!r} is a height {words}: the static pressure is that of "
+            f"a standard day there, ±{unknown:.0f} m (2σ)"
+        )
+        a_meter = air.standard_pressure(_FIELD) - air.standard_pressure(_FIELD + 1.0)
+        _state_accuracy(header, "static_pressure_pa", float(unknown * a_meter))
     if (
         display_step(pressure_altitude, draft.suffixes[source]) > 0.0
-        or source == "indicated_altitude"
+        or source != "pressure_altitude"
     ):
         draft.displayed.add("static_pressure")
+
+
+def _state_accuracy(header: dict[str, Any], name: str, two_sigma: float) -> None:
+    """Put the accuracy of a channel into the header, unless the header states one."""
+    stated = _table(header, "accuracy")
+    header["accuracy"] = {name: two_sigma, **stated}
 
 
 _COMPONENTS = ("velocity_north", "velocity_east")
@@ -250,11 +292,8 @@ def _show_velocity(
         draft.channels["gps_fresh"] = _renewed(first, second)
         draft.columns["gps_fresh"] = draft.columns["velocity_north"]
     header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
-    if "velocity_mps" not in _table(header, "accuracy"):
-        bound = float(
-            np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step)
-        )  # receiver and display
-        header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
+    receiver = USUAL_ACCURACIES["velocity_mps"]
+    _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, _TWO_SIGMA * step)))
 
 
 _HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
@@ -321,9 +360,8 @@ def _velocity_from_position(
         f"{draft.columns['longitude']!r} over "
         f"{float(np.nanmedian(base)):.2g} s: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
-    if "velocity_mps" not in _table(header, "accuracy"):
-        bound = float(np.hypot(USUAL_ACCURACIES["velocity_mps"], 2.0 * noise))
-        header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
+    receiver = USUAL_ACCURACIES["velocity_mps"]
+    _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
 
 
 def _noise(velocity: Array, apart: int) -> float:

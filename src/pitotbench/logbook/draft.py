@@ -57,6 +57,7 @@ class Draft:
     warnings: list[str]
     strangers: list[str] = field(default_factory=list)
     displayed: set[str] = field(default_factory=set)
+    misnamed: dict[str, str] = field(default_factory=dict)  # why a name of ours is not read
     clock: bool = False  # whether the time comes from clock times
 
     def keep(self, good: Booleans) -> None:
@@ -94,14 +95,19 @@ class Draft:
 def draft_of(table: Table) -> Draft:
     """Recognize the columns of a table and convert them to SI.
 
-    Raises BadInputError for a wrong unit, a quantity given twice or a cell that is not a number.
+    A name of ours with a wrong unit is kept for `require`, which knows whether it is needed. Raises
+    BadInputError for a quantity given twice or a cell that is not a number.
     """
     draft = Draft({}, {}, {}, np.arange(1, len(table) + 1), list(table.warnings))
-    for name, count in Counter(table.names).items():
-        if count > 1:
-            raise BadInputError(f"column {name!r} is given twice; keep one")
+    counts = Counter(table.names)
     for name, column in zip(table.names, table.columns, strict=True):
-        parsed = parse_column(name)
+        try:
+            parsed = parse_column(name)
+        except BadInputError as error:
+            draft.misnamed[name] = str(error)
+            continue
+        if parsed is not None and counts[name] > 1:
+            raise BadInputError(f"column {name!r} is given twice; keep one")
         if parsed is None or _is_text_beside(parsed[0], column):
             draft.strangers.append(name)
             continue
@@ -144,7 +150,7 @@ def require(draft: Draft) -> None:
     """Warn of the columns that are no quantities of a flight log.
 
     Raises MissingColumnsError that lists every missing quantity, with the columns that may be meant
-    for them.
+    for them; BadInputError for a wrong unit in a log that holds all else.
     """
     missing = [
         f"{QUANTITIES[name].column}{_INSTEAD.get(name, '')}"
@@ -155,6 +161,14 @@ def require(draft: Draft) -> None:
         missing.append(
             " or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"]
         )
+    # A log of ours is to be corrected; that of another recorder has names of its own.
+    needed = [name for name in draft.misnamed if name.startswith(_NEEDED + _EITHER)]
+    if missing and len(missing) <= len(needed):
+        raise BadInputError(draft.misnamed[needed[0]])
+    for name, words in () if missing else draft.misnamed.items():
+        if name not in QUANTITIES:
+            raise BadInputError(words)
+        draft.warnings.append(f"not used: {words}")
     if missing:
         # The cutoff is strict: a wrong guess here sends the user to the wrong column.
         near = {
@@ -170,7 +184,8 @@ def require(draft: Draft) -> None:
         )
     if draft.strangers:
         draft.warnings.append(
-            f"columns not used (not quantities of a flight log): {', '.join(draft.strangers)}"
+            "columns not used (not quantities of a flight log): "
+            f"{', '.join(dict.fromkeys(filter(None, draft.strangers)))}"
         )
 
 

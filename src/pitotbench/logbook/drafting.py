@@ -13,11 +13,29 @@ import tomli_w
 
 from pitotbench import air
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES, Column, Table, clock_seconds, is_clock, numbers
-from pitotbench.logbook.joining import rename
+from pitotbench.logbook.assembly import log_of
+from pitotbench.logbook.behavior import judged
+from pitotbench.logbook.columns import (
+    QUANTITIES,
+    Column,
+    Table,
+    almost_numbers,
+    clock_seconds,
+    is_clock,
+    parse_column,
+)
+from pitotbench.logbook.guess import Guess
+from pitotbench.logbook.joining import first_of_each, rename
 from pitotbench.logbook.mapping import MappedFile, Renamed
-from pitotbench.logbook.reading import log_of
-from pitotbench.logbook.synonyms import ANGLES, RATES, SCALED, SYNONYMS, UNIT_WORDS, USUAL_UNITS
+from pitotbench.logbook.synonyms import (
+    ANGLES,
+    AS_INTEGERS,
+    RATES,
+    SCALED,
+    SYNONYMS,
+    UNIT_WORDS,
+    USUAL_UNITS,
+)
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, to_si
 
@@ -32,31 +50,18 @@ _NOT_MEASURED = frozenset((
     "sel", "selected", "target", "cmd", "command", "commanded", "desired", "bug", "setpoint", "error", "err",
     "sigma", "wind", "wnd", "acc", "accel", "acceleration",
 ))  # fmt: skip
+# Words of a temperature that is that of a box, an engine or a cabin, or of a number of satellites.
+_OF_A_BOX = frozenset((
+    "internal", "int", "imu", "gyro", "baro", "board", "cpu", "mcu", "fc", "esc", "motor", "mag",
+    "battery", "batt", "bat", "engine", "eng", "oil", "cht", "egt", "coolant", "water", "cabin",
+    "num", "sats", "satellites", "fet",
+))  # fmt: skip
 _BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
 _FEW_REPEATS = 0.01  # share of stamps that an even clock may repeat now and then
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
-
-
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """What a column may be: our quantity, the units that are possible (the likeliest first), and
-    how well the name fits, 0 to 1. `stated` says that the unit is written in the file. `factor`
-    turns the number into the unit's."""
-
-    theirs: str
-    quantity: str
-    units: tuple[str, ...]
-    score: float
-    stated: bool
-    factor: float = 1.0
-
-    def target(self, unit: str | None = None) -> str:
-        """Return our column name, with the likeliest unit or another one."""
-        suffix = self.units[0] if unit is None else unit
-        return f"{self.quantity}_{suffix}" if suffix else self.quantity
 
 
 def guesses(name: str, unit: str, column: Column) -> list[Guess]:
@@ -69,7 +74,7 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
         with suppress(BadInputError):
             score = _EXACT + _evenness(clock_seconds(name, column))
         return [Guess(name, "time", ("s",), score, True)] if score > 0.0 else _date(name)
-    values = _numbers(column)
+    values = almost_numbers(column)
     if values is None:
         return _date(name)
     words, written = _words(name, unit)
@@ -113,6 +118,8 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
             quantity == "altitude" and _BY_PRESSURE & set(words)
         ):
             continue
+        if quantity.endswith("_temperature") and _OF_A_BOX & set(words):
+            continue
         if score > 0.0 and quantity == "time":
             score = max(0.0, score + _evenness(values))
         if score > 0.0 and quantity != "date":
@@ -141,6 +148,9 @@ def _with_units(
         )
     usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)
     possible = tuple(s for s in usual if s in quantity.suffixes and _plausible(quantity, values, s))
+    suffix, factor = AS_INTEGERS.get(quantity.name, ("", 0.0))
+    if not possible and factor and _plausible(quantity, factor * values, suffix):
+        return [Guess(name, quantity.name, (suffix,), score, False, sign * factor)]
     return [Guess(name, quantity.name, possible, score, False, sign)] if possible else []
 
 
@@ -182,19 +192,6 @@ _RANGES = {
 }
 
 
-def _numbers(column: Column) -> Array | None:
-    if column.dtype.kind in "fiu":
-        return np.asarray(column, dtype=np.float64)
-    if column.dtype.kind not in "OU":
-        return None
-    cells = [str(cell).strip() if cell is not None else "" for cell in column]
-    try:
-        values = np.array([float(cell) if cell else np.nan for cell in cells])
-    except ValueError:
-        return None
-    return values if np.isfinite(values).any() else None
-
-
 def _plain(name: str) -> str:
     return re.sub(r"[^a-z0-9°/^.-]", "", name.lower())
 
@@ -202,7 +199,10 @@ def _plain(name: str) -> str:
 def _words(name: str, unit: str) -> tuple[list[str], str]:
     """Return the words of a name without its unit, and the unit in lower case without blanks."""
     bracket = _BRACKETS.search(name)
-    written = re.sub(r"\s", "", (unit or (bracket[1] if bracket else "")).lower()).strip("()[]")
+    below = re.sub(r"\s", "", unit.lower()).strip("()[]")
+    within = re.sub(r"\s", "", bracket[1].lower()) if bracket else ""
+    # Below the names may stand units, or the names in another form.
+    written = below if below and (_is_unit(below) or below in _REFERENCES or not within) else within
     bare = written if written in _IN_KNOTS else _BRACKETS.sub(" ", name)  # "Airspeed (KCAS)"
     for mark, (reference, stated) in _REFERENCES.items():
         # "Course (T)": true; the letters stand for no tesla and, beside an angle, for no meter.
@@ -257,7 +257,11 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
             score = _EXACT - 0.001 * rank
         elif core == plain or (len(plain) > 2 and plain in words):
             score = _PART - 0.001 * rank + 0.01 * len(plain) / len(whole)
-        elif len(plain) > 4 and SequenceMatcher(None, core, plain).ratio() >= _SIMILAR:
+        elif (
+            core != "attitude"
+            and len(plain) > 4
+            and SequenceMatcher(None, core, plain).ratio() >= _SIMILAR
+        ):
             score = _NEAR - 0.001 * rank
         else:
             continue
@@ -302,11 +306,10 @@ def _close(
     table: Table, guess: Guess, unit: str, shown: Guess, converted: Callable[[Array], Array]
 ) -> bool:
     """Return whether a pressure in a unit agrees with a display in one of its possible units."""
-    pressure = to_si(numbers(guess.theirs, table.column(guess.theirs)) * guess.factor, unit)
     with np.errstate(all="ignore"):
-        expected = converted(pressure)
-    written = numbers(shown.theirs, table.column(shown.theirs)) * shown.factor
-    return any(_near(expected, to_si(written, suffix), guess.quantity) for suffix in shown.units)
+        expected = converted(replace(guess, units=(unit,)).values(table))
+    written = (replace(shown, units=(each,)).values(table) for each in shown.units)
+    return any(_near(expected, each, guess.quantity) for each in written)
 
 
 def _near(one: Array, other: Array, pressure: str) -> bool:
@@ -340,7 +343,7 @@ _NEEDED = (
         "mach",
         "true_airspeed",
     ),
-    ("static_pressure", "pressure_altitude", "indicated_altitude"),
+    ("static_pressure", "pressure_altitude", "indicated_altitude", "height_above_takeoff"),
     ("velocity_north", "ground_speed", "latitude"),
     ("velocity_east", "track", "magnetic_track", "longitude"),
 )
@@ -352,6 +355,7 @@ _SUPERSEDED = {  # a quantity that is not needed beside others
     "true_airspeed": (*_AIRSPEEDS, "mach"),
     "pressure_altitude": ("static_pressure",),
     "indicated_altitude": ("static_pressure", "pressure_altitude"),
+    "height_above_takeoff": ("static_pressure", "pressure_altitude", "indicated_altitude"),
     "altimeter_setting": ("static_pressure", "pressure_altitude"),
     "ground_speed": ("velocity_north",),
     "track": ("velocity_east",),
@@ -374,12 +378,14 @@ class DraftedLine:
 @dataclass(frozen=True, slots=True)
 class DraftedMapping:
     """The lines of a drafted mapping, the needed quantities for which no column was found, the
-    columns that are left over, and what the reader says of the log with it: empty, or a refusal."""
+    columns that are left over, and what the reader says of the log with it: empty, or a refusal.
+    `ranges` says of each column that is left over what it holds: its range and its step."""
 
     lines: tuple[DraftedLine, ...]
     missing: tuple[str, ...]
     unused: tuple[str, ...]
     refusal: str
+    ranges: tuple[str, ...] = ()
 
     @property
     def sure(self) -> bool:
@@ -405,10 +411,18 @@ def draft_mapping(table: Table) -> DraftedMapping:
             f"{_MOST_COLUMNS:,}: "
             "keep those of air data and GPS"
         )
+    table = first_of_each(table)
+    plain = [almost_numbers(c) if c.dtype.kind == "O" else None for c in table.columns]
+    columns = [
+        column if values is None else values
+        for column, values in zip(table.columns, plain, strict=True)
+    ]
+    table = replace(table, columns=tuple(columns))
     units = table.units or ("",) * len(table.names)
     offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
-    chosen = _without_superseded(agreed(table, _one_each(offered)))
+    chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
+    fitted = judged(table, fitted)  # now that more units are known
     beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = tuple(
         DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside))
@@ -417,7 +431,20 @@ def draft_mapping(table: Table) -> DraftedMapping:
     if not refusal and not _missing(chosen):
         refusal = _trial(table, fitted)[1]
     unused = tuple(name for name in table.names if name not in {guess.theirs for guess in fitted})
-    return DraftedMapping(lines, _missing(chosen), unused, refusal)
+    ranges = tuple(_range_of(table.column(name)) for name in unused)
+    return DraftedMapping(lines, _missing(chosen), unused, refusal, ranges)
+
+
+def _range_of(column: Column) -> str:
+    """Return in words what a column holds: its range and the smallest step of its numbers."""
+    values = almost_numbers(column)
+    if values is None:
+        return "no numbers"
+    different = np.unique(values[np.isfinite(values)])
+    if len(different) < 2:
+        return f"always {different[0]:g}" if len(different) else "blank"
+    step = float(np.min(np.diff(different)))
+    return f"{different[0]:g} to {different[-1]:g} in steps of {step:.2g}"
 
 
 def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
@@ -451,9 +478,17 @@ def _without_superseded(chosen: list[Guess]) -> list[Guess]:
     elif by_components or directed:
         chosen = [g for g in chosen if g.quantity not in ("latitude", "longitude")]
     kept = [g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here]
-    if "indicated_altitude" in here and not any(g.quantity == "altimeter_setting" for g in kept):
-        kept = [g for g in kept if g.quantity != "indicated_altitude"]
-    return kept
+    return _with_a_height(kept)
+
+
+def _with_a_height(chosen: list[Guess]) -> list[Guess]:
+    """Return the guesses with a height for the static pressure where there is none: the altitude,
+    whose reference is then as good as unknown.
+    """
+    lifted = [
+        replace(g, quantity="indicated_altitude") if g.quantity == "altitude" else g for g in chosen
+    ]
+    return lifted if _missing(chosen) and not _missing(lifted) else chosen
 
 
 def _missing(chosen: Sequence[Guess]) -> tuple[str, ...]:
@@ -538,14 +573,17 @@ def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) ->
             f"is it true, or magnetic as {variation!r} beside it suggests "
             f"(magnetic_{guess.quantity}_deg)?"
         )
-    if guess.quantity == "altitude" and not {
-        "static_pressure",
-        *_SUPERSEDED["altimeter_setting"],
-    } & set(beside):
+    if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in beside) or (
+        guess.quantity == "altitude" and not set(_NEEDED[2]) & set(beside)
+    ):
         words = (
-            f"is it the height by GPS, or a pressure altitude (pressure_altitude_{guess.units[0]})?"
+            "is it the height by GPS, or a pressure altitude "
+            f"(pressure_altitude_{guess.units[0]}), or one above the place of take-off "
+            f"(height_above_takeoff_{guess.units[0]})?"
         )
         return f"{words} {_unit_question(guess)}".rstrip()
+    if guess.doubt:
+        return guess.doubt
     if guess.score < _SURE:
         return f"is this the {guess.quantity.replace('_', ' ')}?"
     if rivals:
@@ -557,6 +595,41 @@ def _unit_question(guess: Guess) -> str:
     if guess.stated or len(guess.units) < 2:
         return ""
     return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
+
+
+def fill_units(table: Table) -> Table:
+    """Return a table whose columns of our names without a unit have that which their values tell.
+
+    Each is tried on the whole log, as by `draft_mapping`. A column whose values fit several units
+    is left as it is, except one that the log needs: it gets the likeliest, and a remark says so.
+    """
+    chosen: list[Guess] = []
+    for name, column in zip(table.names, table.columns, strict=True):
+        quantity = QUANTITIES.get(name)
+        if quantity is None:
+            with suppress(BadInputError):
+                if parsed := parse_column(name):
+                    chosen.append(Guess(name, parsed[0].name, (parsed[1],), _EXACT, True))
+        elif name == "time" and is_clock(column):
+            chosen.append(Guess(name, name, ("s",), _EXACT, True))
+        elif quantity.unit and (values := almost_numbers(column)) is not None:
+            chosen += _with_units(name, quantity, _EXACT, 1.0, "", values)
+    if any(len(guess.units) > 1 for guess in chosen) and not _missing(chosen):
+        chosen = _fit_units(table, chosen)[0]
+    named: dict[str, str] = {}
+    notes = list(table.warnings)
+    for guess in chosen:
+        unit, *others = guess.units
+        if (
+            guess.theirs in QUANTITIES
+            and unit
+            and not (others and not QUANTITIES[guess.theirs].essential)
+        ):
+            named[guess.theirs] = guess.target()
+            more = f", or else {' or '.join(others)}" if others else ""
+            notes.append(f"column {guess.theirs!r} states no unit: by its values {unit}{more}")
+    names = tuple(named.get(name, name) for name in table.names)
+    return replace(table, names=names, warnings=tuple(notes))
 
 
 _SHOWN = 40  # columns left over that are listed
@@ -574,10 +647,14 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
     if drafted.refusal:
         above.append(f"# With these lines the log is refused: {' '.join(drafted.refusal.split())}")
     body = [_line(line) for line in drafted.lines]
+    # A line break would end the comment.
     unused = [
-        " ".join(name.split()) for name in drafted.unused if name
-    ]  # a line break would end the comment
-    below = [f"# Not used: {', '.join(unused[:_SHOWN])}"] if unused else []
+        f"# Not used: {' '.join(name.split())}: {held}"
+        for name, held in zip(drafted.unused, drafted.ranges, strict=True)
+        if name
+    ]
+    more = len(unused) - _SHOWN
+    below = unused[:_SHOWN] + ([f"# Not used: {more} more columns"] if more > 0 else [])
     title = tomli_w.dumps({"title": f"drafted from {log}"}).strip()
     return "\n".join([*above, title, "", "[columns]", *body, "", *below]).rstrip() + "\n"
 

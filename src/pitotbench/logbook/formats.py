@@ -6,7 +6,7 @@ import os
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import BufferedReader, FileIO, StringIO
@@ -32,6 +32,9 @@ from pitotbench.logbook.mapping import MappedFile
 from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
+from pitotbench.records.outputs import PAGES as PAGES
+from pitotbench.records.outputs import require_file as require_file
+from pitotbench.records.outputs import require_folder as require_folder
 
 # A compressed file may unpack to far more than the memory holds. Its own metadata tell how much,
 # before it is read.
@@ -294,6 +297,16 @@ TOPIC_READERS = {
 }
 
 
+def topics_of(path: Path) -> TopicReader | None:
+    """Return the reader of a log that holds topics; None for another, as a .log that is a table."""
+    reader = TOPIC_READERS.get(path.suffix.lower())
+    if reader is not None and path.suffix.lower() == ".log" and path.is_file():
+        with path.open("rb") as file:
+            begin = file.read(len(_TEXT))
+        return reader if begin.startswith(_MAGIC) or begin == _TEXT else None
+    return reader
+
+
 # Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra
 # pitotbench[hdf5].
 
@@ -369,6 +382,8 @@ _DIMENSIONS = 5  # miINT32: the kind of the element that holds the dimensions of
 _NUMERIC = range(6, 16)  # classes of a variable: double to unsigned integers of 64 bits
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of a number of each kind
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
+_RATES = ("rate", "samplerate", "sample_rate", "fs")  # its samples a second
+_ROUNDING = 1e-6  # of a sample
 
 
 def read_mat(path: Path) -> Table:
@@ -376,7 +391,8 @@ def read_mat(path: Path) -> Table:
 
     A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array
     `fdata` of SIDPAC the other variables, which hold no samples, are left out. A struct with a
-    field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
+    field `data` (and `units`, `Rate`) is one channel; channels of several rates come at the middle
+    one of these. Single numbers and texts beside the vectors are left
     out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of
     different lengths.
     """
@@ -398,6 +414,8 @@ def read_mat(path: Path) -> Table:
     if warnings and not found:
         raise BadInputError(f"{'; '.join(warnings)}; save each channel as a vector of numbers")
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
+    if len({len(column) for column, _ in vectors.values()}) > 1:
+        vectors = _on_one_clock(vectors, variables)
     lengths = {
         len(column): name for name, (column, _) in reversed(vectors.items())
     }  # the first name of each
@@ -406,6 +424,31 @@ def read_mat(path: Path) -> Table:
         raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
     columns, units = zip(*vectors.values(), strict=True) if vectors else ((), ())
     return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())
+
+
+def _on_one_clock(
+    vectors: dict[str, tuple[Column, str]], variables: Mapping[str, Any]
+) -> dict[str, tuple[Column, str]]:
+    """Return channels of several rates at the middle one of these, with their time: each with the
+    last sample before it. Channels without a rate are left out; all stay where none states it.
+    """
+    structs = {name: value for name, value in variables.items() if isinstance(value, dict)}
+    rates = {
+        name: float(np.ravel(rate)[0])  # of version 7.3 a number is a matrix
+        for name, value in structs.items()
+        for key, rate in value.items()
+        if key.lower() in _RATES and np.asarray(rate).dtype.kind in "fiu" and np.all(rate)
+    }
+    if not rates:
+        return vectors
+    base = sorted(rates.values())[len(rates) // 2]
+    seconds = min(len(vectors[name][0]) / rate for name, rate in rates.items())
+    time = np.arange(int(seconds * base + _ROUNDING)) / base
+    found: dict[str, tuple[Column, str]] = {"time_s": (time, "s")}
+    for name, rate in rates.items():
+        column, unit = vectors[name]
+        found[name] = (column[(time * rate + _ROUNDING).astype(np.intp)], unit)
+    return found
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -494,7 +537,8 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
     matrix.
     """
     if isinstance(value, dict):
-        unit = next((str(value[key]) for key in _UNITS if key in value), "")
+        stated = {key.lower(): found for key, found in value.items()}
+        unit = next((str(stated[key]) for key in _UNITS if key in stated), "")
         value = value.get(_DATA)
         return {} if _is_mixed(value) else {name: (_vector(name, value), unit)}
     if _is_mixed(value):
@@ -555,6 +599,9 @@ FORMATS: Catalog[Format] = Catalog(
 
 # Files that are read and never written.
 READ_ONLY: dict[str, Callable[[Path], Table]] = {
+    ".txt": read_csv,
+    ".tsv": read_csv,
+    ".log": read_csv,
     ".csv.gz": read_csv,
     ".igc": read_igc,
     ".igc.gz": read_igc,
@@ -578,13 +625,12 @@ def format_of(path: Path) -> Format:
         raise BadInputError(
             f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or "
             "convert it "
-            f"(read only: {', '.join([*READ_ONLY, *TOPIC_READERS])})"
+            f"(read only: {', '.join(dict.fromkeys([*READ_ONLY, *TOPIC_READERS]))})"
         )
     return FORMATS[suffix]
 
 
-# Write a FlightLog to a file, and check the places where a command will write before its work
-# begins.
+# Write a FlightLog to a file.
 
 
 def write_log(log: FlightLog, path: Path | str) -> Path:
@@ -602,77 +648,3 @@ def write_log(log: FlightLog, path: Path | str) -> Path:
     with atomic(target) as temporary:
         kind.write(temporary, columns, log.header)
     return target
-
-
-# Check the places where a command will write, before its work begins. An output is never one of the
-# inputs.
-
-PAGES = (".html", ".htm")
-
-
-def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless a file can be written to `path`.
-
-    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist
-    and be writable, and `path` must not be a folder or a device.
-    """
-    known = tuple(suffixes)
-    if path.is_dir():
-        raise BadInputError(
-            f"{path}: a folder; name a file in it that ends in {' or '.join(known)}"
-        )
-    if path.suffix.lower() not in known:
-        raise BadInputError(f"{path}: the name must end in {' or '.join(known)}")
-    _require_no_input(path, inputs)
-    if path.exists() and not path.is_file():
-        raise BadInputError(
-            f"{path}: not a regular file, so it cannot be replaced; choose another name"
-        )
-    if not path.parent.is_dir():
-        raise BadInputError(
-            f"{path}: the folder {path.parent} does not exist; make it or choose another"
-        )
-    _require_takes_files(path.parent, path)
-
-
-def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless files can be written to the folder `path`, which may not exist
-    yet.
-
-    `names` are the files that will be written there; none of them may be one of the `inputs`.
-    """
-    inputs = tuple(inputs)
-    for name in names:
-        _require_no_input(path / name, inputs)
-        if (path / name).is_dir():
-            raise BadInputError(
-                f"{path / name}: a folder where a file is to be written; choose another folder"
-            )
-    nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
-    if not nearest.is_dir():
-        raise BadInputError(f"{path}: {nearest} is a file, not a folder; choose another folder")
-    _require_takes_files(nearest, path)
-
-
-def _require_no_input(path: Path, inputs: Iterable[Path]) -> None:
-    for source in inputs:
-        if path.resolve() == source.resolve() or (
-            path.exists() and source.exists() and path.samefile(source)
-        ):
-            raise BadInputError(
-                f"{path}: this is an input and would be overwritten; choose another name"
-            )
-
-
-def _require_takes_files(folder: Path, path: Path) -> None:
-    """Raise BadInputError where a folder cannot take files."""
-    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or
-    # virtual disk.
-    try:
-        with TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        reason = error.strerror or error
-        raise BadInputError(
-            f"{path}: cannot be written: {reason}; choose another folder"
-        ) from error

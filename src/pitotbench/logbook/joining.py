@@ -18,13 +18,15 @@ from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
     Table,
+    almost_numbers,
     clock_seconds,
     is_clock,
     numbers,
     parse_column,
+    plain_name,
 )
 from pitotbench.logbook.derived import components
-from pitotbench.logbook.formats import INSTANCE, TOPIC_READERS
+from pitotbench.logbook.formats import INSTANCE, topics_of
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, from_si, to_si
@@ -42,7 +44,7 @@ def read_mapped(
     showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
     Raises BadInputError for a file or column that is missing or ambiguous.
     """
-    topics = TOPIC_READERS.get(path.suffix.lower())
+    topics = topics_of(path)
     files = [] if topics else find_files(path, mapping)
     tables, held = topics.read(path, mapping.files) if topics else ([], {})
     for file in files:
@@ -138,34 +140,63 @@ def rename(table: Table, entry: MappedFile) -> Table:
     """
     quantities: dict[Renamed, Channel] = {}
     for target in entry.columns:
-        parsed = parse_column(target.name)
+        bare = QUANTITIES.get(target.name)  # without a unit: its values tell it (`fill_units`)
+        parsed = (bare, "") if bare else parse_column(target.name)
         if parsed is None:
             raise BadInputError(
                 f"the mapping names {target.name!r}, which is no column of a flight log"
             )
         quantities[target] = parsed[0]
-    present = {quantities[target] for target in entry.columns if target.theirs in table.names}
+    table = first_of_each(table)
+    here = {plain_name(name): name for name in reversed(table.names)}
+    present = {quantities[target] for target in entry.columns if plain_name(target.theirs) in here}
     found: dict[Channel, tuple[str, Column]] = {}
-    lost = []
+    lost, words = [], []
     for target, quantity in quantities.items():
-        if target.theirs not in table.names and (
+        theirs = target.theirs
+        if theirs not in table.names:
+            theirs = here.get(plain_name(theirs), theirs)
+        if theirs not in table.names and (
             target.optional or quantity in present or not quantity.essential
         ):
             if not target.optional and quantity not in present:
                 lost.append(target.theirs)
             continue
-        column = table.column(target.theirs)
+        column = table.column(theirs)
         if quantity in found:
             continue
+        values = almost_numbers(column) if column.dtype.kind == "O" else None
+        if values is not None and quantity.kind == "number":
+            words.append(theirs)
+            column = values
         if target.factor != 1.0 or target.offset != 0.0:
             column = numbers(target.theirs, column) * target.factor + target.offset
         found[quantity] = (target.name, column)
     warnings = (
         *table.warnings,
         *(f"the mapping's column {name!r} is not in the file" for name in lost),
+        *(f"column {name!r} holds words among its numbers: they count as blank" for name in words),
     )
     names, columns = zip(*found.values(), strict=True) if found else ((), ())
     return replace(table, names=names, columns=columns, warnings=warnings, units=())
+
+
+def first_of_each(table: Table) -> Table:
+    """Return a table with the first of the columns that have one name, and a remark about it."""
+    places: dict[str, int] = {}
+    for place, name in enumerate(table.names):
+        places.setdefault(name, place)
+    if len(places) == len(table.names):
+        return table
+    twice = [name for name in places if name and table.names.count(name) > 1]
+    note = f"columns given more than once: {', '.join(twice)}: the first of each is read"
+    return replace(
+        table,
+        names=tuple(places),
+        columns=tuple(table.columns[place] for place in places.values()),
+        units=tuple(table.units[place] for place in places.values()) if table.units else (),
+        warnings=(*table.warnings, *([note] if twice else [])),
+    )
 
 
 def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import require_regular, toml_table
+from pitotbench.logbook.columns import plain_name, require_regular, toml_table
 from pitotbench.records import BadInputError
 
 
@@ -51,13 +51,13 @@ class Mapping:
     """A mapping: its files, and calibration choices that suit such logs. The first file gives the
     time base.
 
-    `recognize` holds the columns by which such a log is known; none where it is not.
+    `refuse` says why such a log cannot be calibrated, empty where it can.
     """
 
     title: str
     files: tuple[MappedFile, ...]
     calibrate: dict[str, str | float | bool | dict[str, float]]
-    recognize: tuple[str, ...] = ()
+    refuse: str = ""
 
 
 JOINS = ("last", "nearest", "linear")
@@ -104,7 +104,7 @@ def parse_mapping(name: str, text: str) -> Mapping:
         raise BadInputError(f"mapping {name}: " + "; ".join(lines)) from error
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
-    if bool(document.columns) == bool(document.files):
+    if bool(document.columns) == bool(document.files) and not document.refuse:
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
     for file in document.files:
         if file.join not in JOINS:
@@ -120,15 +120,21 @@ def parse_mapping(name: str, text: str) -> Mapping:
         )
         for f in document.files
     ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
-    return Mapping(document.title, mapped, document.calibrate, tuple(document.recognize))
+    return Mapping(document.title, mapped, document.calibrate, document.refuse)
 
 
 def recognized(names: Iterable[str]) -> str | None:
-    """Return the shipped mapping whose columns a table has, by its name; None where there is none."""
-    here = set(names)
+    """Return the shipped mapping whose columns a table has, by its name; None where there is none.
+
+    An entry of its list `recognize` is a column, or a list of columns of which one must be there.
+    """
+    here = {plain_name(name) for name in names}
     for name, text in shipped().items():
-        wanted = tomllib.loads(text).get("recognize", [])
-        if wanted and here.issuperset(wanted):
+        wanted = [
+            {plain_name(each) for each in ([entry] if isinstance(entry, str) else entry)}
+            for entry in tomllib.loads(text).get("recognize", [])
+        ]
+        if wanted and all(here & entry for entry in wanted):
             return name
     return None
 
@@ -157,7 +163,8 @@ def _document() -> Any:
     class Document(BaseModel):
         model_config = ConfigDict(extra="forbid")
         title: str = ""
-        recognize: list[str] = []
+        recognize: list[str | list[str]] = []
+        refuse: str = ""
         columns: dict[str, str | Target] = {}
         files: list[File] = []
         calibrate: dict[str, str | float | bool | dict[str, float]] = {}

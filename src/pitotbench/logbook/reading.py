@@ -4,37 +4,44 @@ from collections import abc
 from dataclasses import replace
 from pathlib import Path
 
-from pitotbench.logbook.checks import CHECKS
+from pitotbench.logbook.assembly import log_of
+from pitotbench.logbook.bundle import is_bundle, logs_in, opened
 from pitotbench.logbook.columns import (
     CALIBRATE,
+    DAY,
     MAPPING,
     PARAMETERS,
-    WARNINGS,
+    QUANTITIES,
     Table,
-    earlier_warnings,
     require_regular,
+    split_positions,
 )
-from pitotbench.logbook.derived import derive
-from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
-from pitotbench.logbook.formats import TOPIC_READERS, reader_of
+from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 
+class UnusableRecorderError(BadInputError):
+    """The recorder is known, and what it records cannot be calibrated."""
+
+
 def read_log(
     path: Path | str,
     mapping: Path | str | None = None,
     parameters: abc.Mapping[str, float] | None = None,
+    temperature_c: str | None = None,
 ) -> FlightLog:
-    """Read a flight log from a file.
+    """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
+    a .zip (`card.zip/flight.csv`).
 
     `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
-    log was flown, by name, in place of those that it holds. `log.header["warnings"]` lists, with
-    row numbers, what was dropped and what looks wrong.
+    log was flown, by name, in place of those that it holds. `temperature_c` states the temperature
+    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). `log.header["warnings"]`
+    lists, with row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file),
     UnknownNameError for a mapping that is not shipped.
@@ -42,14 +49,32 @@ def read_log(
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        stated = dict(parameters or {})
-        return log_of(
-            table_of(source, stated)
-            if named is None
-            else _advised(read_mapped(source, named, read_table, stated), named)
-        )
+        with opened(source) as place:
+            stated = dict(parameters or {})
+            table = (
+                table_of(_only_log(place, source) if is_bundle(place) else place, stated)
+                if named is None
+                else _advised(read_mapped(place, named, read_table, stated), named)
+            )
+        if temperature_c is not None:
+            table = replace(table, header={**table.header, DAY: temperature_c})
+        return log_of(table)
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
+
+
+def _only_log(folder: Path, source: Path) -> Path:
+    """Return the file of the only log of a folder, which the user named as `source`. Raises
+    BadInputError, with the way to the flights, where there are others.
+    """
+    files = logs_in(folder)
+    if len(files) == 1:
+        return files[0]
+    first = source / (files[0].relative_to(folder) if files else "flight.csv")
+    raise BadInputError(
+        f"a folder of {len(files)} logs; name one, such as {first}: `pitotbench inspect {source}` "
+        "lists the flights of several"
+    )
 
 
 def table_of(path: Path, stated: Parameters | None = None) -> Table:
@@ -59,27 +84,41 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
     The `stated` parameters of an autopilot replace those in the header. Raises BadInputError for a
     file that cannot be read.
     """
-    if path.suffix.lower() in TOPIC_READERS:
-        name = TOPIC_READERS[path.suffix.lower()].mapping
-        known = find_mapping(name)
-        table = _advised(read_mapped(path, known, read_table, stated), known)
-    else:
+    topics = topics_of(path)
+    if topics is None:
         table = read_table(path)
         if stated:
             table = replace(table, header={**table.header, PARAMETERS: stated})
         found = recognized(table.names)
-        if found is None:
-            return table
-        name, table = found, mapped(table, found)
-    title = find_mapping(name).title
-    note = f"recognized as {title}: read by the mapping {name}"
+        several = () if found is None else find_mapping(found).files[1:]
+        if found is None or (several and not path.match(find_mapping(found).files[0].pattern)):
+            return _filled(table)  # of a log in several files, only the first leads to the others
+        name, known = found, find_mapping(found)
+    else:
+        name, known = topics.mapping, find_mapping(topics.mapping)
+    if known.refuse:
+        raise UnusableRecorderError(f"{known.title}: {known.refuse}")
+    if topics is None and len(known.files) == 1:
+        table = mapped(table, name)
+    else:
+        table = _advised(read_mapped(path, known, read_table, stated), known)
+    note = f"recognized as {known.title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
 
 
 def mapped(table: Table, mapping: Path | str) -> Table:
     """Return a table under our column names by a mapping of one file. Raises as `read_log` does."""
     named = find_mapping(mapping)
-    return _advised(rename(table, named.files[0]), named)
+    return _advised(_filled(rename(table, named.files[0])), named)
+
+
+def _filled(table: Table) -> Table:
+    """The table with the units of columns that bear a name of ours without one, by their values."""
+    if any(name in QUANTITIES and QUANTITIES[name].unit for name in table.names):
+        from pitotbench.logbook.drafting import fill_units  # a log of ours does without
+
+        return fill_units(table)
+    return table
 
 
 def _advised(table: Table, mapping: Mapping) -> Table:
@@ -92,45 +131,24 @@ def needs_mapping(path: Path) -> str:
     """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it.
     Empty where it does.
 
-    Raises BadInputError for a file that cannot be read.
+    Raises BadInputError for a file that cannot be read, and UnusableRecorderError.
     """
-    table = table_of(path)
-    if MAPPING in table.header:
-        return table.warnings[0]
-    draft = draft_of(table)
-    derive(draft, {})
     try:
-        require(draft)
-    except MissingColumnsError:
+        table = table_of(path)
+        if MAPPING in table.header:
+            return table.warnings[0]
+        log_of(table)
+    except UnusableRecorderError:
+        raise
+    except BadInputError:  # what is wrong shows in the draft
         return ""
     return "its columns are those of a flight log; no mapping is needed"
-
-
-def log_of(table: Table) -> FlightLog:
-    """Return the checked log of a table. Raises BadInputError where it cannot be used."""
-    draft, header = draft_of(table), dict(table.header)
-    derive(draft, header)
-    require(draft)
-    del table  # or its columns would stay in memory beside those of which a check drops rows
-    for check in CHECKS:
-        check(draft)
-    warnings = [*earlier_warnings(header), *draft.warnings]
-    header.pop(WARNINGS, None)
-    if warnings:
-        # Each once: a log written and read again repeats them. The last of equal texts has the
-        # finding beside it.
-        header[WARNINGS] = list({text: text for text in warnings}.values())
-    return FlightLog(**draft.channels, header=header)
 
 
 def read_table(path: Path) -> Table:
     """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or
     holds no row.
     """
-    if path.is_dir():
-        raise BadInputError(
-            "a folder, not a log; name its file, or give the mapping of a log in several files"
-        )
     read = reader_of(path)
     require_regular(path)
     try:
@@ -144,5 +162,6 @@ def read_table(path: Path) -> Table:
         raise BadInputError("the log has column names but no rows")
     # A mapping that the file names was not applied by this reading.
     return replace(
-        table, header={name: value for name, value in table.header.items() if name != MAPPING}
+        split_positions(table),
+        header={name: value for name, value in table.header.items() if name != MAPPING},
     )

@@ -11,6 +11,7 @@ from pitotbench.units import SUFFIXES
 # A name with a minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
     "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc "
+    "milliseconds totltime missntime "
     "utctime gpstime "
     "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow "
     "utcsec missntime "
@@ -31,6 +32,7 @@ SYNONYMS: dict[str, str] = {
     "psrvsm psfrd "
     "pamb",
     "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts "
+    "aspd airspd indairspeed "
     "airspeedic "
     "airspeed vindkias vind viadc",
     "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal "
@@ -46,6 +48,8 @@ SYNONYMS: dict[str, str] = {
     "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude "
     "baroaltcorrected altbaro "
     "altitudeqnh",
+    "height_above_takeoff": "heightabovetakeoff relativealtitude altituderelative relalt altrel "
+    "relativealt heightrelative relheight heightabovehome altabovehome",
     "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter "
     "barometersetting",
     "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 "
@@ -57,19 +61,24 @@ SYNONYMS: dict[str, str] = {
     "temperature airtemp "
     "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
     "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln "
+    "velocityworldz gpsvelned0 velned0 navvel0 "
     "velnorth nvel vns "
     "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn "
     "vngps",
     "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew "
+    "velocityworldx gpsvelned1 velned1 navvel1 "
     "ewvel ewvelocity "
     "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
     "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin "
+    "-velocityu -velocityworldy "
     "downspeed gpsveld "
     "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
     "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog "
+    "groundvelocity groundspd "
     "gpsgroundspeed "
     "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
     "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
+    "hpathtrue hpath "
     "courseoverground course truecourse coursetrue gcrs gpstrack gpscourse groundcourse tk tka "
     "gpsgroundcourse "
     "gpsgroundtrack ttrk trackangletr",
@@ -77,12 +86,14 @@ SYNONYMS: dict[str, str] = {
     "trkm trkmag "
     "magtrack trackmagnetic trackanglemag",
     "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin "
+    "hdingtrue hding "
     "hdggin",
-    "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag "
+    "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag hdingmag "
     "headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
-    "latitude": "latitude lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
-    "longitude": "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo",
+    "latitude": "latitude gpscoord0 lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
+    "longitude": "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo "
+    "gpscoord1",
     "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl "
     "geometricaltitude "
     "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
@@ -163,10 +174,18 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
     "true_airspeed": ("kt", "mps", "mph", "kmh"),
     "pressure_altitude": ("ft", "m"),
     "indicated_altitude": ("ft", "m"),
+    "height_above_takeoff": ("m", "ft"),
     "altitude": ("ft", "m"),
     "total_temperature": ("degc", "k", "degf"),
     "air_temperature": ("degc", "k", "degf"),
     "mass": ("kg", "lb"),
+}
+# What a drone writes as whole numbers where no usual unit fits: the unit, and their size in it.
+AS_INTEGERS: dict[str, tuple[str, float]] = {
+    "indicated_airspeed": ("mps", 0.01),
+    "ground_speed": ("mps", 0.01),
+    "latitude": ("deg", 1e-7),
+    "longitude": ("deg", 1e-7),
 }
 ANGLES = ("deg", "rad")
 RATES = ("degps", "radps")

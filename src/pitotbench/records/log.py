@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pitotbench.channels import CHANNELS, Recorded, numbers_from
 from pitotbench.records import RecordError, Shown, check_lengths, freeze
 from pitotbench.timeline import fresh_fixes
-from pitotbench.units import Array, Booleans
+from pitotbench.units import KNOT, Array, Booleans
 
 # A warning, to which the finding behind it is attached.
 
@@ -219,3 +219,30 @@ class Provenance:
     choices: tuple[Choice, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     date: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class HeldFlight:
+    """A flight of a folder: its file, and the file's refusal, empty for one that was read. Then its
+    moment as the log states it, its airplane, its length [s] and the 5 % and 95 % quantiles of its
+    indicated airspeed [m/s].
+    """
+
+    file: str
+    refusal: str = ""
+    start: str = ""
+    airplane: str = ""
+    seconds: float = 0.0
+    airspeeds: tuple[float, float] = (0.0, 0.0)
+
+    def __str__(self) -> str:
+        if self.refusal:
+            return f"{self.file}: not read: {self.refusal}"
+        low, high = (speed / KNOT for speed in self.airspeeds)
+        told = [
+            self.start,
+            self.airplane,
+            f"{self.seconds / 60.0:.0f} min",
+            f"{low:.0f} to {high:.0f} KIAS",
+        ]
+        return f"{self.file}: {', '.join(filter(None, told))}"

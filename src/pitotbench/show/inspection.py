@@ -1,5 +1,6 @@
 """The account of a log and the check of an aircraft: for the terminal and as plain data."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from pitotbench.records.aircraft import (
     PerformanceFigure,
     StepResponse,
 )
-from pitotbench.records.log import HeldChannel, LogInspection, Question
+from pitotbench.records.log import HeldChannel, HeldFlight, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
 from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
@@ -57,6 +58,32 @@ QUESTION_COLUMNS: tuple[Column[Question], ...] = (
     Column("answered", lambda q: q.answered, key="answered"),
     Column("what is missing", lambda q: q.words, key="missing"),
 )
+
+
+HELD_COLUMNS: tuple[Column[HeldFlight], ...] = (
+    Column("file", lambda f: f.file, key="file"),
+    Column("begins", lambda f: f.start or None, key="start"),
+    Column("airplane", lambda f: f.airplane or None, key="airplane"),
+    Column("minutes", lambda f: None if f.refusal else f.seconds / 60.0, "", ".0f", "minutes"),
+    Column(
+        "KIAS from", lambda f: None if f.refusal else f.airspeeds[0] / KNOT, "", ".0f", "low_kt"
+    ),
+    Column("to", lambda f: None if f.refusal else f.airspeeds[1] / KNOT, "", ".0f", "high_kt"),
+    Column("", lambda f: f.refusal or None, key="refusal"),
+)
+
+
+def print_held(flights: Sequence[HeldFlight], console: Console) -> None:
+    """Print the flights of a folder, and below them the files that were not read."""
+    print_table(HELD_COLUMNS, [each for each in flights if not each.refusal], console)
+    for each in flights:
+        if each.refusal:
+            console.print(outside(str(each)))
+
+
+def held_json(flights: Sequence[HeldFlight]) -> list[dict[str, Any]]:
+    """The flights of a folder as plain data, a row each."""
+    return json_rows(HELD_COLUMNS, flights)
 
 
 def inspection_sentences(found: LogInspection) -> list[str]:

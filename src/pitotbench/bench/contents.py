@@ -1,0 +1,36 @@
+"""List the flights of a folder or of a .zip file, such as the card of a display."""
+
+from pathlib import Path
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.logbook.bundle import logs_in, opened
+from pitotbench.logbook.checks import airplane_of, flights_in
+from pitotbench.logbook.columns import START
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
+from pitotbench.records.log import HeldFlight
+
+
+def flights_of(path: Path) -> list[HeldFlight]:
+    """Return the flights of a folder or a .zip file, and of each file that is none its refusal.
+
+    Raises BadInputError for a .zip file that cannot be unpacked.
+    """
+    found = []
+    with opened(path) as folder:
+        for file in logs_in(folder):
+            name = str(file.relative_to(folder))
+            try:
+                log = read_log(file)
+            except BadInputError as error:
+                found.append(HeldFlight(name, str(error).removeprefix(f"{file}: ")))
+                continue
+            for flight in flights_in(log):
+                speed = air.calibrated_airspeed(np.maximum(flight.impact_pressure, 0.0))
+                low, high = (float(each) for each in np.quantile(speed, (0.05, 0.95)))
+                seconds = float(flight.time[-1] - flight.time[0])
+                start = str(log.header.get(START, ""))
+                found.append(HeldFlight(name, "", start, airplane_of(log), seconds, (low, high)))
+    return found

@@ -1,0 +1,180 @@
+"""Judge drafted columns by what they do: a ground speed moves the position, a track is its course,
+an outside temperature falls with height.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.logbook.columns import Table, numbers
+from pitotbench.logbook.guess import Guess
+from pitotbench.units import DEGREE, Array, to_si
+
+_EARTH = 6371e3  # m, mean radius: a speed within 1 % is enough to tell units apart
+_BASE = 2.0  # s to either side over which positions and heights are differenced
+_MOVING = 5.0  # m/s, above which a course is known
+_FEWEST = 16  # rows that show what a column does
+_SAME_SPEED = 0.07  # of the speed; units of speed differ by 9 % or more
+_SAME_COURSE = 1.5  # degrees rms: whole degrees, and positions to a meter
+_MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
+_DELAYED = 4.0  # degrees: half a second in a turn of 6 to 8 degrees a second
+_STEADY = 5.0  # degrees about a constant, the magnetic variation
+_CLIMBING = 0.5  # correlation with the change of height above which a vertical speed is one
+_SAME_CLIMB = 0.25  # of the vertical speed; its units differ by a factor of 3 and more
+_HEIGHTS = 250.0  # m between the 5 % and 95 % quantiles of height, over which a lapse shows
+_LAPSES = (-15e-3, -1.5e-3)  # K/m: of superadiabatic air at the ground, and under an inversion
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """What the log says of the flight, (n,) each, NaN where unknown: time [s], velocity toward
+    north and east, climb [m/s], height [m]. `absolute`: the size of the velocity is known.
+    """
+
+    time: Array
+    velocity: tuple[Array, Array]
+    climb: Array
+    height: Array
+    absolute: bool
+
+
+def judged(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
+    """Return the guesses after a look at what their columns do.
+
+    Units that the movement contradicts go, a heading that is the course becomes the track, a
+    vertical speed gets its sign. A guess that its column contradicts carries a question. Where the
+    log holds no position, velocity or height, the guesses stay as they are.
+    """
+    found = {guess.quantity: guess for guess in chosen}
+    movement = _movement(table, found)
+    if movement is None:
+        return list(chosen)
+    kept = []
+    for guess in chosen:
+        look = _LOOKS.get(guess.quantity)
+        if look is not None:
+            values = numbers(guess.theirs, table.column(guess.theirs)) * guess.factor
+            seen = look(guess, values, movement)
+            # In light wind a heading is nearly the track, for which another column stands.
+            guess = guess if seen.quantity != guess.quantity and seen.quantity in found else seen
+        kept.append(guess)
+    return kept
+
+
+def _movement(table: Table, found: Mapping[str, Guess]) -> Movement | None:
+    certain = [name for name in _MOVES if name in found and len(found[name].units) == 1]
+    held = {name: found[name].values(table) for name in certain}
+    if "time" not in held or len(held["time"]) < _FEWEST:
+        return None
+    time = held["time"]
+    if "static_pressure" in held:
+        low = np.maximum(held["static_pressure"], 1.0)
+        held["pressure_altitude"] = np.asarray(air.pressure_altitude(low))
+    nothing = np.full(len(time), np.nan)
+    heights = (held[name] for name in ("pressure_altitude", "altitude") if name in held)
+    height = next(heights, nothing)
+    velocity = held.get("velocity_north", nothing), held.get("velocity_east", nothing)
+    absolute = {"latitude", "longitude"} <= held.keys()
+    if absolute:
+        latitude, longitude = held["latitude"], np.unwrap(np.nan_to_num(held["longitude"]))
+        velocity = (
+            _EARTH * _rate(time, latitude),
+            _EARTH * _rate(time, longitude) * np.cos(latitude),
+        )
+    return Movement(time, velocity, _rate(time, height), height, absolute)
+
+
+_MOVES = (
+    "time",
+    "latitude",
+    "longitude",
+    "velocity_north",
+    "velocity_east",
+    "static_pressure",
+    "pressure_altitude",
+    "altitude",
+)
+
+
+def _rate(time: Array, values: Array) -> Array:
+    """The change of values a second over twice `_BASE`, or between rows of a slower log, (n,)."""
+    rows = np.arange(len(time))
+    after = np.maximum(np.searchsorted(time, time + _BASE), rows + 1).clip(max=len(time) - 1)
+    before = np.minimum(np.searchsorted(time, time - _BASE), rows - 1).clip(min=0)
+    with np.errstate(all="ignore"):
+        return np.asarray((values[after] - values[before]) / (time[after] - time[before]))
+
+
+def _look_at_speed(guess: Guess, values: Array, movement: Movement) -> Guess:
+    """Keep the unit in which a ground speed moves the position."""
+    speed = np.hypot(*movement.velocity)
+    rows = np.isfinite(values) & (speed > _MOVING)
+    if not movement.absolute or rows.sum() < _FEWEST:
+        return guess
+    for unit in guess.units:
+        times = float(np.median(to_si(values[rows], unit) / speed[rows]))
+        if abs(times - 1.0) < _SAME_SPEED:
+            return replace(guess, units=(unit,), stated=True)
+    return replace(guess, doubt="is it the ground speed? The position moves at another one")
+
+
+def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess:
+    """Tell a course over ground, true or magnetic, from a heading."""
+    north, east = movement.velocity
+    rows = np.isfinite(values) & (np.hypot(north, east) > (_MOVING if movement.absolute else 0.0))
+    if rows.sum() < _FEWEST:
+        return guess
+    turn = np.exp(1j * (to_si(values[rows], guess.units[0]) - np.arctan2(east, north)[rows]))
+    middle = np.median(turn.real) + 1j * np.median(turn.imag)
+    apart = abs(float(np.angle(middle))) / DEGREE
+    scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (_MEDIAN_OF_NORMAL * DEGREE)
+    if apart < _DELAYED and scatter < _SAME_COURSE:
+        return replace(guess, quantity="track")
+    if guess.quantity.endswith("heading") or not movement.absolute:
+        return guess
+    if scatter < _STEADY:
+        return replace(guess, quantity="magnetic_track")
+    return replace(guess, doubt="is it the track? The position moves on another course")
+
+
+def _look_at_climb(guess: Guess, values: Array, movement: Movement) -> Guess:
+    """Give a vertical speed the sign and the unit in which it is the change of height."""
+    rows = np.isfinite(values + movement.climb)
+    climb, down = movement.climb[rows], values[rows]
+    power = float(np.sum(climb**2) * np.sum(down**2))
+    agreement = -float(np.sum(climb * down)) / np.sqrt(power) if power else 0.0
+    if len(climb) < _FEWEST or abs(agreement) < _CLIMBING:
+        return guess
+    size = np.sqrt(np.sum(climb**2) / np.sum(down**2))
+    for unit in guess.units:
+        if abs(size / float(to_si(1.0, unit)) - 1.0) < _SAME_CLIMB:
+            factor = float(np.sign(agreement)) * guess.factor
+            return replace(guess, units=(unit,), factor=factor, score=1.0, stated=True)
+    return replace(guess, doubt="is it the vertical speed? The height changes at another one")
+
+
+def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
+    """Ask for a temperature that does not fall with height."""
+    rows = np.isfinite(values + movement.height)
+    height = movement.height[rows]
+    if len(height) < _FEWEST or np.subtract(*np.quantile(height, [0.95, 0.05])) < _HEIGHTS:
+        return guess
+    # A log that climbs alone cannot tell the height from the hour, so the hour counts for nothing.
+    slope = float(np.polyfit(height, to_si(values[rows], guess.units[0]), 1)[0])
+    if _LAPSES[0] < slope < _LAPSES[1]:
+        return guess
+    words = f"is it the air's? It changes by {1e3 * slope:+.1f} K in 1,000 m, the air by about −6.5"
+    return replace(guess, doubt=words)
+
+
+_LOOKS = {
+    "ground_speed": _look_at_speed,
+    "track": _look_at_direction,
+    "magnetic_track": _look_at_direction,
+    "heading": _look_at_direction,
+    "magnetic_heading": _look_at_direction,
+    "velocity_down": _look_at_climb,
+    "air_temperature": _look_at_warmth,
+}

@@ -1,0 +1,78 @@
+"""Folders and .zip files of logs, such as the card of a display: which logs they hold, and which
+flights these are.
+"""
+
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
+from pitotbench.logbook.mapping import find_mapping, shipped
+from pitotbench.records import BadInputError
+
+ZIP = ".zip"
+_MOST_BYTES = 2 << 30  # of an unpacked .zip: more fits no card's month of flights
+_MOST_FILES = 500  # of a folder that are read
+
+
+def is_bundle(path: Path) -> bool:
+    """Return whether a path is a folder or a .zip file."""
+    return path.is_dir() or (path.suffix.lower() == ZIP and path.is_file())
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Path]:
+    """Give the path at which a log can be read: that of an unpacked folder for a .zip file or for a
+    file in one (`card.zip/flight.csv`), else the path itself. What is unpacked is removed again.
+
+    Raises BadInputError for a .zip file that is broken, locked, or unpacks to more than 2 GB.
+    """
+    packed = next(
+        (p for p in (path, *path.parents) if p.suffix.lower() == ZIP and p.is_file()), None
+    )
+    if packed is None:
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        try:
+            with zipfile.ZipFile(packed) as file:
+                size = sum(entry.file_size for entry in file.infolist())
+                if size > _MOST_BYTES:
+                    raise BadInputError(
+                        f"it unpacks to {size >> 20:,} MB: unpack it, and give the logs alone"
+                    )
+                file.extractall(folder)
+        except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError) as error:
+            raise BadInputError(
+                "not a complete .zip file, or one with a password: unpack it, and give the folder"
+            ) from error
+        yield Path(folder) / path.relative_to(packed)
+
+
+def logs_in(folder: Path) -> list[Path]:
+    """Return the files of a folder, and of those in it, that may be logs, in the order of their
+    names. Of a log in several files, as one table a topic, it is the first file of its mapping.
+
+    Raises BadInputError for a folder of more than 500 such files.
+    """
+    suffixes = tuple({*FORMATS, *READ_ONLY, *TOPIC_READERS})
+    files = sorted(
+        path
+        for path in folder.rglob("*")
+        if path.name.lower().endswith(suffixes) and path.is_file() and path.name[0] not in "._"
+    )
+    if len(files) > _MOST_FILES:
+        raise BadInputError(
+            f"a folder of {len(files):,} logs, where {_MOST_FILES} are the most: give a part of it"
+        )
+    parts: set[Path] = set()
+    for entries in (find_mapping(name).files for name in shipped()):
+        lead, *others = [pattern for entry in entries for pattern in entry.patterns] or [""]
+        for first in files if others else ():
+            if first.match(lead):
+                prefix = first.name.removesuffix(lead.removeprefix("*"))
+                beside = [*others, "*PARM.csv"]
+                parts |= {first.with_name(pattern.replace("*", prefix)) for pattern in beside}
+    return [path for path in files if path not in parts]

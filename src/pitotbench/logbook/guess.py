@@ -1,0 +1,34 @@
+"""A guess: what a column of a foreign log may be."""
+
+from dataclasses import dataclass
+
+from pitotbench.logbook.columns import Table, clock_seconds, is_clock, numbers
+from pitotbench.units import Array, to_si
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """What a column may be: our quantity, the units that are possible (the likeliest first), and
+    how well the name fits, 0 to 1. `stated` says that the unit is written in the file, or that the
+    values prove it. `factor` turns the number into the unit's. `doubt` is a question that the
+    values raise."""
+
+    theirs: str
+    quantity: str
+    units: tuple[str, ...]
+    score: float
+    stated: bool
+    factor: float = 1.0
+    doubt: str = ""
+
+    def target(self, unit: str | None = None) -> str:
+        """Return our column name, with the likeliest unit or another one."""
+        suffix = self.units[0] if unit is None else unit
+        return f"{self.quantity}_{suffix}" if suffix else self.quantity
+
+    def values(self, table: Table) -> Array:
+        """Return the values [SI] of the column, (n,), in the likeliest unit."""
+        column = table.column(self.theirs)
+        if self.quantity == "time" and is_clock(column):
+            return clock_seconds(self.theirs, column)
+        return to_si(numbers(self.theirs, column) * self.factor, self.units[0])

@@ -1,0 +1,79 @@
+"""The places where a command will write, checked before its work begins. An output is never one of
+the inputs.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+from tempfile import TemporaryFile
+
+from pitotbench.records import BadInputError
+
+PAGES = (".html", ".htm")
+
+
+def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
+    """Raise BadInputError unless a file can be written to `path`.
+
+    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist
+    and be writable, and `path` must not be a folder or a device.
+    """
+    known = tuple(suffixes)
+    if path.is_dir():
+        raise BadInputError(
+            f"{path}: a folder; name a file in it that ends in {' or '.join(known)}"
+        )
+    if path.suffix.lower() not in known:
+        raise BadInputError(f"{path}: the name must end in {' or '.join(known)}")
+    _require_no_input(path, inputs)
+    if path.exists() and not path.is_file():
+        raise BadInputError(
+            f"{path}: not a regular file, so it cannot be replaced; choose another name"
+        )
+    if not path.parent.is_dir():
+        raise BadInputError(
+            f"{path}: the folder {path.parent} does not exist; make it or choose another"
+        )
+    _require_takes_files(path.parent, path)
+
+
+def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
+    """Raise BadInputError unless files can be written to the folder `path`, which may not exist
+    yet.
+
+    `names` are the files that will be written there; none of them may be one of the `inputs`.
+    """
+    inputs = tuple(inputs)
+    for name in names:
+        _require_no_input(path / name, inputs)
+        if (path / name).is_dir():
+            raise BadInputError(
+                f"{path / name}: a folder where a file is to be written; choose another folder"
+            )
+    nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
+    if not nearest.is_dir():
+        raise BadInputError(f"{path}: {nearest} is a file, not a folder; choose another folder")
+    _require_takes_files(nearest, path)
+
+
+def _require_no_input(path: Path, inputs: Iterable[Path]) -> None:
+    for source in inputs:
+        if path.resolve() == source.resolve() or (
+            path.exists() and source.exists() and path.samefile(source)
+        ):
+            raise BadInputError(
+                f"{path}: this is an input and would be overwritten; choose another name"
+            )
+
+
+def _require_takes_files(folder: Path, path: Path) -> None:
+    """Raise BadInputError where a folder cannot take files."""
+    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or
+    # virtual disk.
+    try:
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        reason = error.strerror or error
+        raise BadInputError(
+            f"{path}: cannot be written: {reason}; choose another folder"
+        ) from error

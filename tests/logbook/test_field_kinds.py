@@ -1,0 +1,516 @@
+"""Other logs of the kinds that the cases of the field are of: made here, with headers as recorders
+write them in other years, units and orders. Each holds one flight, which is found without a flag.
+"""
+
+import json
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from pitotbench import BadInputError, air, calibrate, read_log
+from pitotbench.bench.contents import flights_of
+from pitotbench.cli.app import main
+from pitotbench.logbook.drafting import draft_mapping, mapping_text
+from pitotbench.logbook.reading import read_table
+from pitotbench.logbook.temperature import stated_day
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+RATE = 1.0  # Hz
+ROWS = 480
+READS = 0.96  # of the calibrated airspeed
+WIND = (5.0, 6.0)  # m/s toward north and east
+TAKEOFF = 95.0  # m above the sea
+
+
+def flown(speed_kt: float = 100.0, height: float = 1500.0, warmer: float = 0.0) -> dict:
+    """Circles at three airspeeds, climbing and descending by 400 m: the columns in SI and knots."""
+    rng = np.random.default_rng(48)
+    time = np.arange(ROWS) / RATE
+    legs = np.array([0.85, 0.85, 1.0, 1.0, 1.2, 1.2]) * speed_kt * KNOT
+    calibrated = np.interp(time, [0.0, 140.0, 170.0, 300.0, 330.0, 480.0], legs)
+    calibrated = calibrated + 0.1 * KNOT * rng.standard_normal(ROWS)
+    level = height + 200.0 * np.sin(2.0 * np.pi * time / ROWS)
+    static = np.asarray(air.standard_pressure(level))
+    temperature = np.asarray(air.standard_temperature(level)) + warmer
+    impact = np.asarray(air.impact_pressure(calibrated))
+    true = np.asarray(air.true_airspeed(impact, static, temperature))
+    heading = np.cumsum(np.full(ROWS, 4.0 * DEGREE / RATE))
+    north = true * np.cos(heading) + WIND[0]
+    east = true * np.sin(heading) + WIND[1]
+    middle = 45.0 * DEGREE
+    meters_north = np.cumsum(np.r_[0.0, 0.5 * (north[1:] + north[:-1])]) / RATE
+    meters_east = np.cumsum(np.r_[0.0, 0.5 * (east[1:] + east[:-1])]) / RATE
+    return {
+        "time": time,
+        "ias": READS * calibrated / KNOT,
+        "tas": true / KNOT,
+        "pressure": static,
+        "palt_ft": level / FOOT,
+        "height": level,
+        "celsius": temperature - 273.15,
+        "north": north,
+        "east": east,
+        "up": np.gradient(level, time),
+        "gs": np.hypot(north, east) / KNOT,
+        "track": np.degrees(np.arctan2(east, north)) % 360.0,
+        "heading": np.degrees(heading) % 360.0,
+        "latitude": 45.0 + np.degrees(meters_north / 6371e3),
+        "longitude": 7.0 + np.degrees(meters_east / 6371e3 / np.cos(middle)),
+    }
+
+
+def clock(seconds: np.ndarray, hour: int = 14) -> list[str]:
+    whole = seconds.astype(int)
+    return [f"{hour:02d}:{s // 60:02d}:{s % 60:02d}" for s in whole]
+
+
+def table(path: Path, columns: Mapping, mark: str = ",", above: str = "", digits: int = 7) -> Path:
+    """Write columns below some lines; numbers with `digits` decimals."""
+    cells = [
+        [value if isinstance(value, str) else f"{value:.{digits}f}" for value in column]
+        for column in columns.values()
+    ]
+    lines = [mark.join(columns), *map(mark.join, zip(*cells, strict=True))]
+    path.write_text(above + "\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def g5(folder: Path) -> Path:
+    f = flown()
+    columns = {
+        "UTC Date (yyyy-mm-dd)": ["2021-06-05"] * ROWS,
+        "UTC Time (hh:mm:ss)": clock(f["time"]),
+        "Latitude (WGS84 deg)": f["latitude"],
+        "Longitude (WGS84 deg)": f["longitude"],
+        "GPS Velocity E (m/s)": np.round(f["east"], 2),
+        "GPS Velocity N (m/s)": np.round(f["north"], 2),
+        "GPS Velocity U (m/s)": np.round(f["up"], 2),
+        "Pressure Altitude (ft)": np.round(f["palt_ft"]),
+        "Indicated Airspeed (kt)": np.round(f["ias"], 1),
+        "OAT (deg C)": np.round(f["celsius"], 1),
+        "Internal Temperature (deg C)": np.full(ROWS, 41.0),
+    }
+    return table(folder / "log.csv", columns, above='#info,log_version="1.03"\n')
+
+
+def inav(folder: Path) -> Path:
+    """Of a decoder that writes the units, without the velocity of the receiver."""
+    f = flown(38.0, 200.0)
+    columns = {
+        "loopIteration": np.arange(ROWS) * 1000,
+        "time (us)": 7e6 + f["time"] * 1e6,
+        "navVel[0] (cm/s)": np.round(100.0 * f["north"]),
+        "navVel[1] (cm/s)": np.round(100.0 * f["east"]),
+        "attitude[2]": np.round(10.0 * f["heading"]),
+        "BaroAlt (cm)": np.round(100.0 * (f["height"] - TAKEOFF)),
+        "AirSpeed (cm/s)": np.round(100.0 * f["ias"] * KNOT),
+        "GPS_numSat": np.full(ROWS, 15.0),
+        "GPS_altitude": np.round(f["height"]),
+    }
+    return table(folder / "LOG00042.01.csv", columns, ", ", digits=0)
+
+
+def edgetx(speed: str, per_kt: float, height: str, per_m: float) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        f = flown(38.0, 300.0)
+        columns = {
+            "Date": ["2024-03-09"] * ROWS,
+            "Time": [f"{each}.000" for each in clock(f["time"])],
+            "1RSS(dB)": np.full(ROWS, -60.0),
+            f"ASpd({speed})": np.round(per_kt * f["ias"], 1),
+            f"Alt({height})": np.round(per_m * (f["height"] - 200.0), 1),
+            f"GSpd({speed})": np.round(per_kt * f["gs"], 1),
+            "Hdg(°)": np.round(f["track"], 1),
+            "GPS": [f"{a:.6f} {b:.6f}" for a, b in zip(f["latitude"], f["longitude"], strict=True)],
+            "Tmp1(°C)": np.full(ROWS, 55.0),
+        }
+        return table(folder / "Model-2024-03-09.csv", columns, digits=1)
+
+    return write
+
+
+def x_plane(folder: Path) -> Path:
+    """With a tab instead of the bar's neighbors, another clock, and no course."""
+    f = flown()
+    columns = {
+        " missn,_time ": f["time"] + 100.0,
+        " _Vind,_kias ": f["ias"],
+        " __lat,__deg ": f["latitude"],
+        " __lon,__deg ": f["longitude"],
+        " __alt,ftmsl ": f["height"] / FOOT,
+        " AMprs,_inHG ": f["pressure"] / 3386.389,
+        " AMtmp,_degC ": f["celsius"],
+    }
+    return table(folder / "Data.txt", columns, "|", above="\n\n")
+
+
+def msfs(folder: Path) -> Path:
+    """Angles in radians, pressure in millibars, as a program asks for that leaves the defaults."""
+    f = flown()
+    columns = {
+        "SIMULATION TIME": f["time"] + 33.0,
+        "Plane Latitude": np.radians(f["latitude"]),
+        "Plane Longitude": np.radians(f["longitude"]),
+        "Plane Heading Degrees True": np.radians(f["heading"]),
+        "Airspeed Indicated": f["ias"],
+        "Velocity World Z": f["north"] / FOOT,
+        "Velocity World X": f["east"] / FOOT,
+        "Ambient Temperature": f["celsius"],
+        "Ambient Pressure": f["pressure"] / 100.0,
+    }
+    return table(folder / "flight.csv", columns, ";", digits=9)
+
+
+def mode_s(folder: Path) -> Path:
+    f = flown(230.0, 4000.0)
+    columns = {
+        "timestamp": [f"2023-08-01 {each}+00:00" for each in clock(f["time"])],
+        "icao24": ["4b1800"] * ROWS,
+        "latitude": f["latitude"],
+        "longitude": f["longitude"],
+        "altitude": 25.0 * np.round(f["palt_ft"] / 25.0),
+        "track": f["track"],
+        "groundspeed": f["gs"],
+        "IAS": np.round(f["ias"]),
+        "Mach": np.round(f["tas"] / 600.0, 3),
+        "heading": f["heading"] - 2.0,
+        "roll": np.full(ROWS, 25.0),
+        "vertical_rate": np.full(ROWS, 0.0),
+    }
+    return table(folder / "4b1800.csv", columns)
+
+
+def qgroundcontrol(folder: Path) -> Path:
+    """Another order, further columns, no height above the sea."""
+    f = flown(38.0, 300.0)
+    columns = {
+        "Timestamp": [f"2025-02-03 {each}.250" for each in clock(f["time"])],
+        "heading": np.round(f["heading"]),
+        "roll": np.full(ROWS, 8.0),
+        "rollRate": np.full(ROWS, 0.1),
+        "airSpeed": np.round(f["ias"] * KNOT, 2),
+        "groundSpeed": np.round(f["gs"] * KNOT, 2),
+        "altitudeRelative": np.round(f["height"] - 200.0, 1),
+        "gps.lat": f["latitude"],
+        "gps.lon": f["longitude"],
+        "gps.hdop": np.full(ROWS, 0.7),
+        "temperature.temperature1": np.full(ROWS, 38.0),
+    }
+    return table(folder / "Vehicle 1.csv", columns)
+
+
+def airliner(folder: Path) -> Path:
+    """Fields in lower case, four rates, the airspeed at the fastest."""
+    f = flown(230.0, 4000.0)
+    every = {"CAS": ("ias", 4), "GS": ("gs", 2), "TRK": ("track", 2), "ALT": ("palt_ft", 4)}
+    held = {"SAT": ("celsius", 1), "VRTG": ("up", 8)}
+    variables = {}
+    for name, (key, rate) in {**every, **held}.items():
+        moments = np.arange(ROWS * rate) / rate
+        values = np.unwrap(f[key], period=360.0) if key == "track" else f[key]
+        values = np.interp(moments, f["time"], values)
+        values = values % 360.0 if key == "track" else values
+        variables[name] = {"data": values, "rate": float(rate), "units": "", "alpha": name}
+    savemat(folder / "tail.mat", variables)
+    return folder / "tail.mat"
+
+
+def dynon(folder: Path) -> Path:
+    """Two recordings in one download; the clock begins anew."""
+    f = flown()
+    again = np.r_[f["time"][:240], f["time"][:240] + 2.0]
+    columns = {
+        "Session Time": again,
+        "GPS Altitude (feet)": np.round(f["height"] / FOOT),
+        "Ground Track (deg)": np.round(f["track"], 1),
+        "Ground Speed (knots)": np.round(f["gs"], 1),
+        "Indicated Airspeed (knots)": np.round(f["ias"], 1),
+        "Pressure Altitude (ft)": np.round(f["palt_ft"]),
+        "OAT (deg C)": np.round(f["celsius"], 1),
+    }
+    return table(folder / "USER_LOG.csv", columns, digits=2)
+
+
+KINDS: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "Garmin G5 with a probe": (g5, "garmin_g3x"),
+    "INAV with units": (inav, "inav"),
+    "EdgeTX in knots and feet": (edgetx("kts", 1.0, "ft", 1.0 / FOOT), "edgetx"),
+    "OpenTX in miles per hour": (edgetx("mph", 1.150779, "m", 1.0), "edgetx"),
+    "X-Plane without a course": (x_plane, "x_plane"),
+    "MSFS in radians": (msfs, "msfs"),
+    "Mode S": (mode_s, "mode_s"),
+    "QGroundControl without height above the sea": (qgroundcontrol, "qgroundcontrol"),
+    "airliner": (airliner, "airline"),
+    "Dynon with two recordings": (dynon, "dynon"),
+}
+
+
+def assert_found(curve) -> None:
+    """The curve is that with which the log was made, inside its bound, and within 5 % of the speed."""
+    off = np.abs(curve.correction - curve.indicated_airspeed * (1.0 / READS - 1.0))
+    assert np.all(off <= curve.two_sigma)
+    assert np.all(off < 0.05 * curve.indicated_airspeed)
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_a_log_of_the_kind_is_read_without_a_flag(kind, tmp_path):
+    write, mapping = KINDS[kind]
+    log = read_log(write(tmp_path))
+    assert log.header["mapping"] == mapping
+    found = calibrate(log)
+    assert_found(found.curve)
+    assert found.wind.speed_kt == pytest.approx(np.hypot(*WIND) / KNOT, abs=1.0)
+    assert found.wind.from_deg == pytest.approx(230.2, abs=4.0)
+
+
+def test_two_recordings_of_one_download_are_two_flights(tmp_path):
+    log = read_log(dynon(tmp_path))
+    assert np.all(np.diff(log.time) > 0.0)
+    assert np.diff(log.time)[239] > 300.0
+    assert any("2 recordings" in words for words in log.header["warnings"])
+
+
+def test_a_clock_that_was_set_in_flight_is_refused(tmp_path):
+    f = flown()
+    path = dynon(tmp_path)
+    lines = path.read_text().splitlines()
+    lines[301] = lines[301].replace(f"{f['time'][60] + 2.0:.2f}", "1.00", 1)
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(BadInputError, match="time runs back"):
+        read_log(path)
+
+
+def foreign(f: Mapping) -> dict:
+    """A recorder that nobody knows."""
+    return {
+        "Milliseconds": np.round(1e3 * f["time"]),
+        "Course": np.round(f["track"], 1),
+        "SpeedOverGround": np.round(f["gs"] * KNOT, 2),
+        "Lat": f["latitude"],
+        "Lon": f["longitude"],
+        "Airspeed": np.round(f["ias"] * KNOT, 2),
+        "PressAlt (m)": np.round(f["height"], 1),
+        "OAT": np.round(f["celsius"], 2),
+    }
+
+
+def drafted(path: Path, columns: Mapping):
+    return draft_mapping(read_table(table(path, columns)))
+
+
+def test_a_draft_tells_units_and_meaning_by_the_values(tmp_path):
+    """The position gives the unit of the ground speed, and this, by the whole log, the airspeed's."""
+    path = tmp_path / "log.csv"
+    found = drafted(path, foreign(flown()))
+    lines = {line.guess.theirs: line for line in found.lines}
+    assert lines["SpeedOverGround"].guess.target() == "ground_speed_mps"
+    assert not lines["SpeedOverGround"].question
+    assert lines["Milliseconds"].guess.target() == "time_ms"
+    assert lines["Airspeed"].guess.target() == "indicated_airspeed_mps"
+    mapping = tmp_path / "m.toml"
+    mapping.write_text(mapping_text(found, path.name), encoding="utf-8")
+    assert_found(calibrate(path, mapping=mapping).curve)
+
+
+DISGUISES = {
+    # What another column is called, its values of the flight, and what must not be said of it.
+    "satellites": ("GPS_numSat", lambda f: np.round(12.0 + 2.0 * np.sin(f["time"])), "temperature"),
+    "the box": ("Internal Temperature", lambda f: 35.0 + 0.01 * f["time"], "temperature"),
+    "the board": ("IMU temp", lambda f: 41.0 - 0.001 * f["time"], "temperature"),
+    "an engine": ("Oil temp", lambda f: 80.0 + 0.0 * f["time"], "temperature"),
+}
+
+
+@pytest.mark.parametrize("name", list(DISGUISES))
+def test_a_temperature_of_something_else_is_left_out(name, tmp_path):
+    column, values, kind = DISGUISES[name]
+    columns = foreign(flown())
+    del columns["OAT"]
+    found = drafted(tmp_path / "log.csv", {column: values(flown()), **columns})
+    assert not any(kind in line.guess.quantity for line in found.lines)
+    assert f"# Not used: {column}: " in mapping_text(found, "log.csv")
+
+
+def test_a_temperature_that_does_not_fall_with_height_is_asked_for(tmp_path):
+    f = flown()
+    columns = foreign(f) | {"OAT": 20.0 + 0.01 * (f["height"] - 1500.0)}
+    found = drafted(tmp_path / "log.csv", columns)
+    (line,) = [line for line in found.lines if line.guess.theirs == "OAT"]
+    assert "is it the air's?" in line.question
+    assert not found.sure
+
+
+@pytest.mark.parametrize(
+    ("name", "angle", "quantity"),
+    [
+        ("Heading", lambda f: f["track"], "track"),
+        ("Heading", lambda f: f["heading"], "heading"),
+        ("Course", lambda f: (f["track"] - 11.0) % 360.0, "magnetic_track"),
+    ],
+)
+def test_a_direction_is_what_it_does(name, angle, quantity, tmp_path):
+    f = flown()
+    columns = {key: values for key, values in foreign(f).items() if key != "Course"}
+    found = drafted(tmp_path / "log.csv", {**columns, name: np.round(angle(f), 1)})
+    lines = {line.guess.theirs: line.guess.quantity for line in found.lines}
+    assert lines[name] == quantity
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_vertical_velocity_gets_its_sign_from_the_height(sign, tmp_path):
+    f = flown()
+    columns = foreign(f) | {
+        "Velocity North (m/s)": f["north"],
+        "Velocity East (m/s)": f["east"],
+        "Velocity Down (m/s)": np.round(sign * f["up"], 3),
+    }
+    found = drafted(tmp_path / "log.csv", columns)
+    (guess,) = [line.guess for line in found.lines if line.guess.theirs.startswith("Velocity Down")]
+    assert (guess.target(), guess.factor) == ("velocity_down_mps", -sign)
+
+
+def test_a_name_of_ours_without_a_unit_gets_it_from_its_values(tmp_path):
+    """As a program writes it that knows the quantities and not the suffixes."""
+    f = flown()
+    columns = {
+        "time_s": f["time"],
+        "indicated_airspeed_kt": f["ias"],
+        "static_pressure": f["pressure"],
+        "air_temperature_degc": f["celsius"],
+        "velocity_north_mps": f["north"],
+        "velocity_east_mps": f["east"],
+        "heading": f["heading"],
+        "pitch": np.full(ROWS, 0.02),
+    }
+    log = read_log(table(tmp_path / "log.csv", columns))
+    np.testing.assert_allclose(log.static_pressure, f["pressure"], rtol=1e-6)
+    np.testing.assert_allclose(np.degrees(log.heading), f["heading"], atol=1e-4)
+    assert log.pitch is None  # 0.02 may be radians or degrees
+    told = " ".join(log.header["warnings"])
+    assert "'static_pressure' states no unit: by its values pa" in told
+    assert "not used: column 'pitch' does not say its unit" in told
+
+
+def test_a_word_a_blank_and_a_duplicate_are_remarks(tmp_path):
+    columns = {name: list(map(str, values)) for name, values in foreign(flown()).items()}
+    columns["Airspeed"][17] = "---"
+    columns["Lat"][40] = ""
+    path = table(tmp_path / "log.csv", columns)
+    lines = path.read_text().splitlines()
+    again = [f"{line},{line.split(',')[-1]}" for line in lines]
+    path.write_text("\n".join(again) + "\n")
+    mapping = tmp_path / "m.toml"
+    assert main(["map", str(path), "-o", str(mapping)]) == 0
+    log = read_log(path, mapping)
+    assert len(log) >= ROWS - 2
+    told = " ".join(log.header["warnings"])
+    assert "'Airspeed' holds words among its numbers" in told
+    assert "given more than once: OAT" in told
+
+
+def test_lines_of_prose_above_the_names_are_skipped(tmp_path):
+    """As an engine monitor writes them, in a file that ends in .log."""
+    columns = foreign(flown())
+    above = "Acme monitor, serial 12\nAircraft: N123\nSoftware 2.1, rate 1 Hz, all metric\n"
+    path = table(tmp_path / "0012.log", columns, above=above)
+    found = draft_mapping(read_table(path))
+    assert not found.unusable
+    assert {line.guess.theirs for line in found.lines} >= {
+        "Milliseconds",
+        "Airspeed",
+        "PressAlt (m)",
+    }
+
+
+def test_a_folder_and_a_zip_list_their_flights(tmp_path, capsys):
+    folder = tmp_path / "card"
+    (folder / "old").mkdir(parents=True)
+    first = g5(folder)
+    dynon(folder / "old")
+    (folder / "old" / "notes.txt").write_text("bring the car keys\n")
+    packed = tmp_path / "card.zip"
+    with zipfile.ZipFile(packed, "w") as file:
+        for path in sorted(folder.rglob("*.*")):
+            file.write(path, path.relative_to(folder))
+    for place in (folder, packed):
+        held = flights_of(place)
+        assert [each.file for each in held] == [
+            "log.csv",
+            "old/USER_LOG.csv",
+            "old/USER_LOG.csv",
+            "old/notes.txt",
+        ]
+        assert held[0].start == "2021-06-05 14:00:00"
+        assert held[0].seconds == pytest.approx(ROWS - 1.0)
+        assert held[0].airspeeds[0] == pytest.approx(85.0 * READS * KNOT, abs=0.5)
+        assert held[-1].refusal
+        assert main(["inspect", str(place)]) == 0
+        assert "2021-06-05 14:00:00" in capsys.readouterr().out
+        assert main(["calibrate", str(place)]) == 2
+        assert f"name one, such as {place / 'log.csv'}" in capsys.readouterr().err
+    member = read_log(packed / "log.csv")
+    np.testing.assert_array_equal(member.impact_pressure, read_log(first).impact_pressure)
+    assert main(["calibrate", str(packed / "log.csv"), "--json"]) == 0
+
+
+def test_a_broken_zip_is_refused(tmp_path):
+    path = tmp_path / "card.zip"
+    path.write_bytes(b"PK\x03\x04" + bytes(40))
+    with pytest.raises(BadInputError, match=r"not a complete \.zip"):
+        read_log(path)
+
+
+DAYS = {
+    "18": (18.0, 2.0, None),
+    "18±1.5": (18.0, 1.5, None),
+    "18+-2@ground": (18.0, 2.0, None),
+    "18/3": (18.0, 3.0, None),
+    "-5.5±1@1500ft": (-5.5, 1.0, 1500.0 * FOOT),
+    "−12 ± 2 @ 400 m": (-12.0, 2.0, 400.0),
+}
+
+
+@pytest.mark.parametrize("text", list(DAYS))
+def test_a_temperature_of_the_day_is_read(text):
+    day = stated_day(text)
+    celsius, two_sigma, height = DAYS[text]
+    assert day.temperature == pytest.approx(celsius + 273.15)
+    assert (day.two_sigma, day.height) == (two_sigma, height)
+
+
+@pytest.mark.parametrize("text", ["warm", "18@", "18±", "290", "18@1500", "18±-2", "1e3", ""])
+def test_a_temperature_that_is_none_is_refused_with_the_form(text):
+    with pytest.raises(BadInputError, match=r"degrees Celsius"):
+        stated_day(text)
+
+
+@pytest.mark.parametrize("warmer", [-15.0, 12.0])
+def test_the_temperature_of_the_day_takes_the_place_of_a_standard_day(warmer, tmp_path):
+    """On a day far from standard the answer needs it; it narrows the bound to that of a probe."""
+    f = flown(warmer=warmer)
+    columns = {
+        "time_s": f["time"],
+        "indicated_airspeed_kt": f["ias"],
+        "pressure_altitude_ft": f["palt_ft"],
+        "velocity_north_mps": f["north"],
+        "velocity_east_mps": f["east"],
+    }
+    path = table(tmp_path / "log.csv", columns)
+    text = f"{f['celsius'].max():.1f}±1@ground"
+    found = calibrate(read_log(path, temperature_c=text))
+    assert_found(found.curve)
+    assert np.max(found.curve.two_sigma) < 0.6 * KNOT
+    assert {each.name: each.two_sigma for each in found.assumptions}["temperature_k"] < 1.5
+    without = calibrate(path)
+    assert np.all(without.curve.two_sigma > 2.0 * found.curve.two_sigma)
+    assert any("--temperature-c" in words and "largest part" in words for words in without.warnings)
+
+
+def test_a_temperature_below_zero_is_taken_after_its_flag(tmp_path, capsys):
+    assert main(["calibrate", str(g5(tmp_path)), "--temperature-c", "-5±2@ground", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["warnings"]
+    assert any("temperature of the day, -5±2@ground" in words for words in told)

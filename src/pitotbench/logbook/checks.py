@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
+from pitotbench.logbook.broken import check_broken
 from pitotbench.logbook.columns import QUANTITIES, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import check_plausibility
@@ -554,7 +555,8 @@ def check_impact_pressure(draft: Draft) -> None:
 
 
 # The order matters: fixes are held before blanks count as a start-up or as missing numbers, the
-# clock is right before units are judged, and the impact pressure exists before it is checked.
+# clock is right before units are judged, and the impact pressure exists before it is checked. A
+# broken pitot is told before anything else is blamed for what it reads.
 CHECKS = (
     hold_fixes,
     drop_blank_start,
@@ -565,6 +567,7 @@ CHECKS = (
     check_units,
     check_spikes,
     form_impact_pressure,
+    check_broken,
     check_impact_pressure,
     check_stuck,
     check_plausibility,

@@ -201,7 +201,7 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     choices = _choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
     _, stated = _stated_autopilot(options)
-    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping, stated)]
+    logs = read_logs(options.logs, options.mapping, stated, stated_part(options))
     if (
         options.params
         and not options.separately

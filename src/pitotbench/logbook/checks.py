@@ -557,12 +557,8 @@ def check_impact_pressure(draft: Draft) -> None:
 # The order matters: fixes are held before blanks count as a start-up or as missing numbers, the
 # clock is right before units are judged, and the impact pressure exists before it is checked. A
 # broken pitot is told before anything else is blamed for what it reads.
+CLOCK_CHECKS = (hold_fixes, drop_blank_start, check_numbers, check_time, check_clock)
 CHECKS = (
-    hold_fixes,
-    drop_blank_start,
-    check_numbers,
-    check_time,
-    check_clock,
     check_pauses,
     check_units,
     check_spikes,

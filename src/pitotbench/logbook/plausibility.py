@@ -27,6 +27,7 @@ from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 # standard error of the factor, with the wind's usual size as knowledge, is large, and nothing is
 # said.
 
+SPEED_FACTOR = "speed factor"  # code of the warning, which the factor of a calibration replaces
 _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
@@ -247,9 +248,12 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     # A unit that fits explains more than a zero does, where the difference is more than that of a
     # zero.
     named = bool(fits) and size[1] > max(LIMITS.curve_refused, LIMITS.zero_allowed / impact[1])
-    if named or bool(np.all(absurd)):
+    # A factor that a gauge or a setting may have is an answer of the calibration.
+    needed = np.sqrt(max(1.0 + float(factor.excess[1]), 1e-6))
+    forbidden = not 1.0 / LIMITS.scale_refused < needed < LIMITS.scale_refused
+    if forbidden and (named or bool(np.all(absurd))):
         raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.warnings.append(Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"]))
 
 
 def _fits(draft: Draft, flown: FlownRows) -> list[str]:

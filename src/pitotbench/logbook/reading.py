@@ -4,7 +4,7 @@ from collections import abc
 from dataclasses import replace
 from pathlib import Path
 
-from pitotbench.logbook.checks import CHECKS
+from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
 from pitotbench.logbook.columns import (
     CALIBRATE,
     MAPPING,
@@ -20,20 +20,27 @@ from pitotbench.logbook.formats import TOPIC_READERS, reader_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.records import BadInputError
+from pitotbench.records.log import START as FIRST_ROW
 from pitotbench.records.log import FlightLog
+
+Part = tuple[float | None, float | None]  # s after the first row, from and to
+WHOLE: Part = (None, None)
 
 
 def read_log(
     path: Path | str,
     mapping: Path | str | None = None,
     parameters: abc.Mapping[str, float] | None = None,
+    part: Part = WHOLE,
 ) -> FlightLog:
     """Read a flight log from a file.
 
     `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
-    log was flown, by name, in place of those that it holds. `log.header["warnings"]` lists, with
+    log was flown, by name, in place of those that it holds. Only the `part` is read and judged: from
+    and to so many seconds after the first row, None for the log's own ends. `log.header["warnings"]`
+    lists, with
     row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file),
@@ -46,7 +53,8 @@ def read_log(
         return log_of(
             table_of(source, stated)
             if named is None
-            else _advised(read_mapped(source, named, read_table, stated), named)
+            else _advised(read_mapped(source, named, read_table, stated), named),
+            part,
         )
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
@@ -106,12 +114,19 @@ def needs_mapping(path: Path) -> str:
     return "its columns are those of a flight log; no mapping is needed"
 
 
-def log_of(table: Table) -> FlightLog:
-    """Return the checked log of a table. Raises BadInputError where it cannot be used."""
+def log_of(table: Table, part: Part = WHOLE) -> FlightLog:
+    """Return the checked log of a table, or of its `part`, as in `read_log`. Raises BadInputError
+    where it cannot be used.
+    """
     draft, header = draft_of(table), dict(table.header)
     derive(draft, header)
     require(draft)
     del table  # or its columns would stay in memory beside those of which a check drops rows
+    for check in CLOCK_CHECKS:
+        check(draft)
+    if part != WHOLE:
+        draft.keep_part(*part)
+        header[FIRST_ROW] = draft.start
     for check in CHECKS:
         check(draft)
     warnings = [*earlier_warnings(header), *draft.warnings]

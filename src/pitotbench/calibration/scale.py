@@ -22,6 +22,7 @@ class ScaleLimits:
     told: float = 0.05  # from 1, beyond which it is told: usual position errors are below
     zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
     half: float = 0.06  # of the factor, by which a sensor that reads half may differ
+    own: float = 0.02  # 2σ of an airplane's own position error beside a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be told apart
 
 
@@ -51,7 +52,7 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
     if abs(scale.factor - 1.0) > LIMITS.refined:
         scale = _refined(scale, log, options)
     known = abs(scale.factor - 1.0) > scale.two_sigma
-    scale = replace(scale, units=tuple(_meanings(scale, log)) if known else ())
+    scale = replace(scale, units=tuple(_meanings(result, scale, log)) if known else ())
     result = replace(result, scale=scale)
     if scale.units:
         words = (
@@ -95,22 +96,23 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
     return Scale(factor, 0.5 * factor**3 * bound)
 
 
-def _meanings(scale: Scale, log: FlightLog) -> list[str]:
+def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
     """What else makes such a factor, in words."""
     found = [words for ratio, words in UNITS.items() if abs(scale.factor - ratio) < scale.two_sigma]
-    static, impact = log.static_pressure, np.maximum(log.impact_pressure, 0.0)
-    fast = impact > 0.5 * np.median(impact)
+    # What a true airspeed as large as the shown one would be as a calibrated airspeed.
+    static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
+    height = air.pressure_altitude(static)
+    temperature = air.standard_temperature(height)
     if log.air_temperature is not None:
-        temperature = log.air_temperature
-    else:
-        temperature = air.standard_temperature(air.pressure_altitude(static))
-    speed = air.calibrated_airspeed(impact[fast])  # what a true airspeed would be shown as
-    mach = speed / air.sound_speed(temperature[fast])
-    right = air.calibrated_airspeed(air.impact_pressure_from_mach(mach, static[fast]))
-    ratio = float(np.median(right / speed))
-    if abs(ratio - 1.0) > LIMITS.dense and abs(scale.factor - ratio) < scale.two_sigma:
+        temperature = float(np.median(log.air_temperature))
+    mach = shown / air.sound_speed(temperature)
+    right = air.calibrated_airspeed(air.impact_pressure_from_mach(mach, static))
+    left = (shown + result.curve.correction) / right - 1.0
+    bound = np.hypot(float(np.median(result.curve.two_sigma / shown)), LIMITS.own)
+    dense = float(np.mean(right / shown))
+    if abs(dense - 1.0) > LIMITS.dense and float(np.max(np.abs(left))) < bound:
         found.append(
-            f"a true airspeed in the column of the indicated one (the air density makes {ratio:.3f})"
+            f"a true airspeed in the column of the indicated one (the air density makes {dense:.3f})"
         )
     return found
 
@@ -139,7 +141,11 @@ def _settings(result: Calibration, scale: Scale) -> str:
 
 
 def _half(scale: Scale) -> str:
-    near = [w for r, w in _HALVES.items() if abs(scale.factor / r - 1.0) < LIMITS.half]
+    near = [
+        words
+        for ratio, words in _HALVES.items()
+        if abs(scale.factor - ratio) < max(LIMITS.half * ratio, scale.two_sigma)
+    ]
     return "".join(
         f". A sensor that shows {words} does so: check its range setting, and its tube for a leak"
         for words in near

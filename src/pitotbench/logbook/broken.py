@@ -56,7 +56,7 @@ class BrokenLimits:
     looks: int = 40  # for the moment of a failure, and then one by one
     fails: float = 6.0  # times the usual misfit by which a reading leaves what it followed
     far: float = 0.2  # of the expected impact pressure, the same
-    gone: float = 0.1  # of the usual impact pressure, the median that is left of one that died
+    gone: float = 0.15  # of the usual impact pressure, the median that is left of one that died
     creeps: float = 0.05  # of the usual impact pressure, by which a stuck one does not move
     shared: float = 0.8  # of the receiver's noise, in which a copy differs from it; a sensor has 1
     noisy: float = -0.25  # correlation of second differences: −2/3 for white noise, 0.9 for motion
@@ -431,15 +431,20 @@ def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
     """A zero that differs at rest before and after the flight."""
     time, impact = channels["time"], channels["impact_pressure"]
     speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
-    fast = np.flatnonzero(speed > LIMITS.flying * float(np.quantile(speed, 0.95)))
-    if not len(fast):
+    moving = np.flatnonzero(speed > LIMITS.rest)
+    if not len(moving):
         return None
-    rest = speed < LIMITS.rest
-    ends = [rest & (time < time[fast[0]]), rest & (time > time[fast[-1]])]
-    if min(float(np.sum(np.diff(time, append=time[-1])[end])) for end in ends) < LIMITS.settle:
+    ends = [slice(0, moving[0]), slice(moving[-1] + 1, len(time))]
+    blocks = [np.unique(time[end] // LIMITS.block, return_inverse=True)[1] for end in ends]
+    if min(LIMITS.block * (np.max(block, initial=-1) + 1) for block in blocks) < LIMITS.settle:
         return None
-    before, after = (float(np.median(impact[end])) for end in ends)
-    scatter = max(float(np.ptp(np.quantile(impact[end], [0.05, 0.95]))) for end in ends)
+    means = [
+        np.bincount(block, impact[end]) / np.bincount(block)
+        for block, end in zip(blocks, ends, strict=True)
+    ]
+    before, after = (float(np.median(mean)) for mean in means)
+    scatter = max(float(np.ptp(np.quantile(mean, [0.05, 0.95]))) for mean in means)
+    fast = speed > LIMITS.flying * float(np.quantile(speed, 0.95))
     moved, low = after - before, float(np.quantile(impact[fast], 0.1))
     if abs(moved) < max(LIMITS.breeze, LIMITS.drift * low, LIMITS.steady * scatter):
         return None
@@ -455,7 +460,7 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     north, east = channels["velocity_north"], channels["velocity_east"]
     speed = np.hypot(north, east)
     rows = fresh_fixes(channels.get("gps_fresh"), north, east)
-    rows &= speed > LIMITS.flying * float(np.quantile(speed, 0.95))
+    rows = rows & (speed > 0.5 * LIMITS.taxi)
     if rows.sum() < LIMITS.fewest:
         return None
     ground, track = speed[rows], np.arctan2(east, north)[rows]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.logbook.broken import BROKEN
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
     LIMITS,
@@ -531,8 +532,8 @@ def check_plausibility(draft: Draft) -> None:
     check_temperature(draft)
     check_rise(draft)
     flown = flown_rows(draft)
-    if flown is None:
-        return
+    if flown is None or any(isinstance(w, Caution) and w.code == BROKEN for w in draft.warnings):
+        return  # what is broken explains what does not fit
     factor = find_factor(flown)
     # Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly
     # one can.

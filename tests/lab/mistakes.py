@@ -638,7 +638,7 @@ def judge(mistake: Mistake, maneuver: str = "circle", wind: str = "constant") ->
         if spoiled is None:
             return Outcome(mistake, "refused", says)
         found = calibrate(spoiled, CalibrationOptions(latency="checked", wind=wind))
-        if not found.usable:
+        if any(each.kind == "scale" for each in found.disagreements):
             return Outcome(mistake, "refused", found.disagreements[0].words)
     except (BadInputError, NoAnswerError) as error:
         return Outcome(mistake, "refused", str(error))

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
+from numpy.linalg import LinAlgError
+
 from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
 from pitotbench.calibration.options import AUTO
@@ -16,6 +18,7 @@ from pitotbench.calibration.options import CalibrationOptions as CalibrationOpti
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.logbook.broken import BROKEN
 from pitotbench.logbook.columns import PARAMETERS
+from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import (
     CalibratedFlight,
@@ -24,6 +27,9 @@ from pitotbench.records.calibration import (
     RecordedAutopilot,
 )
 from pitotbench.records.log import Caution, FlightLog
+
+
+_CAUSES = (BROKEN, SPEED_FACTOR)  # codes of warnings that say why there is no answer
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -100,11 +106,15 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
 
     try:
         yield
-    except NoAnswerError as error:
+    except (NoAnswerError, LinAlgError) as error:
         text = str(error)
-        if broken := [each for log in logs for each in log.cautions if each.code == BROKEN]:
-            text = f"no answer: {broken[0]}"
-        elif isinstance(error, UndeterminedError) and all(
+        # What the reading of the log has found is the cause, whatever the fit stumbles over.
+        causes = [each for log in logs for each in log.cautions if each.code in _CAUSES]
+        if causes:
+            raise BadInputError(str(causes[0])) from error
+        if isinstance(error, LinAlgError):
+            raise
+        if isinstance(error, UndeterminedError) and all(
             geometry_suffices(log, options) for log in logs
         ):
             text = (

@@ -39,6 +39,7 @@ UNITS = {
     2.2369: "a GPS velocity in miles per hour that is read as m/s",
     0.4470: "a GPS velocity in m/s that is read as miles per hour",
 }
+_STEP = 1e-4  # of Δp/q_c, for the derivative of the factor
 _HALVES = {2.0: "half of the airspeed", float(np.sqrt(2.0)): "half of the impact pressure"}
 
 
@@ -51,6 +52,9 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
     scale = _of_curve(result)
     if abs(scale.factor - 1.0) > LIMITS.refined:
         scale = _refined(scale, log, options)
+        # A curve that is no factor: by so much the factor of another airspeed is another.
+        ratio = 1.0 / np.sqrt(np.maximum(1.0 - result.curve.normalized_pressure_error, 1e-6))
+        scale = replace(scale, two_sigma=float(np.hypot(scale.two_sigma, 0.5 * np.ptp(ratio))))
     known = abs(scale.factor - 1.0) > scale.two_sigma
     scale = replace(scale, units=tuple(_meanings(result, scale, log)) if known else ())
     result = replace(result, scale=scale)
@@ -80,7 +84,7 @@ def _of_curve(result: Calibration) -> Scale:
 
 def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale:
     """The factor of a fit of a factor and a zero, which is the same whatever the file's mapping
-    advises. With Δp/q_c = k it is 1/√(1 − k).
+    advises. With Δp/q_c = k the impact pressure is to be divided by 1 − k.
     """
     stated = accuracies_of(options.accuracies, log.header)
     zero = replace(stated, impact_pressure_zero_pa=LIMITS.zero)
@@ -92,13 +96,19 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
     if not k < 1.0:
         return scale
     bound = float(found.answer.two_sigma(np.eye(len(found.answer.mean))[[0]])[0])
-    factor = float((1.0 - k) ** -0.5)
-    return Scale(factor, 0.5 * factor**3 * bound)
+    shown = np.full(2, np.median(found.observations.impact_pressure))
+    right = shown / (1.0 - np.array([k, k + _STEP]))
+    low, high = air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
+    return Scale(float(low), float(high - low) / _STEP * bound)
 
 
 def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
     """What else makes such a factor, in words."""
-    found = [words for ratio, words in UNITS.items() if abs(scale.factor - ratio) < scale.two_sigma]
+    found = [
+        words
+        for ratio, words in UNITS.items()
+        if abs(scale.factor - ratio) < scale.two_sigma
+    ]
     # What a true airspeed as large as the shown one would be as a calibrated airspeed.
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)

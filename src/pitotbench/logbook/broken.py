@@ -54,20 +54,21 @@ class BrokenLimits:
     before: float = 60.0  # s that a system has worked before it fails
     after: float = 30.0  # s that it has failed
     looks: int = 40  # for the moment of a failure, and then one by one
+    strange: float = 0.1  # of the impact pressure, the misfit of a reading that is none of the speed
     fails: float = 6.0  # times the usual misfit by which a reading leaves what it followed
     far: float = 0.2  # of the expected impact pressure, the same
     gone: float = 0.15  # of the usual impact pressure, the median that is left of one that died
-    creeps: float = 0.05  # of the usual impact pressure, by which a stuck one does not move
     shared: float = 0.8  # of the receiver's noise, in which a copy differs from it; a sensor has 1
     noisy: float = -0.25  # correlation of second differences: −2/3 for white noise, 0.9 for motion
     together: float = 0.3  # m/s rms between airspeed and ground speed: a breath of wind has more
     dense: float = 0.02  # by which true and indicated airspeed must differ for a copy to show
+    same: float = 1.0  # degrees rms, in which a heading is the track
     crab: float = 2.0  # m/s of crosswind, rms, that headings show: a compass errs by 2° at 60 m/s
     turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
-    levels: float = 0.35  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
+    levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
     rounds: int = 20  # of finding the level of each block, at most
     settle: float = 8.0  # s that a level lasts on average: gusts of an airplane pass sooner
-    step: float = 0.05  # of the usual impact pressure, the least step that water makes
+    step: float = 0.08  # of the usual impact pressure, the least step that water makes
     steps: int = 3  # a front of the wind is one, its way back in a turn a second
     drift: float = 0.08  # of the least impact pressures, by which a zero moves to be told
     warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
@@ -255,6 +256,12 @@ def _excited(part: Part) -> bool:
     return _excitation(part) > least
 
 
+def _follows_nothing(part: Part) -> bool:
+    """Whether the speed changes and the reading has no part in it; one in a wrong unit has."""
+    low, high = _around(_response(part))
+    return _excited(part) and low <= 0.0 and high < LIMITS.dead
+
+
 def _reads_altimeter(dead: Fit) -> bool:
     low, high = _around(dead)
     return high < -LIMITS.altimeter and low > -2.0 + LIMITS.altimeter
@@ -262,13 +269,14 @@ def _reads_altimeter(dead: Fit) -> bool:
 
 def _stopped(part: Part) -> Broken | None:
     """Stuck or blocked throughout."""
-    dead, follows, sound = _dead(part), _response(part), _sound(part)
+    dead, sound = _dead(part), _sound(part)
     swing = _excitation(part)
     expected = swing * float(np.median(part.slope))
     blocked = _reads_altimeter(dead) and dead.rms < LIMITS.better * sound.rms
-    stuck = _excited(part) and _around(follows)[1] < LIMITS.dead
-    if not (blocked or (stuck and dead.rms < LIMITS.quiet * expected)):
+    stuck = _follows_nothing(part) and _dead(part, leaks=False).rms < LIMITS.quiet * expected
+    if not (blocked or stuck):
         return None
+    follows = _response(part)
     told = (
         f"the GPS velocity asks for an airspeed that changes by {swing / KNOT:.0f} kt (rms), and "
         f"the reading follows it by {follows.values[0]:+.2f} ± {2.0 * follows.errors[0]:.2f} "
@@ -282,17 +290,10 @@ _CLEAN = "look for a cover, ice, insects or water in the tube and its line, and 
 
 def _closed_words(part: Part, dead: Fit) -> str:
     """Whether the reading is that of an altimeter, or of nothing."""
-    leaks = np.ptp(part.impact) > LIMITS.creeps * abs(float(np.median(part.impact)))
     if _reads_altimeter(dead):
         return (
             "the total line is blocked: the impact pressure reads an altimeter (it changes by "
             f"{dead.values[0]:.2f} ± {2.0 * dead.errors[0]:.2f} of the static pressure; −1 is a closed line)"
-        )
-    if leaks:
-        first, last = part.impact[[0, -1]]
-        return (
-            "the total line is blocked and leaks: the impact pressure creeps from "
-            f"{first:.0f} to {last:.0f} Pa"
         )
     return f"the sensor is stuck: the impact pressure stands still at {np.median(part.impact):.0f} Pa"
 
@@ -321,12 +322,15 @@ def _died(part: Part, row: int) -> bool:
 
 def _frozen(early: Part, late: Part) -> bool:
     """Whether the late reading does not follow the speed: by itself, or by the wind found early."""
+    sound = regress(early.impact, [early.square, *early.wind_columns()])
+    # Where the reading before is none of this speed in its unit, it is not the tube that fails.
+    strange = sound.rms > LIMITS.strange * abs(float(np.median(early.impact)))
+    if strange or not _around(sound)[1] > LIMITS.dead:
+        return False
     dead = _dead(late, leaks=False)
     swing = _excitation(late) * float(np.median(late.slope))
-    own = _excited(late) and _around(_response(late))[1] < LIMITS.dead
-    if own and dead.rms < LIMITS.quiet * swing:
+    if _follows_nothing(late) and dead.rms < LIMITS.quiet * swing:
         return True
-    sound = regress(early.impact, [early.square, *early.wind_columns()])
     columns = np.stack([late.square, *late.wind_columns()], axis=1)
     asked = columns @ sound.values
     unsure = np.sqrt(np.einsum("np,pq,nq->n", columns, sound.covariance, columns))
@@ -487,6 +491,8 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     if (heading := channels.get("heading")) is not None:
         off = np.angle(np.exp(1j * (heading[rows] - track)))
         crab = float(np.sqrt(np.mean((off - np.mean(off)) ** 2) * np.mean(ground) ** 2))
+        if np.std(off) < LIMITS.same * DEGREE:
+            return None  # the velocity may as well be made of airspeed and heading
         if crab > LIMITS.crab:
             impossible = True
             evidence += (

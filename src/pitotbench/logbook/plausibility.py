@@ -241,7 +241,7 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
     fits = _fits(draft, flown)
     words = (
-        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken "
+        f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken "
         "off: "
         f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
     )
@@ -252,6 +252,8 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     # A factor that a gauge or a setting may have is an answer of the calibration.
     needed = np.sqrt(max(1.0 + float(factor.excess[1]), 1e-6))
     forbidden = not 1.0 / LIMITS.scale_refused < needed < LIMITS.scale_refused
+    # Nor does a pitot of subsonic flow show a supersonic speed.
+    forbidden |= ground > float(np.median(air.sound_speed(flown.temperature))) > airspeed
     if forbidden and (named or bool(np.all(absurd))):
         raise BadInputError(words)
     draft.warnings.append(Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"]))

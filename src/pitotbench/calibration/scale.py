@@ -6,12 +6,14 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
+from pitotbench.calibration.prediction import ZERO
 from pitotbench.calibration.reduction import reduce_log
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration, Disagreement, Scale
 from pitotbench.records.log import Caution, FlightLog
+from pitotbench.units import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +41,8 @@ UNITS = {
     2.2369: "a GPS velocity in miles per hour that is read as m/s",
     0.4470: "a GPS velocity in m/s that is read as miles per hour",
 }
-_STEP = 1e-4  # of Δp/q_c, for the derivative of the factor
+_STEP = 1e-4  # of Δp/q_c, and Pa, for the derivative of the factor
+_OVER = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the impact pressures of the log
 _HALVES = {2.0: "half of the airspeed", float(np.sqrt(2.0)): "half of the impact pressure"}
 
 
@@ -52,9 +55,6 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
     scale = _of_curve(result)
     if abs(scale.factor - 1.0) > LIMITS.refined:
         scale = _refined(scale, log, options)
-        # A curve that is no factor: by so much the factor of another airspeed is another.
-        ratio = 1.0 / np.sqrt(np.maximum(1.0 - result.curve.normalized_pressure_error, 1e-6))
-        scale = replace(scale, two_sigma=float(np.hypot(scale.two_sigma, 0.5 * np.ptp(ratio))))
     known = abs(scale.factor - 1.0) > scale.two_sigma
     scale = replace(scale, units=tuple(_meanings(result, scale, log)) if known else ())
     result = replace(result, scale=scale)
@@ -83,8 +83,11 @@ def _of_curve(result: Calibration) -> Scale:
 
 
 def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale:
-    """The factor of a fit of a factor and a zero, which is the same whatever the file's mapping
-    advises. With Δp/q_c = k the impact pressure is to be divided by 1 − k.
+    """The factor of a fit of a gain and a zero, which is the same whatever the file's mapping
+    advises: the mean ratio of calibrated and shown airspeed over the speeds of the log.
+
+    With Δp/q_c = k and a zero z the impact pressure is (q − z)/(1 − k). Where the zero makes the
+    ratio another at another airspeed, half of that is in the bound.
     """
     stated = accuracies_of(options.accuracies, log.header)
     zero = replace(stated, impact_pressure_zero_pa=LIMITS.zero)
@@ -92,14 +95,23 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
         found = reduce_log(log, replace(options, model="bias", method="covering", accuracies=zero))
     except NoAnswerError:
         return scale
-    k = float(found.answer.mean[0])
-    if not k < 1.0:
-        return scale
-    bound = float(found.answer.two_sigma(np.eye(len(found.answer.mean))[[0]])[0])
-    shown = np.full(2, np.median(found.observations.impact_pressure))
-    right = shown / (1.0 - np.array([k, k + _STEP]))
-    low, high = air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
-    return Scale(float(low), float(high - low) / _STEP * bound)
+    answer, names = found.answer, [each.name for each in found.nuisances]
+    places = [0, found.model.count + names.index(ZERO)]
+    shown = np.quantile(found.observations.impact_pressure, _OVER)
+
+    def ratios(gain: float, offset: float) -> Array:
+        right = np.maximum(shown - offset, 0.0) / max(1.0 - gain, 1e-6)
+        return air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
+
+    k, z = (float(answer.mean[place]) for place in places)
+    here = ratios(k, z)
+    toward = np.zeros((1, len(answer.mean)))
+    toward[0, places] = [
+        float(np.mean(ratios(k + _STEP, z) - here)) / _STEP,
+        float(np.mean(ratios(k, z + _STEP) - here)) / _STEP,
+    ]
+    bound = float(answer.two_sigma(toward)[0])
+    return Scale(float(np.mean(here)), float(np.hypot(bound, 0.5 * np.ptp(here))))
 
 
 def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:

@@ -73,7 +73,7 @@ class BrokenLimits:
     drift: float = 0.08  # of the least impact pressures, by which a zero moves to be told
     warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
     steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
-    level: float = 0.02  # of the ambient pressure, its most change for a drift in flight: 170 m
+    level: float = 0.04  # of the ambient pressure, its most change for one wind to hold: 350 m
     rest: float = 1.5  # m/s over the ground, below which the airplane stands
     breeze: float = 40.0  # Pa that a wind of 8 m/s on the ground makes
     drift_sigmas: float = 4.0  # standard errors, the same
@@ -378,8 +378,15 @@ def _taped(part: Part) -> Broken | None:
     )
 
 
+def _climbs(part: Part) -> bool:
+    """Whether the heights differ by so much that their winds do."""
+    return float(np.ptp(part.ambient)) > LIMITS.level * float(np.median(part.ambient))
+
+
 def _water(part: Part) -> Broken | None:
     """A reading that jumps between two levels: each block belongs to one, found with the fit."""
+    if _climbs(part):
+        return None
     plain = [part.square, *part.wind_columns(), *part.wind_change()]
     priors = {4: LIMITS.wind_change, 5: LIMITS.wind_change}
     left = _sound(part).left
@@ -412,8 +419,8 @@ _WARMS = (
 
 def _drifting(part: Part) -> Broken | None:
     """A zero that moves in flight, alike on all headings and at all speeds."""
-    if float(np.ptp(part.ambient)) > LIMITS.level * float(np.median(part.ambient)):
-        return None  # winds differ with height
+    if _climbs(part):
+        return None
     since = part.time - part.time[0]
     shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]
     columns = [part.square, *part.wind_columns(), *part.wind_change()]

@@ -62,7 +62,7 @@ class BrokenLimits:
     noisy: float = -0.25  # correlation of second differences: −2/3 for white noise, 0.9 for motion
     together: float = 0.3  # m/s rms between airspeed and ground speed: a breath of wind has more
     dense: float = 0.02  # by which true and indicated airspeed must differ for a copy to show
-    same: float = 1.0  # degrees rms, in which a heading is the track
+    same: float = 0.1  # degrees rms, in which a track is made of the heading: a compass has 0.2
     crab: float = 2.0  # m/s of crosswind, rms, that headings show: a compass errs by 2° at 60 m/s
     turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
     levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
@@ -368,7 +368,8 @@ def _taped(part: Part) -> Broken | None:
     static = regress(part.static, [around, np.ones_like(around), part.clock])
     reading = _response(part)
     follows_nothing = _around(static)[1] < LIMITS.altimeter
-    if not (follows_nothing and _around(reading, 1)[0] > LIMITS.altimeter):
+    adds = reading.values[1] > LIMITS.altimeter and _around(reading, 1)[0] > 0.0
+    if not (follows_nothing and adds):
         return None
     return Broken(
         f"the static port is closed (tape, ice or water): the static pressure changes by "
@@ -498,7 +499,7 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     if (heading := channels.get("heading")) is not None:
         off = np.angle(np.exp(1j * (heading[rows] - track)))
         crab = float(np.sqrt(np.mean((off - np.mean(off)) ** 2) * np.mean(ground) ** 2))
-        if np.std(off) < LIMITS.same * DEGREE:
+        if float(np.std(off)) < LIMITS.same * DEGREE:
             return None  # the velocity may as well be made of airspeed and heading
         if crab > LIMITS.crab:
             impossible = True

@@ -39,6 +39,7 @@ TABLE = Path(__file__).parents[1] / "results" / "broken.csv"
 SIGNS = (*{word for kind in KINDS.values() for word in kind.words if word != "half"}, "freezes")
 BENCH_EACH = 5  # one of so many good logs is flown on the bench
 FACTORS = (0.6, 1.6)
+THINNED = 2  # every second row of a scaled log is kept, in each container
 COPIED = (
     "garmin/c172s-g1000-2011.csv.gz", "garmin/pa28-gifd-2024.csv.gz", "citation/2019-03-12.parquet",
     *(f"perlan/flight{n}-{seat}.igc.gz" for n in (50, 52) for seat in ("front", "rear")),
@@ -172,8 +173,13 @@ def scale_rows(seeds: range) -> Iterator[BrokenRow]:
             given = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number * 0.618) % 1.0)
             right = calibrated_airspeed(flight.state.impact)
             own = float(np.mean(right / calibrated_airspeed(flight.state.indicated_impact)))
+            columns = {n: c[::THINNED] for n, c in scaled(flight, given).items()}
             for container in CONTAINERS:
-                path = written(scaled(flight, given), container, Path(folder))
+                path = Path(folder) / f"log{container}"
+                if container == ".bin":
+                    write_dataflash(columns, path, every=1)
+                else:
+                    write_csv(columns, path)
                 found, says = answer_of(path)
                 row = BrokenRow("scale", cell.name, container, seed, "refused", given * own, says=says)
                 if found is not None and found.scale is not None:

@@ -10,9 +10,9 @@ from tests.calibration import trajectories as fixture
 from tests.shared_data import real_log, shared_case
 
 from pitotbench import BadInputError, CalibrationOptions, FlightLog, air, read_log
+from pitotbench.broken import find_broken, parts_of, regress
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
-from pitotbench.logbook.broken import find_broken, parts_of, regress
 from pitotbench.units import KNOT
 from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, LIGHT, broken_columns, ports_of
 from pitotlab.broken.dataflash import write_dataflash

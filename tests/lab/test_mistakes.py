@@ -45,6 +45,7 @@ NAMED = {  # the mistake and the words that say what to write
     "pitch: rad written as °": "it would fit pitch_rad",
 }
 
+
 def test_there_are_149_mistakes():
     assert len(MISTAKES) == 149
     assert {*NAMED} <= {mistake.name for mistake in KNOWABLE}

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 from numpy.linalg import LinAlgError
 
+from pitotbench.broken import BROKEN
 from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
 from pitotbench.calibration.options import AUTO
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
-from pitotbench.logbook.broken import BROKEN
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
@@ -27,7 +27,6 @@ from pitotbench.records.calibration import (
     RecordedAutopilot,
 )
 from pitotbench.records.log import Caution, FlightLog
-
 
 _CAUSES = (BROKEN, SPEED_FACTOR)  # codes of warnings that say why there is no answer
 

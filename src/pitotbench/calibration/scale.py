@@ -47,8 +47,9 @@ _HALVES = {2.0: "half of the airspeed", float(np.sqrt(2.0)): "half of the impact
 
 
 def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions) -> Calibration:
-    """Return a calibration with its factor on the airspeed; a large one is told, and one that a unit
-    makes as well is not to be used.
+    """Return a calibration with its factor on the airspeed.
+
+    A large factor is told, and one that a unit makes as well is not to be used.
     """
     if result.wind is None:
         return result
@@ -60,8 +61,8 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
     result = replace(result, scale=scale)
     if scale.units:
         words = (
-            f"{_factor_words(scale)}, and so would {' or '.join(scale.units)}: the log does not tell "
-            "which; look into the recorder's settings before you use either"
+            f"{_factor_words(scale)}, and so would {' or '.join(scale.units)}: the log does not "
+            "tell which; look into the recorder's settings before you use either"
         )
         told = Disagreement("scale", words, 0.0, fatal=True)
         result = replace(result, disagreements=(*result.disagreements, told))
@@ -116,11 +117,7 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
 
 def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
     """What else makes such a factor, in words."""
-    found = [
-        words
-        for ratio, words in UNITS.items()
-        if abs(scale.factor - ratio) < scale.two_sigma
-    ]
+    found = [words for ratio, words in UNITS.items() if abs(scale.factor - ratio) < scale.two_sigma]
     # What a true airspeed as large as the shown one would be as a calibrated airspeed.
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)
@@ -134,7 +131,8 @@ def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
     dense = float(np.mean(right / shown))
     if abs(dense - 1.0) > LIMITS.dense and float(np.max(np.abs(left))) < bound:
         found.append(
-            f"a true airspeed in the column of the indicated one (the air density makes {dense:.3f})"
+            "a true airspeed in the column of the indicated one (the air density makes "
+            f"{dense:.3f})"
         )
     return found
 
@@ -154,8 +152,8 @@ def _settings(result: Calibration, scale: Scale) -> str:
                 for side in (-1.0, 0.0, 1.0)
             )
             return (
-                f"; as {autopilot.gain} {new:.3g} ± {0.5 * (high - low):.2g} (old {old:g}; --params "
-                "gives the offset as well)"
+                f"; as {autopilot.gain} {new:.3g} ± {0.5 * (high - low):.2g} (old {old:g}; "
+                "--params gives the offset as well)"
             )
     return f"; as ARSPD_RATIO the old one times {scale.factor**2:.3f}, as ASPD_SCALE times " + (
         f"{scale.factor:.3f}"

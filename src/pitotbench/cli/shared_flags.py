@@ -37,8 +37,8 @@ def read_logs(
     parameters: Mapping[str, float] | None = None,
     part: "Part" = (None, None),
 ) -> "list[FlightLog]":
-    """Read logs, or the same part of each. Raises BadInputError as `read_log` does, with the offer to draft a mapping for
-    unknown names.
+    """Read logs, or the same part of each. Raises BadInputError as `read_log` does, with the offer
+    to draft a mapping for unknown names.
     """
     from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
@@ -85,8 +85,9 @@ def add_part(parser: argparse.ArgumentParser) -> None:
 
 
 def stated_part(options: argparse.Namespace) -> "Part":
-    """Return the part of a log that `--from` and `--to` state [s]. Raises BadInputError for a moment
-    that is none.
+    """Return the part of a log that `--from` and `--to` state [s].
+
+    Raises BadInputError for a moment that is none.
     """
     moments = (("--from", options.begin), ("--to", options.end))
     begin, end = (None if text is None else _moment(flag, text) for flag, text in moments)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.logbook.broken import BROKEN
+from pitotbench.broken import BROKEN
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
     LIMITS,
@@ -38,6 +38,11 @@ _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as o
 _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
 _GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
+_GAINS = {  # on the impact pressure
+    2.0: "half the impact pressure",
+    0.5: "twice the impact pressure",
+    4.0: "half of the airspeed",
+}
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
 _SCALE_SPREAD = (
     10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
@@ -239,10 +244,10 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
-    fits = _fits(draft, flown)
+    fits = [*_fits(draft, flown), *_gains(draft, factor)]
     words = (
-        f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken "
-        "off: "
+        f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS "
+        f"{ground:.0f} m/s with the wind taken off: "
         f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
     )
     absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
@@ -284,15 +289,20 @@ def _explains(flown: FlownRows) -> bool:
     return abs(float(find_factor(flown).excess[1])) < LIMITS.unit_fits
 
 
+def _gains(draft: Draft, factor: Factor) -> list[str]:
+    """The gains that fit and are no unit."""
+    needed = max(1.0 + float(factor.excess[1]), 1e-6)
+    return [
+        f"{draft.columns['impact_pressure']!r} looks like {words}: check its gain"
+        for times, words in _GAINS.items()
+        if abs(np.log(needed / times)) < LIMITS.unit_fits
+    ]
+
+
 def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:
     """What may be wrong where no unit fits."""
     north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
-    needed = max(1.0 + float(factor.excess[1]), 1e-6)
-    guesses = [
-        f"{impact!r} looks like {word} the impact pressure: check its gain"
-        for times, word in ((2.0, "half"), (0.5, "twice"))
-        if abs(np.log(needed / times)) < LIMITS.unit_fits
-    ]
+    guesses = []
     offset = _offset(factor, impact_pressure)
     if abs(offset) > _SMALL_ZERO:
         guesses.append(

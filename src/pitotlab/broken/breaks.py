@@ -155,7 +155,11 @@ def _drifts(ports: Ports, dice: Dice, variant: int) -> Broken:
     since = ports.time - ports.time[0]
     level = 1.0 - np.exp(-since / dice.uniform(200.0, 600.0))
     size *= float(dice.choice([-1.0, 1.0])) / level[-1]
-    return Broken(ports.impact + size * level, ports.static, rests=float(np.median(ports.true_airspeed)) < SLOW)
+    return Broken(
+        ports.impact + size * level,
+        ports.static,
+        rests=float(np.median(ports.true_airspeed)) < SLOW,
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import numpy as np
 
 from pitotbench import bench
 from pitotbench.bench.questions import calibrate_each
-from pitotbench.logbook.broken import find_broken
+from pitotbench.broken import find_broken
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
@@ -181,7 +181,9 @@ def scale_rows(seeds: range) -> Iterator[BrokenRow]:
                 else:
                     write_csv(columns, path)
                 found, says = answer_of(path)
-                row = BrokenRow("scale", cell.name, container, seed, "refused", given * own, says=says)
+                row = BrokenRow(
+                    "scale", cell.name, container, seed, "refused", given * own, says=says
+                )
                 if found is not None and found.scale is not None:
                     scale = found.scale
                     inside = abs(scale.factor - given * own) <= scale.two_sigma
@@ -222,7 +224,9 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     for line in summary(rows):
         print(line)
     if choice.out:
-        _write(rows, choice.out, f"# {choice.date}: python -m pitotlab broken --seeds {choice.seeds}")
+        _write(
+            rows, choice.out, f"# {choice.date}: python -m pitotlab broken --seeds {choice.seeds}"
+        )
 
 
 def _told(row: BrokenRow, odd: bool) -> BrokenRow:

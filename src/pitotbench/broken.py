@@ -247,8 +247,8 @@ def _exchanged(part: Part) -> Broken | None:
     way = "rises" if zero > 0.5 else "falls"
     return Broken(
         f"the lines are exchanged: {what} {way} as the airplane flies faster, by {slope:.2f} of "
-        "the dynamic pressure that the GPS velocity asks for; swap the total and the static line (or "
-        "the sign of the sensor: ARSPD_TUBE_ORDR of an autopilot) and fly again"
+        "the dynamic pressure that the GPS velocity asks for; swap the total and the static line "
+        "(or the sign of the sensor: ARSPD_TUBE_ORDR of an autopilot) and fly again"
     )
 
 
@@ -411,9 +411,9 @@ def _water(part: Part) -> Broken | None:
     if size < LIMITS.step * float(np.median(part.impact)):
         return None
     return Broken(
-        f"water is in a line, or a loose contact: the impact pressure jumps {steps} times to and fro "
-        f"by some {size:.0f} Pa ({size / STANDARD_GRAVITY:.0f} mm of water), and neither the GPS "
-        "velocity nor a wind explains it; drain the lines and fly again",
+        f"water is in a line, or a loose contact: the impact pressure jumps {steps} times to and "
+        f"fro by some {size:.0f} Pa ({size / STANDARD_GRAVITY:.0f} mm of water), and neither the "
+        "GPS velocity nor a wind explains it; drain the lines and fly again",
         refused=False,
     )
 
@@ -426,7 +426,7 @@ _WARMS = (
 
 def _drifting(part: Part) -> Broken | None:
     """A zero that moves in flight, alike on all headings and at all speeds."""
-    if _climbs(part):
+    if _climbs(part) or np.ptp(part.time) < LIMITS.warms[0]:
         return None
     since = part.time - part.time[0]
     shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]

@@ -149,7 +149,7 @@ def shown(log: FlightLog, factor: float) -> FlightLog:
 def test_a_factor_that_a_unit_makes_as_well_names_both_and_is_not_to_be_used(factor, meaning):
     found = calibrate(shown(flown(), factor), CalibrationOptions())
     assert not found.usable
-    assert found.scale.factor == pytest.approx(factor, abs=0.01)
+    assert found.scale.factor == pytest.approx(factor, abs=found.scale.two_sigma)
     assert any(meaning in each for each in found.scale.units)
 
 

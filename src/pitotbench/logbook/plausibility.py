@@ -244,11 +244,12 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
-    fits = [*_fits(draft, flown), *_gains(draft, factor)]
+    fits, gains = _fits(draft, flown), _gains(draft, factor)
+    others = [] if fits else _other_guesses(draft, factor, float(impact[1]), bool(gains))
     words = (
         f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS "
         f"{ground:.0f} m/s with the wind taken off: "
-        f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
+        f"{', or '.join([*fits, *gains, *others])}"
     )
     absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
     # A unit that fits explains more than a zero does, where the difference is more than that of a
@@ -299,7 +300,7 @@ def _gains(draft: Draft, factor: Factor) -> list[str]:
     ]
 
 
-def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:
+def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float, gained: bool) -> list[str]:
     """What may be wrong where no unit fits."""
     north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
     guesses = []
@@ -308,7 +309,7 @@ def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list
         guesses.append(
             f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero"
         )
-    return guesses or [f"check units and zero of {impact!r} and {north!r}"]
+    return guesses or ([] if gained else [f"check units and zero of {impact!r} and {north!r}"])
 
 
 def _offset(factor: Factor, impact_pressure: float) -> float:

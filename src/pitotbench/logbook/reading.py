@@ -39,8 +39,8 @@ def read_log(
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
     log was flown, by name, in place of those that it holds. Only the `part` is read and judged:
-    from so many seconds after the first row to so many, None for an end of the log. `log.header` lists
-    in `warnings`, with row numbers, what was dropped and what looks wrong.
+    from so many seconds after the first row to so many, None for an end of the log. The entry
+    `warnings` of `log.header` lists, with row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file),
     UnknownNameError for a mapping that is not shipped.

@@ -316,6 +316,69 @@ def test_a_draft_tells_units_and_meaning_by_the_values(tmp_path):
     assert_found(calibrate(path, mapping=mapping).curve)
 
 
+def afs(f: Mapping) -> dict:
+    return {
+        "Time": clock(f["time"]),
+        "IAS (Knots)": np.round(f["ias"], 1),
+        "TAS (Knots)": f["tas"],
+        "Press Alt (Feet)": np.round(f["palt_ft"]),
+        "OAT (F)": 1.8 * f["celsius"] + 32.0,
+        "Ground Speed (Knots)": np.round(f["gs"], 1),
+        "Ground Track (Deg)": np.round(f["track"]),
+        "EGT1": np.full(ROWS, 1300.0),
+    }
+
+
+def ultralight(f: Mapping) -> dict:
+    return {
+        "Date": ["2022-01-02"] * ROWS,
+        "Time": clock(f["time"]),
+        "ASI km/h": np.round(1.852 * f["ias"]),
+        "Altitude ft": np.round(f["palt_ft"]),
+        "OAT C": np.round(f["celsius"]),
+        "GPS speed km/h": np.round(1.852 * f["gs"]),
+        "GPS track": np.round(f["track"]),
+        "CHT1": np.full(ROWS, 150.0),
+    }
+
+
+def properties(f: Mapping) -> dict:
+    """A simulator whose columns are places in a tree."""
+    return {
+        "Time": f["time"],
+        "/velocities/airspeed-kt": f["ias"],
+        "/instrumentation/altimeter/pressure-alt-ft": f["palt_ft"],
+        "/velocities/speed-north-fps": f["north"] / FOOT,
+        "/velocities/speed-east-fps": f["east"] / FOOT,
+        "/environment/temperature-degc": f["celsius"],
+        "/orientation/heading-deg": f["heading"],
+    }
+
+
+def messages(f: Mapping) -> dict:
+    """Whole numbers, as a radio link sends them."""
+    return {
+        "time_boot_ms": 1e3 * f["time"],
+        "airspeed": f["ias"] * KNOT,
+        "groundspeed": f["gs"] * KNOT,
+        "alt": f["height"],
+        "heading": np.round(f["heading"]),
+        "lat": np.round(1e7 * f["latitude"]),
+        "lon": np.round(1e7 * f["longitude"]),
+        "press_abs": f["pressure"] / 100.0,
+        "temperature": np.full(ROWS, 4100.0),
+    }
+
+
+@pytest.mark.parametrize("headers", [afs, ultralight, properties, messages])
+def test_the_draft_of_another_recorder_needs_no_edit(headers, tmp_path):
+    path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
+    found = drafted(path, headers(flown()))
+    assert not found.unusable
+    mapping.write_text(mapping_text(found, path.name), encoding="utf-8")
+    assert_found(calibrate(path, mapping=mapping).curve)
+
+
 DISGUISES = {
     # What another column is called, its values of the flight, and what must not be said of it.
     "satellites": ("GPS_numSat", lambda f: np.round(12.0 + 2.0 * np.sin(f["time"])), "temperature"),

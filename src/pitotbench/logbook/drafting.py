@@ -198,6 +198,7 @@ def _plain(name: str) -> str:
 
 def _words(name: str, unit: str) -> tuple[list[str], str]:
     """Return the words of a name without its unit, and the unit in lower case without blanks."""
+    name = name.rpartition("/")[2] if name.startswith("/") else name  # a property in its tree
     bracket = _BRACKETS.search(name)
     below = re.sub(r"\s", "", unit.lower()).strip("()[]")
     within = re.sub(r"\s", "", bracket[1].lower()) if bracket else ""
@@ -412,10 +413,9 @@ def draft_mapping(table: Table) -> DraftedMapping:
             "keep those of air data and GPS"
         )
     table = first_of_each(table)
-    plain = [almost_numbers(c) if c.dtype.kind == "O" else None for c in table.columns]
     columns = [
-        column if values is None else values
-        for column, values in zip(table.columns, plain, strict=True)
+        column if column.dtype.kind != "O" or (found := almost_numbers(column)) is None else found
+        for column in table.columns
     ]
     table = replace(table, columns=tuple(columns))
     units = table.units or ("",) * len(table.names)
@@ -514,16 +514,19 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
     return [replace(g, units=tuple(units)) for g, units in zip(best[0], possible, strict=True)], ""
 
 
+_TIED = {"velocity_east": "velocity_north", "longitude": "latitude"}
+
+
 def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
     """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities
-    have one unit."""
+    have one unit, and so have latitude and longitude."""
     open_units = {
-        g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity != "velocity_east"
+        g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity not in _TIED
     }
     ranks = product(*(range(len(units)) for units in open_units.values()))
     for rank in sorted(ranks, key=sum):
         picked = dict(zip(open_units, rank, strict=True))
-        picked["velocity_east"] = picked.get("velocity_north", 0)
+        picked |= {name: picked.get(other, 0) for name, other in _TIED.items()}
         places = [min(picked.get(guess.quantity, 0), len(guess.units) - 1) for guess in chosen]
         yield [
             replace(g, units=(g.units[k], *g.units[:k], *g.units[k + 1 :]))

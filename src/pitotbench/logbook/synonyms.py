@@ -61,12 +61,12 @@ SYNONYMS: dict[str, str] = {
     "temperature airtemp "
     "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
     "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln "
-    "velocityworldz gpsvelned0 velned0 navvel0 "
+    "speednorth velocityworldz gpsvelned0 velned0 navvel0 "
     "velnorth nvel vns "
     "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn "
     "vngps",
     "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew "
-    "velocityworldx gpsvelned1 velned1 navvel1 "
+    "speedeast velocityworldx gpsvelned1 velned1 navvel1 "
     "ewvel ewvelocity "
     "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
     "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin "

@@ -72,6 +72,7 @@ class BrokenLimits:
     step: float = 0.08  # of the usual impact pressure, the least step that water makes
     steps: int = 3  # a front of the wind is one, its way back in a turn a second
     drift: float = 0.08  # of the least impact pressures, by which a zero moves to be told
+    shortest: float = 150.0  # s: in less, a drift or steps may be one change of gain
     warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
     steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
     level: float = 0.04  # of the ambient pressure, its most change for one wind to hold: 350 m
@@ -392,7 +393,7 @@ def _climbs(part: Part) -> bool:
 
 def _water(part: Part) -> Broken | None:
     """A reading that jumps between two levels: each block belongs to one, found with the fit."""
-    if _climbs(part):
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
         return None
     plain = [part.square, *part.wind_columns(), *part.wind_change()]
     priors = {4: LIMITS.wind_change, 5: LIMITS.wind_change}
@@ -426,7 +427,7 @@ _WARMS = (
 
 def _drifting(part: Part) -> Broken | None:
     """A zero that moves in flight, alike on all headings and at all speeds."""
-    if _climbs(part) or np.ptp(part.time) < LIMITS.warms[0]:
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
         return None
     since = part.time - part.time[0]
     shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]

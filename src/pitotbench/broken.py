@@ -111,7 +111,7 @@ class Part:
     @property
     def clock(self) -> Array:
         """The time, −1 to 1."""
-        return 2.0 * (self.time - self.time[0]) / np.ptp(self.time) - 1.0
+        return np.asarray(2.0 * (self.time - self.time[0]) / np.ptp(self.time) - 1.0)
 
     @property
     def slope(self) -> Array:
@@ -140,7 +140,7 @@ class Fit:
     @property
     def errors(self) -> Array:
         """Standard errors, (p,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
     def rms(self) -> float:
@@ -181,16 +181,16 @@ def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
     around = np.clip(ambient, 1e3, None)
     sound = air.sound_speed(air.standard_temperature(air.pressure_altitude(around)))
     k = air.impact_pressure_from_mach(speed / sound, around) / np.maximum(speed, 0.1) ** 2
-    rows = (time - time[0], channels["impact_pressure"], static, ambient, k * speed**2)
-    rows += (k * north, k * east, speed)
+    reading = channels["impact_pressure"]
+    rows = [time - time[0], reading, static, ambient, k * speed**2, k * north, k * east, speed]
     block = ((time - time[0]) // LIMITS.block).astype(np.intp)
     for number in range(int((time[-1] - time[0]) // LIMITS.window) + 1):
         here = flying & ((time - time[0]) // LIMITS.window == number)
         _, place, count = np.unique(block[here], return_inverse=True, return_counts=True)
         if len(count) < LIMITS.fewest:
             continue
-        means = (np.bincount(place, each[here]) / count for each in rows)
-        yield Part(*means, by_height=height is not None)
+        means: list[Any] = [np.bincount(place, each[here]) / count for each in rows]
+        yield Part(*[*means, height is not None])
 
 
 @dataclass(frozen=True, slots=True)
@@ -542,6 +542,7 @@ def find_broken(channels: Mapping[str, Any]) -> Broken | None:
     Parameters: channels [SI] by name, (n,) each: `time`, `impact_pressure`, `static_pressure`,
     `velocity_north`, `velocity_east`; `altitude`, `heading` and `gps_fresh` where the log has them.
     """
-    parts = [(kind, part) for part in parts_of(channels) for kind in KINDS.values()]
-    asked = [(_copied, channels), *parts, (_zero_moved, channels)]
-    return next((found for kind, given in asked if (found := kind(given)) is not None), None)
+    if (copied := _copied(channels)) is not None:
+        return copied
+    told = (kind(part) for part in parts_of(channels) for kind in KINDS.values())
+    return next((found for found in told if found is not None), None) or _zero_moved(channels)

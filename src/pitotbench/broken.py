@@ -72,6 +72,7 @@ class BrokenLimits:
     step: float = 0.08  # of the usual impact pressure, the least step that water makes
     steps: int = 3  # a front of the wind is one, its way back in a turn a second
     drift: float = 0.08  # of the least impact pressures, by which a zero moves to be told
+    shortest: float = 150.0  # s: in less, a drift or steps may be one change of gain
     warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
     steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
     level: float = 0.04  # of the ambient pressure, its most change for one wind to hold: 350 m
@@ -110,7 +111,7 @@ class Part:
     @property
     def clock(self) -> Array:
         """The time, −1 to 1."""
-        return 2.0 * (self.time - self.time[0]) / np.ptp(self.time) - 1.0
+        return np.asarray(2.0 * (self.time - self.time[0]) / np.ptp(self.time) - 1.0)
 
     @property
     def slope(self) -> Array:
@@ -139,7 +140,7 @@ class Fit:
     @property
     def errors(self) -> Array:
         """Standard errors, (p,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
     def rms(self) -> float:
@@ -180,16 +181,16 @@ def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
     around = np.clip(ambient, 1e3, None)
     sound = air.sound_speed(air.standard_temperature(air.pressure_altitude(around)))
     k = air.impact_pressure_from_mach(speed / sound, around) / np.maximum(speed, 0.1) ** 2
-    rows = (time - time[0], channels["impact_pressure"], static, ambient, k * speed**2)
-    rows += (k * north, k * east, speed)
+    reading = channels["impact_pressure"]
+    rows = [time - time[0], reading, static, ambient, k * speed**2, k * north, k * east, speed]
     block = ((time - time[0]) // LIMITS.block).astype(np.intp)
     for number in range(int((time[-1] - time[0]) // LIMITS.window) + 1):
         here = flying & ((time - time[0]) // LIMITS.window == number)
         _, place, count = np.unique(block[here], return_inverse=True, return_counts=True)
         if len(count) < LIMITS.fewest:
             continue
-        means = (np.bincount(place, each[here]) / count for each in rows)
-        yield Part(*means, by_height=height is not None)
+        means: list[Any] = [np.bincount(place, each[here]) / count for each in rows]
+        yield Part(*[*means, height is not None])
 
 
 @dataclass(frozen=True, slots=True)
@@ -392,7 +393,7 @@ def _climbs(part: Part) -> bool:
 
 def _water(part: Part) -> Broken | None:
     """A reading that jumps between two levels: each block belongs to one, found with the fit."""
-    if _climbs(part):
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
         return None
     plain = [part.square, *part.wind_columns(), *part.wind_change()]
     priors = {4: LIMITS.wind_change, 5: LIMITS.wind_change}
@@ -426,7 +427,7 @@ _WARMS = (
 
 def _drifting(part: Part) -> Broken | None:
     """A zero that moves in flight, alike on all headings and at all speeds."""
-    if _climbs(part) or np.ptp(part.time) < LIMITS.warms[0]:
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
         return None
     since = part.time - part.time[0]
     shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]
@@ -541,6 +542,7 @@ def find_broken(channels: Mapping[str, Any]) -> Broken | None:
     Parameters: channels [SI] by name, (n,) each: `time`, `impact_pressure`, `static_pressure`,
     `velocity_north`, `velocity_east`; `altitude`, `heading` and `gps_fresh` where the log has them.
     """
-    parts = [(kind, part) for part in parts_of(channels) for kind in KINDS.values()]
-    asked = [(_copied, channels), *parts, (_zero_moved, channels)]
-    return next((found for kind, given in asked if (found := kind(given)) is not None), None)
+    if (copied := _copied(channels)) is not None:
+        return copied
+    told = (kind(part) for part in parts_of(channels) for kind in KINDS.values())
+    return next((found for found in told if found is not None), None) or _zero_moved(channels)

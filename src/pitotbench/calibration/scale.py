@@ -121,7 +121,7 @@ def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
     # What a true airspeed as large as the shown one would be as a calibrated airspeed.
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)
-    temperature = air.standard_temperature(height)
+    temperature = float(air.standard_temperature(height))
     if log.air_temperature is not None:
         temperature = float(np.median(log.air_temperature))
     mach = shown / air.sound_speed(temperature)

@@ -13,7 +13,7 @@ from pitotlab.outside import physics
 from pitotlab.outside.generator import OutsideFlight, generate
 from pitotlab.outside.kinds import KINDS as AIRPLANES
 from pitotlab.outside.motion import RATE
-from pitotlab.outside.moving_air import CELLS
+from pitotlab.outside.moving_air import CELLS, Cell
 from pitotlab.outside.physics import FOOT, Array
 
 Dice = np.random.Generator
@@ -170,7 +170,7 @@ class Kind:
 
     name: str
     broken: Callable[[Ports, Dice, int], Broken]
-    cells: tuple[object, ...]
+    cells: tuple[Cell, ...]
     words: tuple[str, ...]
 
 

@@ -2,10 +2,12 @@
 write them in other years, units and orders. Each holds one flight, which is found without a flag.
 """
 
+import errno
 import json
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -524,6 +526,22 @@ def test_a_broken_zip_is_refused(tmp_path):
     path = tmp_path / "card.zip"
     path.write_bytes(b"PK\x03\x04" + bytes(40))
     with pytest.raises(BadInputError, match=r"not a complete \.zip"):
+        read_log(path)
+
+
+def test_a_zip_with_damage_within_is_refused_and_a_full_disk_is_named(tmp_path, monkeypatch):
+    path = tmp_path / "card.zip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("log.csv", ",".join(map(str, range(5000))))
+    whole = path.read_bytes()
+    for place in range(60, 1000, 47):  # of some the packed bits are no code at all
+        path.write_bytes(whole[:place] + bytes(8) + whole[place + 8 :])
+        with pytest.raises(BadInputError, match=r"not a complete \.zip"):
+            read_log(path)
+    path.write_bytes(whole)
+    full = OSError(errno.ENOSPC, "No space left on device")
+    monkeypatch.setattr(zipfile.ZipFile, "extractall", Mock(side_effect=full))
+    with pytest.raises(BadInputError, match="cannot be unpacked: No space left on device"):
         read_log(path)
 
 

@@ -31,7 +31,6 @@ from pitotbench.bench.rounds import (
 )
 from pitotbench.effects import OWN_TERMS
 from pitotbench.logbook.columns import write_text
-from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
@@ -54,6 +53,7 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog, Provenance
+from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
 
 if TYPE_CHECKING:

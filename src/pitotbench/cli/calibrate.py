@@ -141,7 +141,7 @@ def run(options: argparse.Namespace) -> int:
     """
     from pitotbench.logbook.autopilot import autopilot_settings
     from pitotbench.logbook.columns import write_text
-    from pitotbench.logbook.formats import PAGES, require_file
+    from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named
 

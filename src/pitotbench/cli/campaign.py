@@ -237,7 +237,7 @@ def _shard(text: str | None) -> tuple[int, int] | None:
 
 def _folder(options: argparse.Namespace) -> Path:
     """Return the folder of the results. Raises BadInputError where it cannot be made."""
-    from pitotbench.logbook.formats import require_folder
+    from pitotbench.records.outputs import require_folder
 
     name = (
         options.plan.stem

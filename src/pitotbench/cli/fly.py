@@ -20,8 +20,9 @@ def run(options: argparse.Namespace) -> int:
     for bad paths.
     """
     from pitotbench.bench.flights import fly_to_log
-    from pitotbench.logbook.formats import FORMATS, require_file
+    from pitotbench.logbook.formats import FORMATS
     from pitotbench.records.case_file import read_case
+    from pitotbench.records.outputs import require_file
     from pitotbench.sensing.recorder import truth_path
     from pitotbench.show.columns import printable
 

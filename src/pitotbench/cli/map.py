@@ -20,8 +20,8 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.logbook.bundle import is_bundle
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
-    from pitotbench.logbook.formats import require_file
     from pitotbench.logbook.reading import needs_mapping, read_table
+    from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
 
     if options.out is not None:

@@ -109,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError("--sheet is of a card written by hand: give --by-hand too")
     from pitotbench.bench.fleet import progress
     from pitotbench.bench.planner import plan as plan_flight
-    from pitotbench.logbook.formats import require_folder
+    from pitotbench.records.outputs import require_folder
     from pitotbench.show.plan import plan_json, print_plan
 
     request = request_of(options)

@@ -168,7 +168,7 @@ def _check_variant(options: argparse.Namespace) -> None:
 def _check_folder(options: argparse.Namespace) -> None:
     """Refuse a folder or a record that cannot be written, or that would replace an input."""
     from pitotbench.bench.verdict_folder import WRITTEN
-    from pitotbench.logbook.formats import require_folder
+    from pitotbench.records.outputs import require_folder
 
     mapping = Path(options.mapping) if options.mapping else None
     every = [*options.log, options.holdout, *(options.card or ()), mapping]

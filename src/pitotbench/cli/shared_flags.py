@@ -265,7 +265,7 @@ def add_table(parser: argparse.ArgumentParser) -> None:
 
 def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
     """Raise BadInputError unless the file of `--table` can be written."""
-    from pitotbench.logbook.formats import require_file
+    from pitotbench.records.outputs import require_file
     from pitotbench.show.takehome import TABLES
 
     if options.table is not None:
@@ -275,7 +275,7 @@ def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
 def require_page(path: Path | None, inputs: Iterable[Path] = ()) -> None:
     """Raise BadInputError unless a page can be written where a flag asks for one."""
     if path is not None:
-        from pitotbench.logbook.formats import PAGES, require_file
+        from pitotbench.records.outputs import PAGES, require_file
 
         require_file(path, PAGES, inputs)
 

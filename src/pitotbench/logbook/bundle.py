@@ -3,6 +3,7 @@ flights these are.
 """
 
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,7 +28,8 @@ def opened(path: Path) -> Iterator[Path]:
     """Give the path at which a log can be read: that of an unpacked folder for a .zip file or for a
     file in one (`card.zip/flight.csv`), else the path itself. What is unpacked is removed again.
 
-    Raises BadInputError for a .zip file that is broken, locked, or unpacks to more than 2 GB.
+    Raises BadInputError for a .zip file that is broken, locked, or unpacks to more than 2 GB, and
+    where the disk does not take it.
     """
     packed = next(
         (p for p in (path, *path.parents) if p.suffix.lower() == ZIP and p.is_file()), None
@@ -44,7 +46,12 @@ def opened(path: Path) -> Iterator[Path]:
                         f"it unpacks to {size >> 20:,} MB: unpack it, and give the logs alone"
                     )
                 file.extractall(folder)
-        except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError) as error:
+        except OSError as error:
+            raise BadInputError(
+                f"cannot be unpacked: {error.strerror or error}; unpack it, and give the folder"
+            ) from error
+        # RuntimeError: a password, or a method of packing that is not known.
+        except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
             raise BadInputError(
                 "not a complete .zip file, or one with a password: unpack it, and give the folder"
             ) from error

@@ -399,8 +399,10 @@ def _after_restarts(draft: Draft, time: Seconds) -> Seconds:
     lengths = np.diff(starts, append=len(time))
     if not len(starts) or np.any(lengths < _FEWEST_RECORDED):
         return time
-    goes_on = np.diff(time)[starts] < _RESTART  # a single stamp that is wrong does not
-    if not goes_on.all() or np.any(np.abs(time[starts] - time[0]) > _RESTART):
+    # After a single stamp that is wrong the clock jumps back.
+    if np.any(np.diff(time)[starts] >= _RESTART) or np.any(
+        np.abs(time[starts] - time[0]) > _RESTART
+    ):
         return time
     draft.warnings.append(
         f"column {draft.columns['time']!r} begins anew {_before(draft, starts)}: the file holds "

@@ -183,10 +183,6 @@ def require(draft: Draft) -> None:
     needed = [name for name in draft.misnamed if name.startswith(_NEEDED + _EITHER)]
     if missing and len(missing) <= len(needed):
         raise BadInputError(draft.misnamed[needed[0]])
-    for name, words in () if missing else draft.misnamed.items():
-        if name not in QUANTITIES:
-            raise BadInputError(words)
-        draft.warnings.append(f"not used: {words}")
     if missing:
         # The cutoff is strict: a wrong guess here sends the user to the wrong column.
         near = {
@@ -200,6 +196,10 @@ def require(draft: Draft) -> None:
             f"unit).{hints} "
             "A log with other names needs a mapping file: --mapping NAME or FILE.toml"
         )
+    for name, words in draft.misnamed.items():
+        if name not in QUANTITIES:
+            raise BadInputError(words)
+        draft.warnings.append(f"not used: {words}")
     if draft.strangers:
         draft.warnings.append(
             "columns not used (not quantities of a flight log): "

@@ -259,7 +259,7 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
         elif core == plain or (len(plain) > 2 and plain in words):
             score = _PART - 0.001 * rank + 0.01 * len(plain) / len(whole)
         elif (
-            core != "attitude"
+            core != "attitude"  # no misspelled altitude
             and len(plain) > 4
             and SequenceMatcher(None, core, plain).ratio() >= _SIMILAR
         ):

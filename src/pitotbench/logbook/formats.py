@@ -32,9 +32,6 @@ from pitotbench.logbook.mapping import MappedFile
 from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.records.outputs import PAGES as PAGES
-from pitotbench.records.outputs import require_file as require_file
-from pitotbench.records.outputs import require_folder as require_folder
 
 # A compressed file may unpack to far more than the memory holds. Its own metadata tell how much,
 # before it is read.

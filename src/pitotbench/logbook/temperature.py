@@ -70,7 +70,7 @@ def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:
     height: Meters = np.asarray(air.pressure_altitude(static))
     reference = float(np.nanquantile(height, LOWEST)) if day.height is None else day.height
     warmer = day.temperature - float(air.standard_temperature(reference))
-    words = f"the temperature of the day, {text} °C, is lapsed with height from {reference:.0f} m"
+    words = f"the temperature of the day, {text} (in °C), is lapsed from {reference:.0f} m on"
     for name in {"total_temperature", "air_temperature"} & draft.channels.keys():
         draft.leave_out(name, "the temperature of the day is stated")
     draft.warnings.append(words)

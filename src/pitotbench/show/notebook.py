@@ -17,11 +17,11 @@ from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import autopilot_settings, stated_parameters
 from pitotbench.logbook.columns import write_text
-from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.records.calibration import AutopilotSettings, Calibration, RecordedAutopilot
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog, LogInspection
+from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.show.calibration import (
     CURVE_COLUMNS,
     GLANCE_COLUMNS,

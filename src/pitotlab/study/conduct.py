@@ -11,8 +11,8 @@ from rich.table import Table
 
 from pitotbench.bench.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic, write_text
-from pitotbench.logbook.formats import require_folder
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.outputs import require_folder
 from pitotbench.show.columns import outside
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotlab.study.claims import CLAIMS, Finding

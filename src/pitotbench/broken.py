@@ -6,7 +6,8 @@ and the ground velocity v = V + w, the reading of a sound system is
     q = a·k·v² − 2a·k·v·w + constant,   a = 1,
 
 which is linear in a, the wind and the zero: one regression says by how much the reading follows the
-speed (a), the ambient pressure (b) and the clock. Physics names the fault: a closed total line
+speed (a), the ambient pressure (b) and the clock. The wind changes along the flight as a random walk
+does, in straight lines between knots. Physics names the fault: a closed total line
 reads an altimeter (a = 0, b = −1), a closed static port adds one (a = 1, b = 1), exchanged lines
 change the sign (a = −1), a stuck sensor follows nothing. Where the reading is an airspeed of the
 receiver, it repeats the receiver's noise.
@@ -35,7 +36,9 @@ class BrokenLimits:
 
     block: float = 2.0  # s, over which rows are averaged: usual 1 to 5
     lasting: float = 20.0  # s, in which gusts and pilots err alike: usual 10 to 60
-    window: float = 1800.0  # s, for which one wind, changing steadily, describes the air
+    window: float = 1800.0  # s of a log that are judged together: usual 900 to 3600
+    knot: float = 300.0  # s between the knots of the wind: a turn on all headings or two
+    wind_walk: float = 1.0  # m/s, 1σ of the change of a component in a minute: a wave has more
     fewest: int = 30  # blocks of a part that is judged
     flying: float = 0.4  # of the largest ground speeds: slower is taxi, take-off or landing
     taxi: float = 20.0 * KNOT  # m/s: a log whose largest ground speeds are less holds no flight
@@ -46,7 +49,6 @@ class BrokenLimits:
     quiet: float = 0.15  # of the expected change, that a dead reading may have besides
     reversed: float = -0.3  # a, below which lines are exchanged
     better: float = 0.5  # of the misfit of a sound system, that an altimeter leaves of the reading
-    wind_change: float = 1.5  # m/s, 1σ, by which a wind changes steadily over half a part
     altimeter: float = 0.5  # b, from which a reading follows the ambient pressure: 0 or 1 in size
     climbed: float = 300.0  # Pa, range of the ambient pressure that tells b: 25 m at sea level
     before: float = 60.0  # s that a system has worked before it fails
@@ -67,7 +69,10 @@ class BrokenLimits:
     crab: float = 2.0  # m/s of crosswind, rms, that headings show: a compass errs by 2° at 60 m/s
     turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
     levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
-    rounds: int = 20  # of finding the level of each block, at most
+    rounds: int = 20  # of finding the level of each block, or of a fit its scatter, at most
+    nothing: float = 1e-6  # of a², the least
+    squares: int = 2  # fits until the square of the wind is known
+    settled: float = 1.01  # times the scatter before, at which it is found
     settle: float = 8.0  # s that a level lasts on average: gusts of an airplane pass sooner
     step: float = 0.08  # of the usual impact pressure, the least step that water makes
     steps: int = 3  # a front of the wind is one, its way back in a turn a second
@@ -118,24 +123,31 @@ class Part:
         """Impact pressure by airspeed [Pa s/m]: 2·k·v."""
         return 2.0 * self.square / self.speed
 
-    def wind_columns(self) -> list[Array]:
-        """The columns of a constant wind and zero."""
-        return [self.north, self.east, np.ones_like(self.time)]
-
-    def wind_change(self) -> list[Array]:
-        """The columns of a wind that changes steadily."""
-        return [self.north * self.clock, self.east * self.clock]
+    def wind(self) -> tuple[Array, Array, Array]:
+        """The shapes of the wind in time, (n, m): a steady one, then from each knot to the next a
+        change that lasts; the columns of a zero and of these winds, (n, 1 + 2m), to be multiplied
+        by a; 1σ of their coefficients before the log is looked at, as a random walk has, (1 + 2m,).
+        """
+        since = self.time - self.time[0]
+        knots = np.linspace(0.0, since[-1], 1 + max(round(since[-1] / LIMITS.knot), 1))
+        changes = [np.clip((since - at) / knots[1], 0.0, 1.0) for at in knots[:-1]]
+        shapes = np.stack([np.ones_like(since), *changes], axis=1)
+        axes = [-2.0 * axis[:, None] * shapes for axis in (self.north, self.east)]
+        change = LIMITS.wind_walk * np.sqrt(knots[1] / 60.0)
+        each = [np.inf, *[change] * len(changes)]
+        return shapes, np.hstack([shapes[:, :1], *axes]), np.array([np.inf, *each, *each])
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """The regression of a reading: coefficients, (p,), their covariance, (p, p), and what is left,
-    (n,).
+    """The regression of a reading: coefficients, (p,), their covariance, (p, p), what is left of the
+    reading, (n,), and the columns on all rows, fitted or not, (m, p).
     """
 
     values: Array
     covariance: Array
     left: Array
+    columns: Array
 
     @property
     def errors(self) -> Array:
@@ -147,25 +159,61 @@ class Fit:
         """Root mean square of what is left."""
         return float(np.sqrt(np.mean(self.left**2)))
 
+    @property
+    def asked(self) -> Array:
+        """The reading that the fit asks for on all rows, (m,)."""
+        return np.asarray(self.columns @ self.values)
 
-def regress(reading: Array, columns: list[Array], priors: Mapping[int, float] | None = None) -> Fit:
-    """Fit columns, (p) of (n,), to a reading, (n,), by least squares.
+    @property
+    def unsure(self) -> Array:
+        """Its standard error, (m,)."""
+        variance = np.einsum("np,pq,nq->n", self.columns, self.covariance, self.columns)
+        return np.asarray(np.sqrt(variance))
 
-    `priors` holds 1σ of coefficients about 0, by their place. The covariance counts the blocks of
-    `LIMITS.lasting` seconds once, as gusts last as long.
+
+def regress(
+    reading: Array, columns: Array, sizes: Array | None = None, until: int | None = None
+) -> Fit:
+    """Fit columns, (m, p), to a reading, (m,), by least squares; on the first rows only with `until`.
+
+    `sizes` are 1σ of the coefficients about 0 before the log is looked at, (p,), and what is left
+    says how much they weigh: both are found together, from nothing known on. The covariance counts
+    the blocks of `LIMITS.lasting` seconds once, as gusts last as long.
     """
-    matrix = np.stack(columns, axis=1)
-    size = np.maximum(np.sqrt(np.mean(matrix**2, axis=0)), 1e-12)
-    precision = np.zeros(len(size))
-    for _ in range(1 + bool(priors)):
-        normal = (matrix / size).T @ (matrix / size) + np.diag(precision)
-        inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True) / np.outer(size, size)
-        values = inverse @ (matrix.T @ reading)
-        left = reading - matrix @ values
-        counted = np.sum(left**2) / max(len(left) - len(size), 1) * LIMITS.lasting / LIMITS.block
-        for place, sigma in (priors or {}).items():
-            precision[place] = counted / (sigma * size[place]) ** 2
-    return Fit(values, inverse * counted, left)
+    matrix, shown = columns[:until], reading[:until]
+    scale = np.sqrt(np.mean(matrix**2, axis=0))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    weight = np.zeros(len(scale)) if sizes is None else (sizes * scale) ** -2.0
+    normal, target = (matrix / scale).T @ (matrix / scale), matrix.T @ shown
+    scatter, before = 0.0, -1.0
+    for _ in range(LIMITS.rounds):
+        inverse = np.linalg.pinv(normal + np.diag(scatter * weight), rcond=1e-12, hermitian=True)
+        inverse = inverse / np.outer(scale, scale)
+        values: Array = inverse @ target
+        left: Array = shown - matrix @ values
+        before, scatter = scatter, float(np.sum(left**2)) / max(len(left) - len(scale), 1)
+        scatter *= LIMITS.lasting / LIMITS.block
+        if sizes is None or scatter <= LIMITS.settled * before:
+            break
+    return Fit(values, np.asarray(inverse * scatter), left, columns)
+
+
+def follow(part: Part, reading: Array, *others: Array, until: int | None = None) -> Fit:
+    """Fit a reading, (n,), by its share a of the speed, which is first, by other columns, (n,) each,
+    a zero and a wind; on the first rows only with `until`.
+
+    The square of the wind moves the zero with it, and is that of the fit before.
+    """
+    (shapes, wind, sizes), square = part.wind(), part.square
+    sizes = np.append(np.full(1 + len(others), np.inf), sizes)
+    for _ in range(LIMITS.squares):
+        fit = regress(reading, np.column_stack([square, *others, wind]), sizes, until)
+        share, error = fit.values[0], fit.errors[0]
+        along = fit.values[-2 * shapes.shape[1] :].reshape(2, -1) @ shapes.T
+        # A reading that follows nothing tells no wind.
+        along *= share / max(share**2 + error**2, LIMITS.nothing)
+        square = part.square * (1.0 + np.sum(along**2, axis=0) / part.speed**2)
+    return fit
 
 
 def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
@@ -205,13 +253,15 @@ class Broken:
 
 def _excitation(part: Part) -> float:
     """The change of the airspeed [m/s rms] that the ground velocity shows and no wind explains."""
-    return regress(part.square / part.slope, [c / part.slope for c in part.wind_columns()]).rms
+    _, wind, sizes = part.wind()
+    fit = regress(part.square, wind, sizes)
+    return float(np.sqrt(np.mean((fit.left / part.slope) ** 2)))
 
 
 def _response(part: Part) -> Fit:
     """What the reading follows: the speed first, then the ambient pressure, and the clock."""
     around, t = part.ambient - np.mean(part.ambient), part.clock
-    return regress(part.impact, [part.square, around, *part.wind_columns(), t, t**2])
+    return follow(part, part.impact, around, t, t**2)
 
 
 def _around(fit: Fit, place: int = 0) -> tuple[float, float]:
@@ -221,16 +271,15 @@ def _around(fit: Fit, place: int = 0) -> tuple[float, float]:
 
 
 def _sound(part: Part) -> Fit:
-    """A reading that follows the speed, in a wind that changes steadily; the speed first."""
-    columns = [part.square, *part.wind_columns(), *part.wind_change()]
-    return regress(part.impact, columns, {4: LIMITS.wind_change, 5: LIMITS.wind_change})
+    """A reading that follows the speed, which is first."""
+    return follow(part, part.impact)
 
 
 def _dead(part: Part, leaks: bool = True) -> Fit:
     """A reading that does not follow the speed: the static pressure first, and a slow leak."""
     t = part.clock
     columns = [part.static - np.mean(part.static), np.ones_like(t), *([t, t**2] if leaks else [])]
-    return regress(part.impact, columns)
+    return regress(part.impact, np.stack(columns, axis=1))
 
 
 def _exchanged(part: Part) -> Broken | None:
@@ -238,7 +287,7 @@ def _exchanged(part: Part) -> Broken | None:
     zero = float(np.mean(part.impact <= 0.0))
     if zero > 0.5:  # the recorder shows nothing below zero: the static line tells
         around = [part.ambient - np.mean(part.ambient)] if part.by_height else []
-        follows = regress(-part.static, [part.square, *around, *part.wind_columns()])
+        follows = follow(part, -part.static, *around)
         what = f"the airspeed reads 0 in {zero:.0%} of the flight and the static pressure"
     else:
         what = "the impact pressure"
@@ -316,8 +365,7 @@ def _failed(part: Part) -> Broken | None:
 
 
 def _fails_at(part: Part, row: int) -> bool:
-    early, late = part.rows(slice(0, row)), part.rows(slice(row, None))
-    return _died(part, row) or (_frozen(early, late) and not _stopped(early))
+    return _died(part, row) or (_frozen(part, row) and not _stopped(part.rows(slice(0, row))))
 
 
 def _died(part: Part, row: int) -> bool:
@@ -325,20 +373,20 @@ def _died(part: Part, row: int) -> bool:
     return bool(0.0 <= late[0] < LIMITS.gone and 0.0 <= late[1] < LIMITS.rarely)
 
 
-def _frozen(early: Part, late: Part) -> bool:
-    """Whether the late reading does not follow the speed: by itself, or by the wind found early."""
-    sound = regress(early.impact, [early.square, *early.wind_columns()])
+def _frozen(part: Part, row: int) -> bool:
+    """Whether the reading from a row on does not follow the speed: by itself, or by the wind found
+    before.
+    """
+    early, late = part.rows(slice(0, row)), part.rows(slice(row, None))
+    dead, swing = _dead(late, leaks=False), _excitation(late) * float(np.median(late.slope))
+    sound = follow(part, part.impact, until=row)
     # Where the reading before is none of this speed in its unit, it is not the tube that fails.
     strange = sound.rms > LIMITS.strange * abs(float(np.median(early.impact)))
     if strange or not _around(sound)[1] > LIMITS.dead:
         return False
-    dead = _dead(late, leaks=False)
-    swing = _excitation(late) * float(np.median(late.slope))
-    if _follows_nothing(late) and dead.rms < LIMITS.quiet * swing:
+    if dead.rms < LIMITS.quiet * swing and _follows_nothing(late):
         return True
-    columns = np.stack([late.square, *late.wind_columns()], axis=1)
-    asked = columns @ sound.values
-    unsure = np.sqrt(np.einsum("np,pq,nq->n", columns, sound.covariance, columns))
+    asked, unsure = sound.asked[row:], sound.unsure[row:]
     apart = np.abs(late.impact - asked)
     leaves = apart > np.maximum(LIMITS.fails * (unsure + sound.rms), LIMITS.far * np.abs(asked))
     return bool(np.mean(leaves) > 0.5 and dead.rms < LIMITS.quiet * np.std(asked))
@@ -372,7 +420,8 @@ def _taped(part: Part) -> Broken | None:
     if not part.by_height or climbed < LIMITS.climbed:
         return None
     around = part.ambient - np.mean(part.ambient)
-    static = regress(part.static, [around, np.ones_like(around), part.clock])
+    columns = np.stack([around, np.ones_like(around), part.clock], axis=1)
+    static = regress(part.static, columns)
     reading = _response(part)
     follows_nothing = _around(static)[1] < LIMITS.altimeter
     adds = reading.values[1] > LIMITS.altimeter and _around(reading, 1)[0] > 0.0
@@ -395,13 +444,11 @@ def _water(part: Part) -> Broken | None:
     """A reading that jumps between two levels: each block belongs to one, found with the fit."""
     if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
         return None
-    plain = [part.square, *part.wind_columns(), *part.wind_change()]
-    priors = {4: LIMITS.wind_change, 5: LIMITS.wind_change}
     left = _sound(part).left
     usual, high = float(np.sqrt(np.mean(left**2))), left > np.mean(np.quantile(left, [0.1, 0.9]))
     for _ in range(LIMITS.rounds):
-        fit = regress(part.impact, [*plain, high.astype(np.float64)], priors)
-        size = float(fit.values[-1])
+        fit = follow(part, part.impact, high.astype(np.float64))
+        size = float(fit.values[1])
         before, high = high, fit.left + size * high > 0.5 * size
         if np.array_equal(before, high) or high.all() or not high.any():
             break
@@ -431,11 +478,9 @@ def _drifting(part: Part) -> Broken | None:
         return None
     since = part.time - part.time[0]
     shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]
-    columns = [part.square, *part.wind_columns(), *part.wind_change()]
-    priors = {4: LIMITS.wind_change, 5: LIMITS.wind_change}
-    fits = [regress(part.impact, [*columns, shape / shape[-1]], priors) for shape in shapes]
+    fits = [follow(part, part.impact, shape / shape[-1]) for shape in shapes]
     found = min(fits, key=lambda fit: fit.rms)
-    moved, error = float(found.values[-1]), float(found.errors[-1])
+    moved, error = float(found.values[1]), float(found.errors[1])
     low = float(np.quantile(part.impact, 0.1))
     if abs(moved) < max(LIMITS.drift_sigmas * error, LIMITS.drift * low):
         return None

@@ -10,7 +10,7 @@ from tests.calibration import trajectories as fixture
 from tests.shared_data import real_log, shared_case
 
 from pitotbench import BadInputError, CalibrationOptions, FlightLog, air, read_log
-from pitotbench.broken import find_broken, parts_of, regress
+from pitotbench.broken import find_broken, follow, parts_of
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
 from pitotbench.units import KNOT
@@ -88,7 +88,7 @@ def test_the_regression_gives_what_the_reading_follows():
         channels = channels_of(columns) | {"impact_pressure": impact}
         (part,) = parts_of(channels)
         around = part.ambient - np.mean(part.ambient)
-        fit = regress(part.impact, [part.square, around, *part.wind_columns()])
+        fit = follow(part, part.impact, around)
         assert fit.values[:2] == pytest.approx([speed, ambient], abs=0.2), name
 
 

@@ -550,7 +550,11 @@ _COARSE, _FEWEST_LEVELS = (
 
 def check_broken(draft: Draft) -> None:
     """Warn of a broken pitot. Raise BadInputError where its air data hold no answer."""
-    found, column = find_broken(draft.channels), draft.columns["impact_pressure"]
+    channels, column = draft.channels, draft.columns["impact_pressure"]
+    # At the end of its range a sensor stands still and is sound.
+    speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
+    measured = ~_at_range_end(draft, speed)
+    found = find_broken({name: values[measured] for name, values in channels.items()})
     if found is None:
         return
     words = f"column {column!r}: {found.words}"

@@ -4,7 +4,7 @@ The flights are those of the outside generator. What a broken line does is writt
 its physics, in terms of the pressures at the two ports; nothing of the product is used.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -253,16 +253,3 @@ def _with_rest(
         around.append(still)
     first, last = around
     return {n: np.concatenate([first[n], columns[n], last[n]]) for n in columns}
-
-
-def broken_logs(seeds: range, each: int) -> Iterator[tuple[Kind, int, dict[str, Array]]]:
-    """`each` logs of every kind with a seed of its own: kind, seed and columns. Raises ValueError
-    for too few seeds.
-    """
-    if len(seeds) < each * len(KINDS):
-        raise ValueError(f"{each} logs of {len(KINDS)} kinds need {each * len(KINDS)} seeds")
-    place = iter(seeds)
-    for kind in KINDS.values():
-        for variant in range(each):
-            seed = next(place)
-            yield kind, seed, broken_columns(kind, seed, variant)

@@ -8,10 +8,13 @@ it is told under another cause; an answer that may be used and warns of nothing 
 import argparse
 import csv
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
+from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -25,13 +28,17 @@ from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
-from pitotlab.broken.breaks import BASE, KINDS, LIGHT, Kind, broken_logs
+from pitotlab.broken.breaks import BASE, KINDS, LIGHT, Kind, broken_columns
 from pitotlab.broken.dataflash import write_dataflash
+from pitotlab.broken.ulog import write_ulog
 from pitotlab.outside.generator import OutsideFlight, generate
 from pitotlab.outside.kinds import KINDS as GOOD_KINDS
 from pitotlab.outside.kinds import ROUGH
 from pitotlab.outside.physics import Array, calibrated_airspeed, impact_pressure
 from pitotlab.outside.written import DEVELOPMENT_BELOW, SCORED_FROM
+
+Key = tuple[str, str, int]
+Job = Callable[[Path], Iterator["BrokenRow"]]
 
 CONTAINERS = (".csv", ".bin")
 TABLE = Path(__file__).parents[1] / "results" / "broken.csv"
@@ -61,6 +68,11 @@ class BrokenRow:
     two_sigma: float = float("nan")
     says: str = ""
 
+    @property
+    def key(self) -> Key:
+        """What is measured: set, kind where it is chosen, seed."""
+        return self.set, self.kind if self.set in ("broken", "real") else "", self.seed
+
 
 def write_csv(columns: Mapping[str, Array], path: Path) -> None:
     """Write columns as a table with a line of names."""
@@ -74,6 +86,11 @@ def written(columns: Mapping[str, Array], container: str, folder: Path) -> Path:
     path = folder / f"log{container}"
     (write_dataflash if container == ".bin" else write_csv)(columns, path)
     return path
+
+
+SCALED: dict[str, Callable[[Mapping[str, Array], Path], None]] = {
+    ".csv": write_csv, ".bin": partial(write_dataflash, every=1), ".ulg": write_ulog,
+}  # fmt: skip
 
 
 def answer_of(path: Path) -> tuple[Calibration | None, str]:
@@ -94,14 +111,13 @@ def outcome_of(kind: Kind, found: Calibration | None, says: str) -> str:
     return "another cause" if says or found is None else "silence"
 
 
-def broken_rows(seeds: range, each: int) -> Iterator[BrokenRow]:
-    """Read every broken log in both containers."""
-    with TemporaryDirectory() as folder:
-        for kind, seed, columns in broken_logs(seeds, each):
-            for container in CONTAINERS:
-                found, says = answer_of(written(columns, container, Path(folder)))
-                outcome = outcome_of(kind, found, says)
-                yield BrokenRow("broken", kind.name, container, seed, outcome, says=says)
+def broken_rows(kind: Kind, seed: int, variant: int, folder: Path) -> Iterator[BrokenRow]:
+    """Read a broken log in both containers."""
+    columns = broken_columns(kind, seed, variant)
+    for container in CONTAINERS:
+        found, says = answer_of(written(columns, container, folder))
+        outcome = outcome_of(kind, found, says)
+        yield BrokenRow("broken", kind.name, container, seed, outcome, says=says)
 
 
 def _false(log: FlightLog) -> str:
@@ -117,25 +133,21 @@ def _false(log: FlightLog) -> str:
     return " | ".join(wrong)
 
 
-def good_rows(seeds: range, count: int) -> Iterator[BrokenRow]:
-    """Read good logs: flights of the outside generator in all its kinds, and of the bench."""
+def good_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
+    """Read a good log: a flight of the outside generator in one of its kinds, or of the bench."""
     cells = list((GOOD_KINDS | ROUGH).values())
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "log.csv"
-        for number, seed in zip(range(count), seeds, strict=False):
-            name, log = "bench", None
-            try:
-                if number % BENCH_EACH == 0:
-                    log = _bench_log(seed)
-                else:
-                    cell = cells[number % len(cells)]
-                    flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
-                    write_csv(flight.columns, path)
-                    name, log = cell.name, read_log(path)
-                says = _false(log)
-            except BadInputError as error:
-                says = str(error)
-            yield BrokenRow("good", name, "", seed, "false" if says else "right", says=says)
+    name = "bench" if number % BENCH_EACH == 0 else cells[number % len(cells)].name
+    try:
+        if name == "bench":
+            log = _bench_log(seed)
+        else:
+            cell = cells[number % len(cells)]
+            flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
+            log = read_log(written(flight.columns, ".csv", folder))
+        says = _false(log)
+    except BadInputError as error:
+        says = str(error)
+    yield BrokenRow("good", name, "", seed, "false" if says else "right", says=says)
 
 
 def _bench_log(seed: int) -> FlightLog:
@@ -145,14 +157,10 @@ def _bench_log(seed: int) -> FlightLog:
     return bench.sense(bench.fly(case), data_system(("20/1", "50/50", "20/5")[seed % 3]))
 
 
-def real_rows(data: Path) -> Iterator[BrokenRow]:
-    """Read the measured logs that are at hand."""
-    files = {**dict.fromkeys(COPIED), **MAPPED}
-    for name, mapping in files.items():
-        if not (data / name).exists():
-            continue
-        says = _false(read_log(data / name, mapping))
-        yield BrokenRow("real", name, "", 0, "false" if says else "right", says=says)
+def real_rows(data: Path, name: str, mapping: str | None, _: Path) -> Iterator[BrokenRow]:
+    """Read a measured log that is at hand."""
+    says = _false(read_log(data / name, mapping))
+    yield BrokenRow("real", name, "", 0, "false" if says else "right", says=says)
 
 
 def scaled(flight: OutsideFlight, factor: float) -> dict[str, Array]:
@@ -162,40 +170,53 @@ def scaled(flight: OutsideFlight, factor: float) -> dict[str, Array]:
     return columns | {"impact_pressure_pa": impact_pressure(shown)}
 
 
-def scale_rows(seeds: range) -> Iterator[BrokenRow]:
+def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
     """Find a factor from 0.6 to 1.6 in each container; the true one holds the airplane's own error
     at the airspeeds of the log.
     """
-    with TemporaryDirectory() as folder:
-        for number, seed in enumerate(seeds):
-            cell = replace((BASE, LIGHT)[number % 2], temperature="air")
-            flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
-            given = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number * 0.618) % 1.0)
-            right = calibrated_airspeed(flight.state.impact)
-            own = float(np.mean(right / calibrated_airspeed(flight.state.indicated_impact)))
-            columns = {n: c[::THINNED] for n, c in scaled(flight, given).items()}
-            for container in CONTAINERS:
-                path = Path(folder) / f"log{container}"
-                if container == ".bin":
-                    write_dataflash(columns, path, every=1)
-                else:
-                    write_csv(columns, path)
-                found, says = answer_of(path)
-                row = BrokenRow(
-                    "scale", cell.name, container, seed, "refused", given * own, says=says
-                )
-                if found is not None and found.scale is not None:
-                    scale = found.scale
-                    inside = abs(scale.factor - given * own) <= scale.two_sigma
-                    row = replace(
-                        row, outcome="inside" if inside else "outside", found=scale.factor,
-                        two_sigma=scale.two_sigma,
-                    )  # fmt: skip
-                yield row
+    cell = replace((BASE, LIGHT)[number % 2], temperature="air")
+    flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
+    given = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number * 0.618) % 1.0)
+    right = calibrated_airspeed(flight.state.impact)
+    own = float(np.mean(right / calibrated_airspeed(flight.state.indicated_impact)))
+    columns = {n: c[::THINNED] for n, c in scaled(flight, given).items()}
+    for container in SCALED:
+        path = folder / f"log{container}"
+        SCALED[container](columns, path)
+        found, says = answer_of(path)
+        row = BrokenRow("scale", cell.name, container, seed, "refused", given * own, says=says)
+        if found is not None and found.scale is not None:
+            scale = found.scale
+            inside = abs(scale.factor - given * own) <= scale.two_sigma
+            row = replace(
+                row, outcome="inside" if inside else "outside", found=scale.factor,
+                two_sigma=scale.two_sigma,
+            )  # fmt: skip
+        yield row
+
+
+def jobs(choice: argparse.Namespace, seeds: range) -> Iterator[tuple[Key, Job]]:
+    """What is to be measured, one log each: its key in the table, and what gives its rows from a
+    folder to write in.
+    """
+    place = iter(seeds)
+    for kind in KINDS.values():
+        for variant, seed in zip(range(choice.each), place, strict=False):
+            yield ("broken", kind.name, seed), partial(broken_rows, kind, seed, variant)
+    for number, seed in zip(range(choice.good), place, strict=False):
+        yield ("good", "", seed), partial(good_rows, number, seed)
+    for name, mapping in ({**dict.fromkeys(COPIED), **MAPPED} if choice.data else {}).items():
+        if (choice.data / name).exists():
+            yield ("real", name, 0), partial(real_rows, choice.data, name, mapping)
+    for number, seed in zip(range(choice.scales), place, strict=False):
+        yield ("scale", "", seed), partial(scale_rows, number, seed)
 
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Count broken pitots that are named, false alarms on good logs, and scales inside their bound."""
+    """Count broken pitots that are named, false alarms on good logs, and scales inside their bound.
+
+    A measurement that was stopped goes on where its table ends.
+    """
     parser.add_argument("--seeds", required=True, metavar="A:B", help="from A to B - 1")
     parser.add_argument("--each", type=int, default=6, help="logs of a kind (default: %(default)s)")
     parser.add_argument("--good", type=int, default=300, help="good logs (default: %(default)s)")
@@ -211,26 +232,21 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
         parser.error(
             f"give {needed} seeds, below {DEVELOPMENT_BELOW} (development) or from {SCORED_FROM} on"
         )
-    rows: list[BrokenRow] = []
-    ends = np.cumsum([choice.each * len(KINDS), choice.good, choice.scales])
-    for row in broken_rows(seeds[: ends[0]], choice.each):
-        rows.append(_told(row, row.outcome != "named"))
-    for row in good_rows(seeds[ends[0] : ends[1]], choice.good):
-        rows.append(_told(row, row.outcome != "right"))
-    for row in real_rows(choice.data) if choice.data else ():
-        rows.append(_told(row, row.outcome != "right"))
-    for row in scale_rows(seeds[ends[1] : ends[2]]):
-        rows.append(_told(row, row.outcome != "inside"))
+    head = f"# {choice.date}: python -m pitotlab broken --seeds {choice.seeds}"
+    rows = list(_kept(choice.out, head)) if choice.out else []
+    done = {row.key for row in rows}
+    with TemporaryDirectory() as folder:
+        for key, job in jobs(choice, seeds):
+            if key not in done:
+                rows += [_told(row) for row in job(Path(folder))]
+                if choice.out:
+                    _write(rows, choice.out, head)
     for line in summary(rows):
         print(line)
-    if choice.out:
-        _write(
-            rows, choice.out, f"# {choice.date}: python -m pitotlab broken --seeds {choice.seeds}"
-        )
 
 
-def _told(row: BrokenRow, odd: bool) -> BrokenRow:
-    if odd:
+def _told(row: BrokenRow) -> BrokenRow:
+    if row.outcome not in ("named", "right", "inside"):
         print(
             f"  {row.set} {row.kind} {row.container} {row.seed}: {row.outcome} {row.factor:.3f} "
             f"{row.found:.3f} ± {row.two_sigma:.3f} {row.says[:200]}",
@@ -248,16 +264,34 @@ def summary(rows: Sequence[BrokenRow]) -> Iterator[str]:
     for kind in KINDS:
         counts = Counter(r.outcome for r in rows if (r.set, r.kind) == ("broken", kind))
         yield f"  {kind}: " + ", ".join(f"{n} {outcome}" for outcome, n in counts.most_common())
-    found: dict[int, list[BrokenRow]] = {}
+    found: dict[int, dict[str, BrokenRow]] = {}
     for row in rows:
         if row.set == "scale" and np.isfinite(row.found):
-            found.setdefault(row.seed, []).append(row)
-    apart = [
-        abs(one.found - other.found) / (0.5 * max(one.two_sigma, other.two_sigma))
-        for one, other in (pair for pair in found.values() if len(pair) == len(CONTAINERS))
-    ]
-    if apart:
-        yield f"scales of two containers: {np.median(apart):.2f} σ apart (median), {max(apart):.2f} at most"
+            found.setdefault(row.seed, {})[row.container] = row
+    for one, other in combinations(SCALED, 2):
+        apart = [
+            abs(each[one].found - each[other].found)
+            / (0.5 * max(each[one].two_sigma, each[other].two_sigma))
+            for each in found.values()
+            if {one, other} <= each.keys()
+        ]
+        if apart:
+            yield (
+                f"scales of {one} and {other}: {np.median(apart):.2f} σ apart (median), "
+                f"{max(apart):.2f} at most, of {len(apart)}"
+            )
+
+
+def _kept(path: Path, head: str) -> Iterator[BrokenRow]:
+    """The rows of a measurement that was stopped, none where the table is of another one."""
+    if not path.exists():
+        return
+    with path.open(encoding="utf-8", newline="") as file:
+        if file.readline().rstrip("\n") != head:
+            return
+        for row in csv.DictReader(file):
+            kept: dict[str, Any] = {**row, "seed": int(row["seed"])}
+            yield BrokenRow(**kept | {n: float(row[n]) for n in ("factor", "found", "two_sigma")})
 
 
 def _write(rows: Sequence[BrokenRow], path: Path, head: str) -> None:

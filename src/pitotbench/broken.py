@@ -5,9 +5,9 @@ and the ground velocity v = V + w, the reading of a sound system is
 
     q = a·k·v² − 2a·k·v·w + constant,   a = 1,
 
-which is linear in a, the wind and the zero: one regression says by how much the reading follows the
-speed (a), the ambient pressure (b) and the clock. The wind changes along the flight as a random walk
-does, in straight lines between knots. Physics names the fault: a closed total line
+which is linear in a, the wind and the zero: one regression says by how much the reading follows
+the speed (a), the ambient pressure (b) and the clock. The wind changes along the flight as a random
+walk does, in straight lines between knots. Physics names the fault: a closed total line
 reads an altimeter (a = 0, b = −1), a closed static port adds one (a = 1, b = 1), exchanged lines
 change the sign (a = −1), a stuck sensor follows nothing. Where the reading is an airspeed of the
 receiver, it repeats the receiver's noise.
@@ -140,8 +140,8 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """The regression of a reading: coefficients, (p,), their covariance, (p, p), what is left of the
-    reading, (n,), and the columns on all rows, fitted or not, (m, p).
+    """The regression of a reading: coefficients, (p,), their covariance, (p, p), what is left of
+    the reading, (n,), and the columns on all rows, fitted or not, (m, p).
     """
 
     values: Array
@@ -174,7 +174,7 @@ class Fit:
 def regress(
     reading: Array, columns: Array, sizes: Array | None = None, until: int | None = None
 ) -> Fit:
-    """Fit columns, (m, p), to a reading, (m,), by least squares; on the first rows only with `until`.
+    """Fit columns, (m, p), to a reading, (m,), by least squares; with `until`, on the first rows.
 
     `sizes` are 1σ of the coefficients about 0 before the log is looked at, (p,), and what is left
     says how much they weigh: both are found together, from nothing known on. The covariance counts
@@ -199,8 +199,8 @@ def regress(
 
 
 def follow(part: Part, reading: Array, *others: Array, until: int | None = None) -> Fit:
-    """Fit a reading, (n,), by its share a of the speed, which is first, by other columns, (n,) each,
-    a zero and a wind; on the first rows only with `until`.
+    """Fit a reading, (n,), by its share a of the speed, which is first, by other columns, (n,)
+    each, a zero and a wind; with `until`, on the first rows.
 
     The square of the wind moves the zero with it, and is that of the fit before.
     """

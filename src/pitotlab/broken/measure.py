@@ -197,19 +197,20 @@ def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
 
 def jobs(choice: argparse.Namespace, seeds: range) -> Iterator[tuple[Key, Job]]:
     """What is to be measured, one log each: its key in the table, and what gives its rows from a
-    folder to write in.
+    folder to write in; good logs, which take longest, come last.
     """
     place = iter(seeds)
     for kind in KINDS.values():
         for variant, seed in zip(range(choice.each), place, strict=False):
             yield ("broken", kind.name, seed), partial(broken_rows, kind, seed, variant)
-    for number, seed in zip(range(choice.good), place, strict=False):
-        yield ("good", "", seed), partial(good_rows, number, seed)
+    good = list(zip(range(choice.good), place, strict=False))
     for name, mapping in ({**dict.fromkeys(COPIED), **MAPPED} if choice.data else {}).items():
         if (choice.data / name).exists():
             yield ("real", name, 0), partial(real_rows, choice.data, name, mapping)
     for number, seed in zip(range(choice.scales), place, strict=False):
         yield ("scale", "", seed), partial(scale_rows, number, seed)
+    for number, seed in good:
+        yield ("good", "", seed), partial(good_rows, number, seed)
 
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
@@ -295,10 +296,12 @@ def _kept(path: Path, head: str) -> Iterator[BrokenRow]:
 
 
 def _write(rows: Sequence[BrokenRow], path: Path, head: str) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
+    part = path.with_suffix(".part")  # a run that is stopped here leaves the table before
+    with part.open("w", encoding="utf-8", newline="") as file:
         file.write(head + "\n")
         table = csv.DictWriter(file, [f.name for f in fields(BrokenRow)], lineterminator="\n")
         table.writeheader()
         for row in rows:
-            numbers = {n: f"{v:.4g}" if isinstance(v, float) else v for n, v in asdict(row).items()}
+            numbers = {n: f"{v:.6g}" if isinstance(v, float) else v for n, v in asdict(row).items()}
             table.writerow(numbers | {"says": row.says[:60]})
+    part.replace(path)

@@ -70,7 +70,7 @@ class BrokenLimits:
     turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
     levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
     rounds: int = 20  # of finding the level of each block, or of a fit its scatter, at most
-    nothing: float = 1e-6  # of a², the least
+    nothing: float = 1e-6  # a, that rounding leaves of a reading that stands still
     squares: int = 2  # fits until the square of the wind is known
     settled: float = 1.01  # times the scatter before, at which it is found
     settle: float = 8.0  # s that a level lasts on average: gusts of an airplane pass sooner
@@ -211,7 +211,7 @@ def follow(part: Part, reading: Array, *others: Array, until: int | None = None)
         share, error = fit.values[0], fit.errors[0]
         along = fit.values[-2 * shapes.shape[1] :].reshape(2, -1) @ shapes.T
         # A reading that follows nothing tells no wind.
-        along *= share / max(share**2 + error**2, LIMITS.nothing)
+        along *= share / max(share**2 + error**2, LIMITS.nothing**2)
         square = part.square * (1.0 + np.sum(along**2, axis=0) / part.speed**2)
     return fit
 
@@ -310,7 +310,7 @@ def _excited(part: Part) -> bool:
 def _follows_nothing(part: Part) -> bool:
     """Whether the speed changes and the reading has no part in it; one in a wrong unit has."""
     low, high = _around(_response(part))
-    return _excited(part) and low <= 0.0 and high < LIMITS.dead
+    return _excited(part) and low <= LIMITS.nothing and high < LIMITS.dead
 
 
 def _reads_altimeter(dead: Fit) -> bool:

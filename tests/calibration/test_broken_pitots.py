@@ -16,7 +16,16 @@ from pitotbench.cli import main
 from pitotbench.units import KNOT
 from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, LIGHT, broken_columns, ports_of
 from pitotlab.broken.dataflash import write_dataflash
-from pitotlab.broken.measure import answer_of, outcome_of, scaled, write_csv
+from pitotlab.broken.measure import (
+    BrokenRow,
+    _kept,
+    _write,
+    answer_of,
+    outcome_of,
+    scaled,
+    write_csv,
+)
+from pitotlab.broken.ulog import write_ulog
 from pitotlab.outside.generator import generate
 from pitotlab.outside.kinds import KINDS as GOOD
 
@@ -117,18 +126,20 @@ def test_a_case_of_the_field_that_ices_is_told_with_its_moment():
 @pytest.mark.parametrize("factor", [0.7, 1.25, 1.5])
 def test_a_factor_is_an_answer_and_the_same_in_each_container(factor, tmp_path):
     pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
     flight = generate(replace(LIGHT, temperature="air"), "circle", SEED)
     right = air.calibrated_airspeed(flight.state.impact)
     true = factor * float(np.mean(right / air.calibrated_airspeed(flight.state.indicated_impact)))
     found = []
-    for suffix, write in ((".csv", write_csv), (".bin", write_dataflash)):
+    for suffix, write in ((".csv", write_csv), (".bin", write_dataflash), (".ulg", write_ulog)):
         write(scaled(flight, factor), tmp_path / f"log{suffix}")
         answer, says = answer_of(tmp_path / f"log{suffix}")
         assert answer.usable
         assert f"multiply the airspeed by {answer.scale.factor:.3f}" in says
         found.append(answer.scale)
     assert abs(found[0].factor - true) < 1.5 * found[0].two_sigma
-    assert abs(found[0].factor - found[1].factor) < 0.5 * found[0].two_sigma
+    for other in found[1:]:
+        assert abs(found[0].factor - other.factor) < 0.5 * found[0].two_sigma
     assert found[0].units == ()
 
 
@@ -185,3 +196,37 @@ def test_a_copy_of_the_ground_speed_is_told_by_the_noise_of_the_receiver():
     assert "copy of the GPS speed" in find_broken(copy).words
     assert find_broken(log.channels()) is None
     assert np.median(ground) > 60.0 * KNOT
+
+
+@pytest.mark.parametrize("walk", [0.0, 20.0])
+def test_a_wind_that_turns_is_none_of_a_broken_pitot(walk):
+    """Half a turn of a wind in half an hour, as along a mountain wave: the reading stays sound."""
+    time = np.arange(0.0, 1800.0, 1.0)
+    phase, heading = 2.0 * np.pi * time / 3600.0, 2.0 * np.pi * time / 240.0
+    speed = 60.0 + 12.0 * np.sin(time / 300.0)
+    channels = {
+        "time": time,
+        "impact_pressure": np.asarray(air.impact_pressure_from_mach(speed / 334.0, 84556.0)),
+        "static_pressure": np.full_like(time, 84556.0),
+        "velocity_north": speed * np.cos(heading) + walk * np.cos(phase),
+        "velocity_east": speed * np.sin(heading) + walk * np.sin(phase),
+    }
+    (part,) = parts_of(channels)
+    fit = follow(part, part.impact)
+    assert fit.values[0] == pytest.approx(1.0, abs=0.05)
+    assert fit.rms < 0.02 * np.median(part.impact)
+    assert find_broken(channels) is None
+    stuck = {**channels, "impact_pressure": np.full_like(time, 2000.0)}
+    assert "stuck" in find_broken(stuck).words
+
+
+def test_a_measurement_that_was_stopped_goes_on_where_its_table_ends(tmp_path):
+    rows = [
+        BrokenRow("broken", "iced", ".csv", 7, "named", says="--to 2:30"),
+        BrokenRow("scale", "base", ".ulg", 9, "inside", 1.25, 1.24, 0.02),
+    ]
+    _write(rows, tmp_path / "table.csv", "# head")
+    kept = list(_kept(tmp_path / "table.csv", "# head"))
+    assert [row.key for row in kept] == [("broken", "iced", 7), ("scale", "", 9)]
+    assert kept[1] == rows[1]
+    assert list(_kept(tmp_path / "table.csv", "# another")) == []

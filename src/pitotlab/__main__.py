@@ -48,6 +48,7 @@ COMMANDS = {
     "parameters": "pitotlab.takehome:parameters_command",
     "fly-bys": "pitotlab.takehome:fly_bys_command",
     "drills": "pitotlab.drills.costs:command",
+    "broken": "pitotlab.broken.measure:command",
 }
 
 

@@ -91,7 +91,7 @@ def test_unknown_choices_name_the_known(choice):
         CalibrationOptions(**choice)
 
 
-def test_a_curve_that_is_doubtfully_large_warns_and_one_that_no_airplane_has_is_refused():
+def test_a_curve_that_is_doubtfully_large_warns_and_one_of_a_unit_is_not_to_be_used():
     log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.1))
     assert not calibrate(log).warnings
     strong = replace(log, impact_pressure=0.85 * log.impact_pressure)
@@ -101,8 +101,10 @@ def test_a_curve_that_is_doubtfully_large_warns_and_one_that_no_airplane_has_is_
     fast = replace(
         log, velocity_north=log.velocity_north / KNOT, velocity_east=log.velocity_east / KNOT
     )
-    with pytest.raises(BadInputError, match=r"no airplane's is so large.*knots read as m/s"):
-        calibrate(fast)
+    found = calibrate(fast)
+    assert not found.usable
+    assert found.scale.factor == pytest.approx(1.0 / KNOT, abs=found.scale.two_sigma)
+    assert any("GPS velocity in knots" in meaning for meaning in found.scale.units)
 
 
 @pytest.mark.parametrize(

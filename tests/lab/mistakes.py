@@ -638,6 +638,8 @@ def judge(mistake: Mistake, maneuver: str = "circle", wind: str = "constant") ->
         if spoiled is None:
             return Outcome(mistake, "refused", says)
         found = calibrate(spoiled, CalibrationOptions(latency="checked", wind=wind))
+        if any(each.kind == "scale" for each in found.disagreements):
+            return Outcome(mistake, "refused", found.disagreements[0].words)
     except (BadInputError, NoAnswerError) as error:
         return Outcome(mistake, "refused", str(error))
     except Exception as error:  # a traceback is an outcome of its kind

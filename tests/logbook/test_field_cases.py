@@ -213,3 +213,48 @@ def test_headings_have_the_airspeed_of_headings_whatever_the_column_is_called(na
     assert point["wind_speed_kt"] == pytest.approx(20.0, abs=0.1)
     assert [w for w in warnings if "name the column heading_deg" in w] == warnings
     assert bool(warnings) == name.startswith("18-")
+
+
+# Case: the factor with which it was made, on the airspeed.
+FACTORS = {"06-inav-blackbox.csv": 1.25, "12-airspeed-reads-half.bin": 2.0}
+
+
+@pytest.mark.parametrize("name", list(FACTORS))
+def test_a_factor_is_an_answer(name):
+    found = calibrate(shared_case(name))
+    assert found.usable
+    assert abs(found.scale.factor - FACTORS[name]) <= found.scale.two_sigma < 0.05
+    assert any(f"multiply the airspeed by {found.scale.factor:.3f}" in w for w in found.warnings)
+
+
+def test_a_sensor_that_reads_half_gives_the_ratio_to_set_and_a_hint_at_its_tube():
+    found = calibrate(shared_case("12-airspeed-reads-half.bin"))
+    (told,) = [words for words in found.warnings if "multiply the airspeed" in words]
+    assert "ARSPD_RATIO 8." in told
+    assert "half of the airspeed" in told
+    assert "tube" in told
+
+
+def test_what_is_before_the_ice_is_answered():
+    path = shared_case("13a-pitot-ices-halfway.bin")
+    with pytest.raises(BadInputError, match=r"airspeed dies.*--to 2:3\d") as refusal:
+        read_log(path)
+    assert "reciprocal" not in str(refusal.value)
+    minutes, seconds = str(refusal.value).rpartition("--to ")[2].split(":")
+    found = calibrate(read_log(path, part=(None, 60.0 * float(minutes) + float(seconds))))
+    assert np.all(np.abs(found.curve.correction) <= found.curve.two_sigma)
+
+
+def test_a_true_airspeed_that_is_too_high_by_as_much_at_all_speeds_is_answered():
+    """26 km/h of true airspeed at 6,000 ft, by the density of the standard day there."""
+    found = calibrate(shared_case("14b-igc-tas-26-kmh-high.igc"))
+    off = -26.0 / 1.852 * np.sqrt(0.8359)
+    assert found.usable
+    assert np.all(np.abs(found.curve.correction / KNOT - off) <= found.curve.two_sigma / KNOT)
+
+
+def test_a_true_airspeed_in_the_column_of_the_indicated_one_is_named():
+    found = calibrate(shared_case("19-tas-in-the-ias-column.csv"))
+    assert not found.usable
+    assert "true airspeed in the column of the indicated one" in found.scale.units[0]
+    assert any(each.kind == "scale" and each.fatal for each in found.disagreements)

@@ -8,6 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
+from numpy.linalg import LinAlgError
+
+from pitotbench.broken import BROKEN
 from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
 from pitotbench.calibration.options import AUTO
@@ -15,9 +18,17 @@ from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.logbook.columns import PARAMETERS
+from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
-from pitotbench.records.calibration import CalibratedFlight, Calibration, RecordedAutopilot
+from pitotbench.records.calibration import (
+    CalibratedFlight,
+    Calibration,
+    Disagreement,
+    RecordedAutopilot,
+)
 from pitotbench.records.log import Caution, FlightLog
+
+_CAUSES = (BROKEN, SPEED_FACTOR)  # codes of warnings that say why there is no answer
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -43,7 +54,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
             )
         except OneHeadingError as error:
             found = _by_height(log, chosen, error)
-        return _judged(found, log)
+        return _judged(found, log, chosen)
 
 
 def calibrate_flights(
@@ -67,7 +78,7 @@ def calibrate_flights(
                 raise
             flights = [CalibratedFlight(logs[0], _by_height(logs[0], chosen, error), 0)]
         return tuple(
-            replace(flight, calibration=_judged(flight.calibration, flight.log))
+            replace(flight, calibration=_judged(flight.calibration, flight.log, chosen))
             for flight in flights
         )
 
@@ -94,8 +105,14 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
 
     try:
         yield
-    except NoAnswerError as error:
+    except (NoAnswerError, LinAlgError) as error:
         text = str(error)
+        # What the reading of the log has found is the cause, whatever the fit stumbles over.
+        causes = [each for log in logs for each in log.cautions if each.code in _CAUSES]
+        if causes:
+            raise BadInputError(str(causes[0])) from error
+        if isinstance(error, LinAlgError):
+            raise
         if isinstance(error, UndeterminedError) and all(
             geometry_suffices(log, options) for log in logs
         ):
@@ -109,15 +126,15 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
         raise type(error)(text + "".join({limit_words(log, options): 0 for log in logs})) from error
 
 
-def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
+def _judged(calibration: Calibration, log: FlightLog, options: CalibrationOptions) -> Calibration:
     """Return the calibration with the steps of the log's display in its bound; warn where its curve
     is doubtful.
 
-    Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a
-    curve.
+    Raises NoAnswerError where its bound is too wide.
     """
     from pitotbench.calibration.fit_checks import judge_curve, require_useful, wash_of
     from pitotbench.calibration.result import with_display_steps
+    from pitotbench.calibration.scale import with_scale
 
     calibration = with_display_steps(calibration, log)
     held = log.header.get(PARAMETERS)
@@ -136,17 +153,14 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
         )
         size = verdict.words.partition("; ")[0]
         words = f"{size}: a wrong old parameter ({names}) looks so; --params gives new ones"
-        caution = Caution(words, "curve size", size=verdict.worst)
-        return replace(calibration, warnings=(*calibration.warnings, caution))
-    if verdict.kind == "impossible":
-        raise BadInputError(
-            f"{verdict.words}. Look for GPS velocity in other units (knots read as m/s, or m/s as "
-            "knots), impact "
-            "pressure in other units or doubled, total pressure read as static, and a zero offset "
-            "of the impact "
-            "pressure (--accuracy impact_pressure_zero_pa=400 finds one)"
-        )
-    if verdict.kind == "doubtful":
+        verdict = replace(verdict, words=words)
+    if verdict.kind != "plausible":
         caution = Caution(verdict.words, "curve size", size=verdict.worst)
-        return replace(calibration, warnings=(*calibration.warnings, caution))
-    return calibration
+        calibration = replace(calibration, warnings=(*calibration.warnings, caution))
+    told = [
+        Disagreement("pitot", str(each), 0.0, fatal=True)
+        for each in log.cautions
+        if each.code == BROKEN
+    ]
+    calibration = replace(calibration, disagreements=(*told, *calibration.disagreements))
+    return with_scale(calibration, log, options)

@@ -164,7 +164,7 @@ def _verdict(
     at = int(np.argmax(np.where(beyond, np.abs(error), -1.0)))
     reason = {
         "doubtful": "a certified airplane's is smaller: check units, gains and zeros of the log",
-        "impossible": "no airplane's is so large: a unit, a gain or a zero of the log is wrong",
+        "impossible": "no airplane's is so large; a gain, a zero or a unit of the log makes it",
     }[kind]
     words = (
         f"the pressure error is {error[at]:+.0%} of the impact pressure at {speed[at] / KNOT:.0f} "

@@ -203,8 +203,8 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     choices = _choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
     _, stated = _stated_autopilot(options)
-    read = read_logs(options.logs, options.mapping, stated, options.temperature_c)
-    logs = [stated_part(log, options) for log in read]
+    part = stated_part(options)
+    logs = read_logs(options.logs, options.mapping, stated, options.temperature_c, part)
     if (
         options.params
         and not options.separately

@@ -134,7 +134,7 @@ def _run_terms(options: argparse.Namespace) -> int:
 
     def maneuvers(path: Path) -> "list[Maneuver]":
         return maneuvers_in(
-            path, lambda: stated_part(read_logs([path], options.mapping)[0], options)
+            path, lambda: read_logs([path], options.mapping, part=stated_part(options))[0]
         )
 
     fitted = [each for path in options.log for each in maneuvers(path)]
@@ -192,7 +192,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     own = cards if len(cards) > 1 else [None] * len(options.log)
     held = [options.holdout] if options.holdout else []
     paths = [*options.log, *held]
-    logs = [stated_part(log, options) for log in read_logs(paths, options.mapping)]
+    logs = read_logs(paths, options.mapping, part=stated_part(options))
     named = [
         NamedLog(path.name, log, card)
         for path, log, card in zip(paths, logs, [*own, *(None for _ in held)], strict=True)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from pitotbench.bench.questions import Source
+    from pitotbench.logbook.assembly import Part
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
     from pitotbench.records.log import Choice, FlightLog
@@ -35,9 +36,10 @@ def read_logs(
     mapping: str | None,
     parameters: Mapping[str, float] | None = None,
     temperature_c: str | None = None,
+    part: "Part" = (None, None),
 ) -> "list[FlightLog]":
-    """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for
-    unknown names.
+    """Read logs, or the same part of each. Raises BadInputError as `read_log` does, with the offer
+    to draft a mapping for unknown names.
     """
     from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
@@ -45,7 +47,7 @@ def read_logs(
     logs = []
     for path in paths:
         try:
-            logs.append(read_log(path, mapping, parameters, temperature_c))
+            logs.append(read_log(path, mapping, parameters, temperature_c, part))
         except MissingColumnsError as error:
             offer = (
                 ""
@@ -94,24 +96,14 @@ def add_part(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
-    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no
-    such part.
-    """
-    from pitotbench.timeline import minutes_text
+def stated_part(options: argparse.Namespace) -> "Part":
+    """Return the part of a log that `--from` and `--to` state [s].
 
-    if options.begin is None and options.end is None:
-        return log
-    since = log.time - log.start
-    begin = 0.0 if options.begin is None else _moment("--from", options.begin)
-    end = float(since[-1]) if options.end is None else _moment("--to", options.end)
-    rows = (since >= begin) & (since <= end)
-    if begin >= end or rows.sum() < 2:
-        raise BadInputError(
-            f"--from {minutes_text(begin)} --to {minutes_text(end)}: the log runs from 0:00 to "
-            f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
-        )
-    return log.part(rows)
+    Raises BadInputError for a moment that is none.
+    """
+    moments = (("--from", options.begin), ("--to", options.end))
+    begin, end = (None if text is None else _moment(flag, text) for flag, text in moments)
+    return begin, end
 
 
 def _moment(flag: str, text: str) -> float:

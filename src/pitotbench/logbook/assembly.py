@@ -1,18 +1,29 @@
 """Make a checked log of a table under our column names."""
 
-from pitotbench.logbook.checks import CHECKS
+from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
 from pitotbench.logbook.columns import WARNINGS, Table, earlier_warnings
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import draft_of, require
+from pitotbench.records.log import START as FIRST_ROW
 from pitotbench.records.log import FlightLog
 
+Part = tuple[float | None, float | None]  # s after the first row, from and to
+WHOLE: Part = (None, None)
 
-def log_of(table: Table) -> FlightLog:
-    """Return the checked log of a table. Raises BadInputError where it cannot be used."""
+
+def log_of(table: Table, part: Part = WHOLE) -> FlightLog:
+    """Return the checked log of a table, or of its `part`, as in `reading.read_log`. Raises
+    BadInputError where it cannot be used.
+    """
     draft, header = draft_of(table), dict(table.header)
     derive(draft, header)
     require(draft)
     del table  # or its columns would stay in memory beside those of which a check drops rows
+    for check in CLOCK_CHECKS:
+        check(draft)
+    if part != WHOLE:
+        draft.keep_part(*part)
+        header[FIRST_ROW] = draft.start
     for check in CHECKS:
         check(draft)
     warnings = [*earlier_warnings(header), *draft.warnings]

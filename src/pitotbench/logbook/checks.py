@@ -8,13 +8,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.broken import BROKEN, find_broken
 from pitotbench.channels import Channel
 from pitotbench.logbook.columns import QUANTITIES, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import Caution, FlightLog
 from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
@@ -547,6 +548,21 @@ _COARSE, _FEWEST_LEVELS = (
 )  # of the usual impact pressure: a whole knot at 50 kt; levels that tell a step
 
 
+def check_broken(draft: Draft) -> None:
+    """Warn of a broken pitot. Raise BadInputError where its air data hold no answer."""
+    channels, column = draft.channels, draft.columns["impact_pressure"]
+    # At the end of its range a sensor stands still and is sound.
+    speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
+    measured = ~_at_range_end(draft, speed)
+    found = find_broken({name: values[measured] for name, values in channels.items()})
+    if found is None:
+        return
+    words = f"column {column!r}: {found.words}"
+    if found.refused:
+        raise BadInputError(words)
+    draft.warnings.append(Caution(words, BROKEN, column))
+
+
 def check_impact_pressure(draft: Draft) -> None:
     """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most
     are negative.
@@ -594,17 +610,15 @@ def check_impact_pressure(draft: Draft) -> None:
 
 
 # The order matters: fixes are held before blanks count as a start-up or as missing numbers, the
-# clock is right before units are judged, and the impact pressure exists before it is checked.
+# clock is right before units are judged, and the impact pressure exists before it is checked. A
+# broken pitot is told before anything else is blamed for what it reads.
+CLOCK_CHECKS = (hold_fixes, drop_blank_start, check_numbers, check_time, check_clock)
 CHECKS = (
-    hold_fixes,
-    drop_blank_start,
-    check_numbers,
-    check_time,
-    check_clock,
     check_pauses,
     check_units,
     check_spikes,
     form_impact_pressure,
+    check_broken,
     check_impact_pressure,
     check_stuck,
     check_plausibility,

@@ -24,6 +24,7 @@ from pitotbench.logbook.columns import (
     texts,
 )
 from pitotbench.records import BadInputError
+from pitotbench.timeline import minutes_text
 from pitotbench.units import Booleans, to_si
 
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
@@ -59,6 +60,7 @@ class Draft:
     displayed: set[str] = field(default_factory=set)
     misnamed: dict[str, str] = field(default_factory=dict)  # why a name of ours is not read
     clock: bool = False  # whether the time comes from clock times
+    start: float | None = None  # s, the first row of the log of which a part is kept
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).
@@ -77,6 +79,22 @@ class Draft:
         ) in self.channels.items():  # one after the other: a long log is in memory once
             self.channels[name] = values[good]
         self.rows = self.rows[good]
+
+    def keep_part(self, begin: float | None, end: float | None) -> None:
+        """Keep the rows from `begin` to `end` [s] after the first one; None for the log's own end.
+
+        Raises BadInputError where the log holds no such part.
+        """
+        self.start = float(self.channels["time"][0])
+        since = self.channels["time"] - self.start
+        low, high = begin or 0.0, float(since[-1]) if end is None else end
+        rows = (since >= low) & (since <= high)
+        if low >= high or rows.sum() < _FEWEST_ROWS:
+            raise BadInputError(
+                f"--from {minutes_text(low)} --to {minutes_text(high)}: the log runs from 0:00 to "
+                f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
+            )
+        self.keep(rows)
 
     def leave_out(self, name: str, reason: str) -> None:
         """Remove an optional channel, with a warning that gives the reason."""

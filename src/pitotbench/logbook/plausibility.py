@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.broken import BROKEN
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
     LIMITS,
@@ -27,6 +28,7 @@ from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 # standard error of the factor, with the wind's usual size as knowledge, is large, and nothing is
 # said.
 
+SPEED_FACTOR = "speed factor"  # code of the warning, which the factor of a calibration replaces
 _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
@@ -37,6 +39,11 @@ _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as 
 _GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
 _NEAR = 2.0  # times the impact pressure needed: a unit that is farther off than this is not tried
+_GAINS = {  # on the impact pressure
+    2.0: "half the impact pressure",
+    0.5: "twice the impact pressure",
+    4.0: "half of the airspeed",
+}
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
 _SCALE_SPREAD = (
     10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
@@ -238,19 +245,25 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
-    fits = _fits(draft, flown, factor)
+    fits, gains = _fits(draft, flown, factor), _gains(draft, factor)
+    others = [] if fits else _other_guesses(draft, factor, float(impact[1]), bool(gains))
     words = (
-        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken "
-        "off: "
-        f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
+        f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS "
+        f"{ground:.0f} m/s with the wind taken off: "
+        f"{', or '.join([*fits, *gains, *others])}"
     )
     absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
     # A unit that fits explains more than a zero does, where the difference is more than that of a
     # zero.
     named = bool(fits) and size[1] > max(LIMITS.curve_refused, LIMITS.zero_allowed / impact[1])
-    if named or bool(np.all(absurd)):
+    # A factor that a gauge or a setting may have is an answer of the calibration.
+    needed = np.sqrt(max(1.0 + float(factor.excess[1]), 1e-6))
+    forbidden = not 1.0 / LIMITS.scale_refused < needed < LIMITS.scale_refused
+    # Nor does a pitot of subsonic flow show a supersonic speed.
+    forbidden |= ground > float(np.median(air.sound_speed(flown.temperature))) > airspeed
+    if forbidden and (named or bool(np.all(absurd))):
         raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.warnings.append(Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"]))
 
 
 def _fits(draft: Draft, flown: FlownRows, factor: Factor) -> list[str]:
@@ -277,21 +290,26 @@ def _fits(draft: Draft, flown: FlownRows, factor: Factor) -> list[str]:
     ]
 
 
-def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:
-    """What may be wrong where no unit fits."""
-    north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
+def _gains(draft: Draft, factor: Factor) -> list[str]:
+    """The gains that fit and are no unit."""
     needed = max(1.0 + float(factor.excess[1]), 1e-6)
-    guesses = [
-        f"{impact!r} looks like {word} the impact pressure: check its gain"
-        for times, word in ((2.0, "half"), (0.5, "twice"))
+    return [
+        f"{draft.columns['impact_pressure']!r} looks like {words}: check its gain"
+        for times, words in _GAINS.items()
         if abs(np.log(needed / times)) < LIMITS.unit_fits
     ]
+
+
+def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float, gained: bool) -> list[str]:
+    """What may be wrong where no unit fits."""
+    north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
+    guesses = []
     offset = _offset(factor, impact_pressure)
     if abs(offset) > _SMALL_ZERO:
         guesses.append(
             f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero"
         )
-    return guesses or [f"check units and zero of {impact!r} and {north!r}"]
+    return guesses or ([] if gained else [f"check units and zero of {impact!r} and {north!r}"])
 
 
 def _offset(factor: Factor, impact_pressure: float) -> float:
@@ -527,8 +545,8 @@ def check_plausibility(draft: Draft) -> None:
     check_temperature(draft)
     check_rise(draft)
     flown = flown_rows(draft)
-    if flown is None:
-        return
+    if flown is None or any(isinstance(w, Caution) and w.code == BROKEN for w in draft.warnings):
+        return  # what is broken explains what does not fit
     factor = find_factor(flown)
     # Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly
     # one can.

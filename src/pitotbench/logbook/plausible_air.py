@@ -50,6 +50,7 @@ class Limits:
     # error of the system.
     curve_doubted: float = 0.1  # 5 kt at 100 kt: the largest error that FAR 23.1323 accepts
     curve_refused: float = 0.2  # no source errs by a fifth of the impact pressure
+    scale_refused: float = 3.0  # of the airspeed: no gauge's gain is, a unit of pressure is
     zero_allowed: float = (
         150.0  # Pa: a cheap differential gauge may have this zero, and it may be taken off later
     )

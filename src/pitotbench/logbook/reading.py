@@ -4,7 +4,7 @@ from collections import abc
 from dataclasses import replace
 from pathlib import Path
 
-from pitotbench.logbook.assembly import log_of
+from pitotbench.logbook.assembly import WHOLE, Part, log_of
 from pitotbench.logbook.bundle import is_bundle, logs_in, opened
 from pitotbench.logbook.columns import (
     CALIBRATE,
@@ -32,6 +32,7 @@ def read_log(
     mapping: Path | str | None = None,
     parameters: abc.Mapping[str, float] | None = None,
     temperature_c: str | None = None,
+    part: Part = WHOLE,
 ) -> FlightLog:
     """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
     a .zip (`card.zip/flight.csv`).
@@ -40,8 +41,9 @@ def read_log(
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
     log was flown, by name, in place of those that it holds. `temperature_c` states the temperature
-    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). `log.header["warnings"]`
-    lists, with row numbers, what was dropped and what looks wrong.
+    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Only the `part` is read and
+    judged: from so many seconds after the first row to so many, None for an end of the log. The
+    entry `warnings` of `log.header` lists, with row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file),
     UnknownNameError for a mapping that is not shipped.
@@ -58,7 +60,7 @@ def read_log(
             )
         if temperature_c is not None:
             table = replace(table, header={**table.header, DAY: temperature_c})
-        return log_of(table)
+        return log_of(table, part)
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
 

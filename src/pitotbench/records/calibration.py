@@ -58,7 +58,8 @@ class WindowWind:
 class Disagreement:
     """Two findings of one log that contradict each other, in words.
 
-    `kind` is `height`, `samples` or `fixed_speed`; `size` is the largest difference [m/s]. One that
+    `kind` is `height`, `samples`, `fixed_speed`, `scale` or `pitot`;
+    `size` is the largest difference [m/s]. One that
     is `fatal` is not held by the bound.
     """
 
@@ -334,6 +335,19 @@ class Diagnostics:
     departures: dict[str, float] | None = field(default=None, metadata={"key": "departure"})
 
 
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """The factor by which the airspeed is to be multiplied, with 2σ [-].
+
+    `units` are other meanings of such a factor, in words: units that a column may have in place of
+    its own, or a true airspeed. Where there are any, the log does not tell which is right.
+    """
+
+    factor: float
+    two_sigma: float
+    units: tuple[str, ...] = ()
+
+
 # What an autopilot computes its airspeed with.
 
 
@@ -399,6 +413,7 @@ class Calibration(Shown):
     other rows were not.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
     number used.
+    `scale`: the factor on the airspeed, None where height alone answers.
     `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
     for another log.
     `provenance`: the files and the choices behind the answer, where who asked for it told them.
@@ -431,6 +446,7 @@ class Calibration(Shown):
     mach: float = 0.0
     log_start: float = 0.0
     autopilot: RecordedAutopilot | None = None
+    scale: Scale | None = None
     provenance: Provenance = field(default_factory=Provenance)
 
     @property

@@ -16,6 +16,7 @@ from pitotbench.records.calibration import (
     Criteria,
     ErrorCurve,
     Estimate,
+    Scale,
     Share,
     WeighedModel,
     WindEstimate,
@@ -418,6 +419,7 @@ FAILED_BY = {
     "samples": "samples and curve agree",
     "height": "wind triangle and height agree",
     "fixed_speed": "fixed-speed points and curve agree",
+    "broken pitot": "pitot and static lines work",
     **dict.fromkeys(("heading", "mirrored", "axes turned", "track"), HEADINGS),
 }
 _ASSUMED = (
@@ -546,6 +548,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "error_location": result.error_location,
         "error_location_assumed": result.place_assumed,
         "usable": result.usable,
+        "scale": None if result.scale is None else scale_json(result.scale),
         "disagreements": [
             {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT}
             for each in result.disagreements
@@ -565,6 +568,11 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "diagnostics": {key: value for key, value in found.items() if key != "models"},
         **({"model_choice": [_plain(each) for each in found["models"]]} if found["models"] else {}),
     }
+
+
+def scale_json(scale: Scale) -> dict[str, Any]:
+    """The factor on the airspeed as plain data; `units` is null where nothing else explains it."""
+    return asdict(scale) | {"units": list(scale.units) or None}
 
 
 def _plain(found: Any) -> dict[str, Any]:

@@ -1,0 +1,593 @@
+"""Tell a broken pitot by what its reading follows.
+
+An impact pressure follows the square of the speed through the air and nothing else. With q = k·V²
+and the ground velocity v = V + w, the reading of a sound system is
+
+    q = a·k·v² − 2a·k·v·w + constant,   a = 1,
+
+which is linear in a, the wind and the zero: one regression says by how much the reading follows
+the speed (a), the ambient pressure (b) and the clock. The wind changes along the flight as a random
+walk does, in straight lines between knots. Physics names the fault: a closed total line
+reads an altimeter (a = 0, b = −1), a closed static port adds one (a = 1, b = 1), exchanged lines
+change the sign (a = −1), a stuck sensor follows nothing. Where the reading is an airspeed of the
+receiver, it repeats the receiver's noise.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.timeline import fresh_fixes, minutes_text
+from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array, Booleans
+
+BROKEN = "broken pitot"  # code of the warning
+
+
+@dataclass(frozen=True, slots=True)
+class BrokenLimits:
+    """What each kind of broken pitot must show to be told; SI, ratios without unit.
+
+    The limits lie between simulated logs, broken and good, of the laboratory (`pitotlab broken`);
+    no measured log of a sound system passes one.
+    """
+
+    block: float = 2.0  # s, over which rows are averaged: usual 1 to 5
+    lasting: float = 20.0  # s, in which gusts and pilots err alike: usual 10 to 60
+    window: float = 1800.0  # s of a log that are judged together: usual 900 to 3600
+    knot: float = 300.0  # s between the knots of the wind: a turn on all headings or two
+    wind_walk: float = 1.0  # m/s, 1σ of the change of a component in a minute: a wave has more
+    fewest: int = 30  # blocks of a part that is judged
+    flying: float = 0.4  # of the largest ground speeds: slower is taxi, take-off or landing
+    taxi: float = 20.0 * KNOT  # m/s: a log whose largest ground speeds are less holds no flight
+    sigmas: float = 3.0  # standard errors by which a limit must be passed
+    excited: float = 1.5  # m/s rms of the speed through the air that no steady wind explains, and
+    excited_share: float = 0.04  # of the speed
+    dead: float = 0.15  # a, below which a reading does not follow the speed; a sound one has 1
+    quiet: float = 0.15  # of the expected change, that a dead reading may have besides
+    reversed: float = -0.3  # a, below which lines are exchanged
+    better: float = 0.5  # of the misfit of a sound system, that an altimeter leaves of the reading
+    altimeter: float = 0.5  # b, from which a reading follows the ambient pressure: 0 or 1 in size
+    climbed: float = 300.0  # Pa, range of the ambient pressure that tells b: 25 m at sea level
+    before: float = 60.0  # s that a system has worked before it fails
+    after: float = 30.0  # s that it has failed
+    looks: int = 40  # for the moment of a failure, and then one by one
+    strange: float = (
+        0.1  # of the impact pressure, the misfit of a reading that is none of the speed
+    )
+    fails: float = 6.0  # times the usual misfit by which a reading leaves what it followed
+    far: float = 0.2  # of the expected impact pressure, the same
+    gone: float = 0.1  # of the usual impact pressure, the median that is left of one that died
+    rarely: float = 0.3  # the same, above which it is in a tenth of the time
+    shared: float = 0.8  # of the receiver's noise, in which a copy differs from it; a sensor has 1
+    noisy: float = -0.25  # correlation of second differences: −2/3 for white noise, 0.9 for motion
+    together: float = 0.3  # m/s rms between airspeed and ground speed: a breath of wind has more
+    dense: float = 0.02  # by which true and indicated airspeed must differ for a copy to show
+    same: float = 0.1  # degrees rms, in which a track is made of the heading: a compass has 0.2
+    crab: float = 2.0  # m/s of crosswind, rms, that headings show: a compass errs by 2° at 60 m/s
+    turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
+    levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
+    rounds: int = 20  # of finding the level of each block, or of a fit its scatter, at most
+    nothing: float = 1e-6  # a, that rounding leaves of a reading that stands still
+    squares: int = 2  # fits until the square of the wind is known
+    settled: float = 1.01  # times the scatter before, at which it is found
+    settle: float = 8.0  # s that a level lasts on average: gusts of an airplane pass sooner
+    step: float = 0.08  # of the usual impact pressure, the least step that water makes
+    steps: int = 3  # a front of the wind is one, its way back in a turn a second
+    drift: float = 0.08  # of the least impact pressures, by which a zero moves to be told
+    shortest: float = 150.0  # s: in less, a drift or steps may be one change of gain
+    warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
+    steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
+    level: float = 0.04  # of the ambient pressure, its most change for one wind to hold: 350 m
+    rest: float = 1.5  # m/s over the ground, below which the airplane stands
+    breeze: float = 40.0  # Pa that a wind of 8 m/s on the ground makes
+    drift_sigmas: float = 4.0  # standard errors, the same
+
+
+LIMITS = BrokenLimits()
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Block means of a part of a log in flight, (n,) each: clock [s] from the first row of the log,
+    reading, static pressure and ambient pressure [Pa], k·v² and k·v [Pa, Pa s/m], speed [m/s].
+
+    `ambient` is that of the receiver's height, in the standard atmosphere, where the log has one
+    (`by_height`), else the static pressure.
+    """
+
+    time: Array
+    impact: Array
+    static: Array
+    ambient: Array
+    square: Array
+    north: Array
+    east: Array
+    speed: Array
+    by_height: bool
+
+    def rows(self, which: slice | Booleans) -> "Part":
+        """Return some of the blocks."""
+        names = (n for n in self.__slots__ if n != "by_height")
+        return replace(self, **{n: getattr(self, n)[which] for n in names})
+
+    @property
+    def clock(self) -> Array:
+        """The time, −1 to 1."""
+        return np.asarray(2.0 * (self.time - self.time[0]) / np.ptp(self.time) - 1.0)
+
+    @property
+    def slope(self) -> Array:
+        """Impact pressure by airspeed [Pa s/m]: 2·k·v."""
+        return 2.0 * self.square / self.speed
+
+    def wind(self) -> tuple[Array, Array, Array]:
+        """The shapes of the wind in time, (n, m): a steady one, then from each knot to the next a
+        change that lasts; the columns of a zero and of these winds, (n, 1 + 2m), to be multiplied
+        by a; 1σ of their coefficients before the log is looked at, as a random walk has, (1 + 2m,).
+        """
+        since = self.time - self.time[0]
+        knots = np.linspace(0.0, since[-1], 1 + max(round(since[-1] / LIMITS.knot), 1))
+        changes = [np.clip((since - at) / knots[1], 0.0, 1.0) for at in knots[:-1]]
+        shapes = np.stack([np.ones_like(since), *changes], axis=1)
+        axes = [-2.0 * axis[:, None] * shapes for axis in (self.north, self.east)]
+        change = LIMITS.wind_walk * np.sqrt(knots[1] / 60.0)
+        each = [np.inf, *[change] * len(changes)]
+        return shapes, np.hstack([shapes[:, :1], *axes]), np.array([np.inf, *each, *each])
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """The regression of a reading: coefficients, (p,), their covariance, (p, p), what is left of
+    the reading, (n,), and the columns on all rows, fitted or not, (m, p).
+    """
+
+    values: Array
+    covariance: Array
+    left: Array
+    columns: Array
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors, (p,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of what is left."""
+        return float(np.sqrt(np.mean(self.left**2)))
+
+    @property
+    def asked(self) -> Array:
+        """The reading that the fit asks for on all rows, (m,)."""
+        return np.asarray(self.columns @ self.values)
+
+    @property
+    def unsure(self) -> Array:
+        """Its standard error, (m,)."""
+        variance = np.einsum("np,pq,nq->n", self.columns, self.covariance, self.columns)
+        return np.asarray(np.sqrt(variance))
+
+
+def regress(
+    reading: Array, columns: Array, sizes: Array | None = None, until: int | None = None
+) -> Fit:
+    """Fit columns, (m, p), to a reading, (m,), by least squares; with `until`, on the first rows.
+
+    `sizes` are 1σ of the coefficients about 0 before the log is looked at, (p,), and what is left
+    says how much they weigh: both are found together, from nothing known on. The covariance counts
+    the blocks of `LIMITS.lasting` seconds once, as gusts last as long.
+    """
+    matrix, shown = columns[:until], reading[:until]
+    scale = np.sqrt(np.mean(matrix**2, axis=0))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    weight = np.zeros(len(scale)) if sizes is None else (sizes * scale) ** -2.0
+    normal, target = (matrix / scale).T @ (matrix / scale), matrix.T @ shown
+    scatter, before = 0.0, -1.0
+    for _ in range(LIMITS.rounds):
+        inverse = np.linalg.pinv(normal + np.diag(scatter * weight), rcond=1e-12, hermitian=True)
+        inverse = inverse / np.outer(scale, scale)
+        values: Array = inverse @ target
+        left: Array = shown - matrix @ values
+        before, scatter = scatter, float(np.sum(left**2)) / max(len(left) - len(scale), 1)
+        scatter *= LIMITS.lasting / LIMITS.block
+        if sizes is None or scatter <= LIMITS.settled * before:
+            break
+    return Fit(values, np.asarray(inverse * scatter), left, columns)
+
+
+def follow(part: Part, reading: Array, *others: Array, until: int | None = None) -> Fit:
+    """Fit a reading, (n,), by its share a of the speed, which is first, by other columns, (n,)
+    each, a zero and a wind; with `until`, on the first rows.
+
+    The square of the wind moves the zero with it, and is that of the fit before.
+    """
+    (shapes, wind, sizes), square = part.wind(), part.square
+    sizes = np.append(np.full(1 + len(others), np.inf), sizes)
+    for _ in range(LIMITS.squares):
+        fit = regress(reading, np.column_stack([square, *others, wind]), sizes, until)
+        share, error = fit.values[0], fit.errors[0]
+        along = fit.values[-2 * shapes.shape[1] :].reshape(2, -1) @ shapes.T
+        # A reading that follows nothing tells no wind.
+        along *= share / max(share**2 + error**2, LIMITS.nothing**2)
+        square = part.square * (1.0 + np.sum(along**2, axis=0) / part.speed**2)
+    return fit
+
+
+def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
+    """Return the parts of a log in flight by its channels, each as long as one wind may last."""
+    time, static = channels["time"], channels["static_pressure"]
+    north, east = channels["velocity_north"], channels["velocity_east"]
+    speed, height = np.hypot(north, east), channels.get("altitude")
+    ambient = static if height is None else air.standard_pressure(height)
+    flying = speed > max(LIMITS.flying * float(np.quantile(speed, 0.95)), 0.5 * LIMITS.taxi)
+    if float(np.quantile(speed, 0.95)) < LIMITS.taxi:
+        return
+    # The static pressure of a broken line may be any; that of the height is the receiver's.
+    around = np.clip(ambient, 1e3, None)
+    sound = air.sound_speed(air.standard_temperature(air.pressure_altitude(around)))
+    k = air.impact_pressure_from_mach(speed / sound, around) / np.maximum(speed, 0.1) ** 2
+    reading = channels["impact_pressure"]
+    rows = [time - time[0], reading, static, ambient, k * speed**2, k * north, k * east, speed]
+    block = ((time - time[0]) // LIMITS.block).astype(np.intp)
+    for number in range(int((time[-1] - time[0]) // LIMITS.window) + 1):
+        here = flying & ((time - time[0]) // LIMITS.window == number)
+        _, place, count = np.unique(block[here], return_inverse=True, return_counts=True)
+        if len(count) < LIMITS.fewest:
+            continue
+        means: list[Any] = [np.bincount(place, each[here]) / count for each in rows]
+        yield Part(*[*means, height is not None])
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """A broken pitot: the sentence with its evidence, what to do, and whether the air data hold no
+    answer (`refused`).
+    """
+
+    words: str
+    refused: bool = True
+
+
+def _excitation(part: Part) -> float:
+    """The change of the airspeed [m/s rms] that the ground velocity shows and no wind explains."""
+    _, wind, sizes = part.wind()
+    fit = regress(part.square, wind, sizes)
+    return float(np.sqrt(np.mean((fit.left / part.slope) ** 2)))
+
+
+def _response(part: Part) -> Fit:
+    """What the reading follows: the speed first, then the ambient pressure, and the clock."""
+    around, t = part.ambient - np.mean(part.ambient), part.clock
+    return follow(part, part.impact, around, t, t**2)
+
+
+def _around(fit: Fit, place: int = 0) -> tuple[float, float]:
+    """The least and greatest value of a coefficient within its standard errors."""
+    margin = LIMITS.sigmas * fit.errors[place]
+    return float(fit.values[place] - margin), float(fit.values[place] + margin)
+
+
+def _sound(part: Part) -> Fit:
+    """A reading that follows the speed, which is first."""
+    return follow(part, part.impact)
+
+
+def _dead(part: Part, leaks: bool = True) -> Fit:
+    """A reading that does not follow the speed: the static pressure first, and a slow leak."""
+    t = part.clock
+    columns = [part.static - np.mean(part.static), np.ones_like(t), *([t, t**2] if leaks else [])]
+    return regress(part.impact, np.stack(columns, axis=1))
+
+
+def _exchanged(part: Part) -> Broken | None:
+    follows = _response(part)
+    zero = float(np.mean(part.impact <= 0.0))
+    if zero > 0.5:  # the recorder shows nothing below zero: the static line tells
+        around = [part.ambient - np.mean(part.ambient)] if part.by_height else []
+        follows = follow(part, -part.static, *around)
+        what = f"the airspeed reads 0 in {zero:.0%} of the flight and the static pressure"
+    else:
+        what = "the impact pressure"
+    if not _around(follows)[1] < LIMITS.reversed:
+        return None
+    slope = abs(follows.values[0])
+    way = "rises" if zero > 0.5 else "falls"
+    return Broken(
+        f"the lines are exchanged: {what} {way} as the airplane flies faster, by {slope:.2f} of "
+        "the dynamic pressure that the GPS velocity asks for; swap the total and the static line "
+        "(or the sign of the sensor: ARSPD_TUBE_ORDR of an autopilot) and fly again"
+    )
+
+
+def _excited(part: Part) -> bool:
+    least = max(LIMITS.excited, LIMITS.excited_share * float(np.median(part.speed)))
+    return _excitation(part) > least
+
+
+def _follows_nothing(part: Part) -> bool:
+    """Whether the speed changes and the reading has no part in it; one in a wrong unit has."""
+    low, high = _around(_response(part))
+    return _excited(part) and low <= LIMITS.nothing and high < LIMITS.dead
+
+
+def _reads_altimeter(dead: Fit) -> bool:
+    low, high = _around(dead)
+    return high < -LIMITS.altimeter and low > -2.0 + LIMITS.altimeter
+
+
+def _stopped(part: Part) -> Broken | None:
+    """Stuck or blocked throughout."""
+    dead, sound = _dead(part), _sound(part)
+    swing = _excitation(part)
+    expected = swing * float(np.median(part.slope))
+    blocked = _reads_altimeter(dead) and dead.rms < LIMITS.better * sound.rms
+    stuck = _follows_nothing(part) and _dead(part, leaks=False).rms < LIMITS.quiet * expected
+    if not (blocked or stuck):
+        return None
+    follows = _response(part)
+    told = (
+        f"the GPS velocity asks for an airspeed that changes by {swing / KNOT:.0f} kt (rms), and "
+        f"the reading follows it by {follows.values[0]:+.2f} ± {2.0 * follows.errors[0]:.2f} "
+        "(1 is right)"
+    )
+    return Broken(_closed_words(part, dead) + f": {told}; {_CLEAN}")
+
+
+_CLEAN = "look for a cover, ice, insects or water in the tube and its line, and fly again"
+
+
+def _closed_words(part: Part, dead: Fit) -> str:
+    """Whether the reading is that of an altimeter, or of nothing."""
+    if _reads_altimeter(dead):
+        return (
+            "the total line is blocked: the impact pressure reads an altimeter (it changes by "
+            f"{dead.values[0]:.2f} ± {2.0 * dead.errors[0]:.2f} of the static "
+            "pressure; −1 is a closed line)"
+        )
+    return (
+        f"the sensor is stuck: the impact pressure stands still at {np.median(part.impact):.0f} Pa"
+    )
+
+
+def _failed(part: Part) -> Broken | None:
+    """A system that works and fails for the rest of the part."""
+    since, left = part.time - part.time[0], part.time[-1] - part.time
+    rows = np.flatnonzero((since > LIMITS.before) & (left > LIMITS.after))
+    coarse = max(len(rows) // LIMITS.looks, 1)
+    for place in range(0, len(rows), coarse):
+        if _fails_at(part, rows[place]):
+            finer = rows[max(place - coarse + 1, 0) : place + 1]
+            return _failure(part, next(row for row in finer if _fails_at(part, row)))
+    return None
+
+
+def _fails_at(part: Part, row: int) -> bool:
+    return _died(part, row) or (_frozen(part, row) and not _stopped(part.rows(slice(0, row))))
+
+
+def _died(part: Part, row: int) -> bool:
+    late = np.quantile(np.abs(part.impact[row:]), [0.5, 0.9]) / float(np.median(part.impact[:row]))
+    return bool(0.0 <= late[0] < LIMITS.gone and 0.0 <= late[1] < LIMITS.rarely)
+
+
+def _frozen(part: Part, row: int) -> bool:
+    """Whether the reading from a row on does not follow the speed: by itself, or by the wind found
+    before.
+    """
+    early, late = part.rows(slice(0, row)), part.rows(slice(row, None))
+    dead, swing = _dead(late, leaks=False), _excitation(late) * float(np.median(late.slope))
+    sound = follow(part, part.impact, until=row)
+    # Where the reading before is none of this speed in its unit, it is not the tube that fails.
+    strange = sound.rms > LIMITS.strange * abs(float(np.median(early.impact)))
+    if strange or not _around(sound)[1] > LIMITS.dead:
+        return False
+    if dead.rms < LIMITS.quiet * swing and _follows_nothing(late):
+        return True
+    asked, unsure = sound.asked[row:], sound.unsure[row:]
+    apart = np.abs(late.impact - asked)
+    leaves = apart > np.maximum(LIMITS.fails * (unsure + sound.rms), LIMITS.far * np.abs(asked))
+    return bool(np.mean(leaves) > 0.5 and dead.rms < LIMITS.quiet * np.std(asked))
+
+
+def _failure(part: Part, row: int) -> Broken:
+    died = _died(part, row)
+    smooth = np.convolve(part.impact, np.full(5, 0.2), "same")
+    while died and row > 5 and smooth[row - 5] > 1.15 * abs(smooth[row]):
+        row -= 1  # back to where the reading began to fall
+    moment = minutes_text(float(part.time[row - 1]))
+    shown = air.calibrated_airspeed(np.maximum(part.impact, 0.0)) / KNOT
+    if died:
+        what = "the airspeed dies: the tube is closed by ice or dirt, and its drain is open"
+    elif _reads_altimeter(_dead(part.rows(slice(row, None)), leaks=False)):
+        what = (
+            "the airspeed freezes and reads an altimeter: tube and drain are closed by ice or dirt"
+        )
+    else:
+        what = "the airspeed freezes: the sensor is stuck"
+    return Broken(
+        f"from {moment} on {what}; it reads {np.median(shown[row:]):.0f} kt and before "
+        f"{np.median(shown[:row]):.0f} kt, while the ground speed goes from "
+        f"{np.median(part.speed[:row]) / KNOT:.0f} to {np.median(part.speed[row:]) / KNOT:.0f} kt "
+        f"(medians). Use what is before: --to {moment}"
+    )
+
+
+def _taped(part: Part) -> Broken | None:
+    climbed = float(np.ptp(np.quantile(part.ambient, [0.02, 0.98])))
+    if not part.by_height or climbed < LIMITS.climbed:
+        return None
+    around = part.ambient - np.mean(part.ambient)
+    columns = np.stack([around, np.ones_like(around), part.clock], axis=1)
+    static = regress(part.static, columns)
+    reading = _response(part)
+    follows_nothing = _around(static)[1] < LIMITS.altimeter
+    adds = reading.values[1] > LIMITS.altimeter and _around(reading, 1)[0] > 0.0
+    if not (follows_nothing and adds):
+        return None
+    return Broken(
+        f"the static port is closed (tape, ice or water): the static pressure changes by "
+        f"{static.values[0]:.2f} of what the heights ask for, a range of {climbed / 100.0:.0f} hPa"
+        f", and the impact pressure by {reading.values[1]:+.2f} of it (0 is right): open the port "
+        "and fly again"
+    )
+
+
+def _climbs(part: Part) -> bool:
+    """Whether the heights differ by so much that their winds do."""
+    return float(np.ptp(part.ambient)) > LIMITS.level * float(np.median(part.ambient))
+
+
+def _water(part: Part) -> Broken | None:
+    """A reading that jumps between two levels: each block belongs to one, found with the fit."""
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
+        return None
+    left = _sound(part).left
+    usual, high = float(np.sqrt(np.mean(left**2))), left > np.mean(np.quantile(left, [0.1, 0.9]))
+    for _ in range(LIMITS.rounds):
+        fit = follow(part, part.impact, high.astype(np.float64))
+        size = float(fit.values[1])
+        before, high = high, fit.left + size * high > 0.5 * size
+        if np.array_equal(before, high) or high.all() or not high.any():
+            break
+    steps = int(np.count_nonzero(np.diff(high)))
+    dwell = len(high) * LIMITS.block / (steps + 1)
+    if fit.rms > LIMITS.levels * usual or steps < LIMITS.steps or dwell < LIMITS.settle:
+        return None
+    if size < LIMITS.step * float(np.median(part.impact)):
+        return None
+    return Broken(
+        f"water is in a line, or a loose contact: the impact pressure jumps {steps} times to and "
+        f"fro by some {size:.0f} Pa ({size / STANDARD_GRAVITY:.0f} mm of water), and neither the "
+        "GPS velocity nor a wind explains it; drain the lines and fly again",
+        refused=False,
+    )
+
+
+_WARMS = (
+    "as a sensor does that warms up or cools down; no one curve holds. Let it take its "
+    "temperature, set its zero anew before the flight, or use a short part (--from, --to)"
+)
+
+
+def _drifting(part: Part) -> Broken | None:
+    """A zero that moves in flight, alike on all headings and at all speeds."""
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
+        return None
+    since = part.time - part.time[0]
+    shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]
+    fits = [follow(part, part.impact, shape / shape[-1]) for shape in shapes]
+    found = min(fits, key=lambda fit: fit.rms)
+    moved, error = float(found.values[1]), float(found.errors[1])
+    low = float(np.quantile(part.impact, 0.1))
+    if abs(moved) < max(LIMITS.drift_sigmas * error, LIMITS.drift * low):
+        return None
+    return Broken(
+        "the zero drifts: on all headings and at all speeds the impact pressure moves by "
+        f"{moved:+.0f} ± {2.0 * error:.0f} Pa in {np.ptp(part.time) / 60.0:.0f} min, {_WARMS}",
+        refused=False,
+    )
+
+
+def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
+    """A zero that differs at rest before and after the flight."""
+    time, impact = channels["time"], channels["impact_pressure"]
+    speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
+    moving = np.flatnonzero(speed > LIMITS.rest)
+    if not len(moving):
+        return None
+    ends = [slice(0, moving[0]), slice(moving[-1] + 1, len(time))]
+    blocks = [np.unique(time[end] // LIMITS.block, return_inverse=True)[1] for end in ends]
+    if min(LIMITS.block * (np.max(block, initial=-1) + 1) for block in blocks) < LIMITS.settle:
+        return None
+    means = [
+        np.bincount(block, impact[end]) / np.bincount(block)
+        for block, end in zip(blocks, ends, strict=True)
+    ]
+    before, after = (float(np.median(mean)) for mean in means)
+    scatter = max(float(np.ptp(np.quantile(mean, [0.05, 0.95]))) for mean in means)
+    fast = speed > LIMITS.flying * float(np.quantile(speed, 0.95))
+    moved, low = after - before, float(np.quantile(impact[fast], 0.1))
+    if abs(moved) < max(LIMITS.breeze, LIMITS.drift * low, LIMITS.steady * scatter):
+        return None
+    return Broken(
+        f"the zero drifts: at rest the impact pressure reads {before:.0f} Pa before the flight and "
+        f"{after:.0f} Pa after it, {abs(moved) / low:.0%} of what it reads in slow flight, "
+        f"{_WARMS}",
+        refused=False,
+    )
+
+
+def _copied(channels: Mapping[str, Any]) -> Broken | None:
+    """An airspeed that is the receiver's own speed."""
+    north, east = channels["velocity_north"], channels["velocity_east"]
+    speed = np.hypot(north, east)
+    rows = fresh_fixes(channels.get("gps_fresh"), north, east)
+    # A copy is held from fix to fix, where the file's reader may interpolate the velocity.
+    renewed = np.diff(channels["impact_pressure"], prepend=np.nan) != 0.0
+    rows = rows & renewed & (speed > 0.5 * LIMITS.taxi)
+    if rows.sum() < LIMITS.fewest:
+        return None
+    ground, track = speed[rows], np.arctan2(east, north)[rows]
+    if 1.0 - abs(np.mean(np.exp(1j * track))) < LIMITS.turned:
+        return None
+    impact, static = (channels[n][rows] for n in ("impact_pressure", "static_pressure"))
+    shown = air.calibrated_airspeed(np.maximum(impact, 0.0))
+    fit = np.stack([ground, np.ones_like(ground)], axis=1)
+    slope, level = np.linalg.lstsq(fit, shown, rcond=None)[0]
+    left = shown - slope * ground - level
+    apart = float(np.sqrt(np.mean(left**2)))
+    if apart > LIMITS.together or not slope > LIMITS.altimeter:
+        return None
+    noise, own = np.diff(ground, 2), np.diff(left, 2)
+    white = float(np.corrcoef(noise[1:], noise[:-1])[0, 1]) if np.ptp(noise) > 0.0 else 0.0
+    repeats = white < LIMITS.noisy and np.std(own) < LIMITS.shared * np.std(noise)
+    dense = air.standard_temperature(air.pressure_altitude(np.clip(static, 1e3, None)))
+    true = air.true_airspeed(np.maximum(impact, 0.0), np.clip(static, 1e3, None), dense)
+    equal = float(np.sqrt(np.mean((shown - ground) ** 2))) < LIMITS.together
+    impossible = equal and float(np.median(true / np.maximum(shown, 0.1))) - 1.0 > LIMITS.dense
+    evidence = f"it differs from the ground speed by {apart / KNOT:.2f} kt (rms) on all headings"
+    if repeats:
+        evidence += ", and repeats the noise of the receiver"
+    if (heading := channels.get("heading")) is not None:
+        off = np.angle(np.exp(1j * (heading[rows] - track)))
+        crab = float(np.sqrt(np.mean((off - np.mean(off)) ** 2) * np.mean(ground) ** 2))
+        if float(np.std(off)) < LIMITS.same * DEGREE:
+            return None  # the velocity may as well be made of airspeed and heading
+        if crab > LIMITS.crab:
+            impossible = True
+            evidence += (
+                f", while headings and tracks, {np.std(off) / DEGREE:.0f}° apart (rms), show a wind"
+            )
+    if not (repeats or impossible):
+        return None
+    return Broken(
+        f"the airspeed is a copy of the GPS speed, no pitot's: {evidence}; record the airspeed of "
+        "the sensor (on an autopilot ARSPD_TYPE and ARSPD_USE; a virtual pitot is no sensor)"
+    )
+
+
+# In the order in which they are asked: what is wrong with a sign or a channel comes before what is
+# wrong in size.
+KINDS: dict[str, Callable[[Part], Broken | None]] = {
+    "exchanged lines": _exchanged,
+    "static port closed": _taped,
+    "stuck or blocked": _stopped,
+    "fails in flight": _failed,
+    "water": _water,
+    "drifting zero": _drifting,
+}
+
+
+def find_broken(channels: Mapping[str, Any]) -> Broken | None:
+    """Return the first kind of broken pitot that the channels of a log show, None where none does.
+
+    Parameters: channels [SI] by name, (n,) each: `time`, `impact_pressure`, `static_pressure`,
+    `velocity_north`, `velocity_east`; `altitude`, `heading` and `gps_fresh` where the log has them.
+    """
+    if (copied := _copied(channels)) is not None:
+        return copied
+    told = (kind(part) for part in parts_of(channels) for kind in KINDS.values())
+    return next((found for found in told if found is not None), None) or _zero_moved(channels)

@@ -1,0 +1,172 @@
+"""The factor on the airspeed: what it is, what else explains it, and what to set."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibration.options import CalibrationOptions, accuracies_of
+from pitotbench.calibration.prediction import ZERO
+from pitotbench.calibration.reduction import reduce_log
+from pitotbench.logbook.autopilot import AUTOPILOTS
+from pitotbench.logbook.plausibility import SPEED_FACTOR
+from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import Calibration, Disagreement, Scale
+from pitotbench.records.log import Caution, FlightLog
+from pitotbench.units import Array
+
+
+@dataclass(frozen=True, slots=True)
+class ScaleLimits:
+    """Where a factor is found anew and told; ratios of the airspeed without unit."""
+
+    refined: float = 0.02  # from 1, beyond which the factor has a fit of its own
+    told: float = 0.05  # from 1, beyond which it is told: usual position errors are below
+    zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
+    half: float = 0.06  # of the factor, by which a sensor that reads half may differ
+    own: float = 0.02  # 2σ of an airplane's own position error beside a true airspeed
+    dense: float = 0.04  # by which true and indicated airspeed must differ to be told apart
+
+
+LIMITS = ScaleLimits()
+# Factors that a unit makes: what the column holds, and what it is read as.
+UNITS = {
+    0.8690: "an airspeed in miles per hour that is read as knots",
+    0.5400: "an airspeed in kilometers per hour that is read as knots",
+    0.5925: "an airspeed in feet per second that is read as knots",
+    1.1508: "an airspeed in knots that is read as miles per hour",
+    1.8520: "an airspeed in knots that is read as kilometers per hour",
+    1.9438: "an airspeed in m/s that is read as knots, or a GPS velocity in knots read as m/s",
+    0.5144: "a GPS velocity in m/s that is read as knots",
+    2.2369: "a GPS velocity in miles per hour that is read as m/s",
+    0.4470: "a GPS velocity in m/s that is read as miles per hour",
+}
+_STEP = 1e-4  # of Δp/q_c, and Pa, for the derivative of the factor
+_OVER = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the impact pressures of the log
+_HALVES = {2.0: "half of the airspeed", float(np.sqrt(2.0)): "half of the impact pressure"}
+
+
+def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions) -> Calibration:
+    """Return a calibration with its factor on the airspeed.
+
+    A large factor is told, and one that a unit makes as well is not to be used.
+    """
+    if result.wind is None:
+        return result
+    scale = _of_curve(result)
+    if abs(scale.factor - 1.0) > LIMITS.refined:
+        scale = _refined(scale, log, options)
+    known = abs(scale.factor - 1.0) > scale.two_sigma
+    scale = replace(scale, units=tuple(_meanings(result, scale, log)) if known else ())
+    result = replace(result, scale=scale)
+    if scale.units:
+        words = (
+            f"{_factor_words(scale)}, and so would {' or '.join(scale.units)}: the log does not "
+            "tell which; look into the recorder's settings before you use either"
+        )
+        told = Disagreement("scale", words, 0.0, fatal=True)
+        result = replace(result, disagreements=(*result.disagreements, told))
+    if known and abs(scale.factor - 1.0) > LIMITS.told:
+        words = f"{_factor_words(scale)}{_settings(result, scale)}{_half(scale)}"
+        caution = Caution(words, "scale", size=scale.factor)
+        others = [each for each in result.warnings if each.code != SPEED_FACTOR]
+        result = replace(result, warnings=(caution, *others))
+    return result
+
+
+def _of_curve(result: Calibration) -> Scale:
+    """The mean ratio of calibrated and indicated airspeed over the curve."""
+    curve = result.curve
+    weight = curve.indicated_airspeed / curve.two_sigma
+    ratio = 1.0 + curve.correction / curve.indicated_airspeed
+    factor = float(np.average(ratio, weights=weight**2))
+    return Scale(factor, float(np.median(1.0 / weight)))
+
+
+def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale:
+    """The factor of a fit of a gain and a zero, which is the same whatever the file's mapping
+    advises: the mean ratio of calibrated and shown airspeed over the speeds of the log.
+
+    With Δp/q_c = k and a zero z the impact pressure is (q − z)/(1 − k). Where the zero makes the
+    ratio another at another airspeed, half of that is in the bound.
+    """
+    stated = accuracies_of(options.accuracies, log.header)
+    zero = replace(stated, impact_pressure_zero_pa=LIMITS.zero)
+    try:
+        found = reduce_log(log, replace(options, model="bias", method="covering", accuracies=zero))
+    except NoAnswerError:
+        return scale
+    answer, names = found.answer, [each.name for each in found.nuisances]
+    places = [0, found.model.count + names.index(ZERO)]
+    shown = np.quantile(found.observations.impact_pressure, _OVER)
+
+    def ratios(gain: float, offset: float) -> Array:
+        right = np.maximum(shown - offset, 0.0) / max(1.0 - gain, 1e-6)
+        return air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
+
+    k, z = (float(answer.mean[place]) for place in places)
+    here = ratios(k, z)
+    toward = np.zeros((1, len(answer.mean)))
+    toward[0, places] = [
+        float(np.mean(ratios(k + _STEP, z) - here)) / _STEP,
+        float(np.mean(ratios(k, z + _STEP) - here)) / _STEP,
+    ]
+    bound = float(answer.two_sigma(toward)[0])
+    return Scale(float(np.mean(here)), float(np.hypot(bound, 0.5 * np.ptp(here))))
+
+
+def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
+    """What else makes such a factor, in words."""
+    found = [words for ratio, words in UNITS.items() if abs(scale.factor - ratio) < scale.two_sigma]
+    # What a true airspeed as large as the shown one would be as a calibrated airspeed.
+    static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
+    height = air.pressure_altitude(static)
+    temperature = float(air.standard_temperature(height))
+    if log.air_temperature is not None:
+        temperature = float(np.median(log.air_temperature))
+    mach = shown / air.sound_speed(temperature)
+    right = air.calibrated_airspeed(air.impact_pressure_from_mach(mach, static))
+    left = (shown + result.curve.correction) / right - 1.0
+    bound = np.hypot(float(np.median(result.curve.two_sigma / shown)), LIMITS.own)
+    dense = float(np.mean(right / shown))
+    if abs(dense - 1.0) > LIMITS.dense and float(np.max(np.abs(left))) < bound:
+        found.append(
+            "a true airspeed in the column of the indicated one (the air density makes "
+            f"{dense:.3f})"
+        )
+    return found
+
+
+def _factor_words(scale: Scale) -> str:
+    return f"multiply the airspeed by {scale.factor:.3f} ± {scale.two_sigma:.3f}"
+
+
+def _settings(result: Calibration, scale: Scale) -> str:
+    """The factor as the parameter of an autopilot."""
+    held = {} if result.autopilot is None else result.autopilot.parameters
+    for autopilot in AUTOPILOTS.values():
+        if (old := held.get(autopilot.gain)) is not None and old > 0.0:
+            ratio = autopilot.ratio_of(old)
+            low, new, high = (
+                autopilot.gain_of(ratio * (scale.factor + side * scale.two_sigma) ** 2)
+                for side in (-1.0, 0.0, 1.0)
+            )
+            return (
+                f"; as {autopilot.gain} {new:.3g} ± {0.5 * (high - low):.2g} (old {old:g}; "
+                "--params gives the offset as well)"
+            )
+    return f"; as ARSPD_RATIO the old one times {scale.factor**2:.3f}, as ASPD_SCALE times " + (
+        f"{scale.factor:.3f}"
+    )
+
+
+def _half(scale: Scale) -> str:
+    near = [
+        words
+        for ratio, words in _HALVES.items()
+        if abs(scale.factor - ratio) < max(LIMITS.half * ratio, scale.two_sigma)
+    ]
+    return "".join(
+        f". A sensor that shows {words} does so: check its range setting, and its tube for a leak"
+        for words in near
+    )

@@ -1,0 +1,1 @@
+"""Good logs broken in known ways, and how the product tells them."""

@@ -227,6 +227,162 @@ def dynon(folder: Path) -> Path:
     return table(folder / "USER_LOG.csv", columns, digits=2)
 
 
+def piccolo(folder: Path) -> Path:
+    """Columns as <Name>[unit], directions in radians; beside them those of the ground station."""
+    f = flown(100.0, 400.0)
+    columns = {
+        "<Clock>[ms]": 1e3 * f["time"] + 8.1e5,
+        "<Lat>[rad]": np.radians(f["latitude"]),
+        "<Height>[m]": np.round(f["height"], 1),
+        "<VNorth>[m/s]": np.round(f["north"], 2),
+        "<VEast>[m/s]": np.round(f["east"], 2),
+        "<BoxTemp>[C]": np.full(ROWS, 41.0),
+        "<Alt>[m]": np.round(f["height"], 1),
+        "<TAS>[m/s]": np.round(f["tas"] * KNOT, 2),
+        "<OAT>[C]": np.round(f["celsius"], 1),
+        "<Static>[Pa]": np.round(f["pressure"]),
+        "<Dynamic>[Pa]": np.round(air.impact_pressure(f["ias"] * KNOT), 1),
+        "<Yaw>[rad]": np.radians(f["heading"]),
+        "<GSVNorth>[m/s]": np.zeros(ROWS),
+    }
+    return table(folder / "20140310.log", columns)
+
+
+def sdlog2(folder: Path) -> Path:
+    """The messages of PX4 before the ULog, side by side; the clock stands last, in microseconds."""
+    f = flown(60.0, 500.0)
+    columns = {
+        "SENS_BaroPres": np.round(f["pressure"] / 100.0, 2),
+        "SENS_BaroTemp": np.full(ROWS, 38.0),
+        "SENS_DiffPres": np.round(air.impact_pressure(f["ias"] * KNOT), 1),
+        "GPS_GPSTime": 1.4e15 + 1e6 * f["time"],
+        "GPS_VelN": np.round(f["north"], 2),
+        "GPS_VelE": np.round(f["east"], 2),
+        "GPS_nSat": np.full(ROWS, 9.0),
+        "AIRS_IndSpeed": np.round(f["ias"] * KNOT, 2),
+        "TIME_StartTime": 5.5e7 + 1e6 * f["time"],
+    }
+    return table(folder / "log001.csv", columns)
+
+
+def aura(folder: Path) -> Path:
+    """One table a sensor in the folder of the flight, each with its clock."""
+    f = flown(60.0, 400.0)
+    parts = {
+        "air": {
+            "pressure_mbar": np.round(f["pressure"] / 100.0, 2),
+            "temp_C": np.full(ROWS, 31.0),
+            "airspeed_smoothed_kt": np.round(f["ias"], 2),
+        },
+        "gps": {"vn_ms": np.round(f["north"], 2), "ve_ms": np.round(f["east"], 2)},
+        "imu": {"p_rad_sec": np.full(ROWS, 0.01), "temp_C": np.full(ROWS, 35.0)},
+    }
+    for name, columns in parts.items():
+        table(folder / f"{name}-0.csv", {"timestamp": f["time"] + 33.0, **columns})
+    return folder
+
+
+def nasa(folder: Path) -> Path:
+    """A file of research airplanes: some 30 lines with a unit each above the names, -9999 for blanks."""
+    f = flown(220.0, 4000.0)
+    columns = {
+        "Start_UTC": f["time"] + 50_400.0,
+        "Latitude": f["latitude"],
+        "Pressure_Altitude": np.round(f["palt_ft"]),
+        "Radar_Altitude": np.full(ROWS, -9999.0),
+        "Ground_Speed": np.round(f["gs"] * KNOT, 2),
+        "Indicated_Air_Speed": np.where(f["time"] == 77.0, -9999.0, np.round(f["ias"], 1)),
+        "Track_Angle": np.round(f["track"], 2),
+        "Static_Air_Temp": np.round(f["celsius"], 2),
+        "Cabin_Pressure": np.full(ROWS, 850.0),
+    }
+    units = ("deg", "feet", "feet", "m/s", "kts", "deg (0-360)", "Celsius", "mb")
+    stated = [f"{name}, {unit}" for name, unit in zip([*columns][1:], units, strict=True)]
+    above = ["32, 1001", "DOE, J.", "NASA", "Navigation", "MISSION", "1, 1", "2013, 08, 15", "1"]
+    remarks = ["Start_UTC, seconds", "8", ", ".join(["1"] * 8), ", ".join(["-9999"] * 8), *stated]
+    remarks += ["0", "10", *(f"REMARK {number}: none" for number in range(10))]
+    return table(folder / "nav.ict", columns, ", ", "\n".join([*above, *remarks]) + "\n", 2)
+
+
+def jsbsim_groups(folder: Path) -> Path:
+    """The groups of JSBSim's own output; `q bar` and the pressure at the sea mislead a guess."""
+    f = flown()
+    columns = {
+        "Time": f["time"],
+        "q bar (psf)": np.full(ROWS, 30.0),
+        "V_{Total} (ft/s)": READS * f["tas"] * KNOT / FOOT,
+        "V_{North} (ft/s)": f["north"] / FOOT,
+        "V_{East} (ft/s)": f["east"] / FOOT,
+        "Temperature (R)": 1.8 * (f["celsius"] + 273.15),
+        "P_{SL} (psf)": np.full(ROWS, 2116.2),
+        "P_{Ambient} (psf)": f["pressure"] / 47.880259,
+        "Altitude ASL (ft)": f["height"] / FOOT,
+        "Psi (deg)": f["heading"],
+    }
+    return table(folder / "c172_out.csv", columns)
+
+
+def readsb(folder: Path) -> Path:
+    f = flown(230.0, 4000.0)
+    columns = {
+        "hex": ["4b1800"] * ROWS,
+        "point_timestamp": [f"2025-02-03 {each}" for each in clock(f["time"])],
+        "altitude_baro": 25.0 * np.round(f["palt_ft"] / 25.0),
+        "ground_speed": np.round(f["gs"], 1),
+        "track": np.round(f["track"], 1),
+        "ias": np.round(f["ias"]),
+        "squawk": ["1000"] * ROWS,
+    }
+    return table(folder / "trace.csv", columns)
+
+
+def transponder(folder: Path) -> Path:
+    """A decoder whose names end in units as ours: its altitude is the transponder's, by pressure."""
+    f = flown(230.0, 4000.0)
+    columns = {
+        "timestamp": 1.7e9 + f["time"],
+        "icao24": ["4b1800"] * ROWS,
+        "altitude_ft": 25.0 * np.round(f["palt_ft"] / 25.0),
+        "track_deg": np.round(f["track"], 1),
+        "ground_speed_kt": 2.0 * np.round(f["gs"] / 2.0),
+        "heading_deg": f["heading"] - 2.0,
+        "indicated_airspeed_kt": np.round(f["ias"]),
+    }
+    return table(folder / "bds.csv", columns)
+
+
+def g3x_short(folder: Path) -> Path:
+    """What a program keeps that reads the second line of names and leaves out the first."""
+    f = flown()
+    columns = {
+        "Lcl Date": ["2022-03-04"] * ROWS,
+        "Lcl Time": clock(f["time"], 7),
+        "GPSVelE": np.round(f["east"], 2),
+        "GPSVelN": np.round(f["north"], 2),
+        "AltP": np.round(f["palt_ft"]),
+        "AltInd": np.round(f["palt_ft"] + 120.0),
+        "IAS": np.round(f["ias"], 1),
+        "HDG": f["heading"] - 9.0,
+        "MagVar": np.full(ROWS, 9.0),
+        "OAT": np.round(f["celsius"], 1),
+    }
+    return table(folder / "log_short.csv", columns)
+
+
+def analyzer(folder: Path) -> Path:
+    f = flown(230.0, 4000.0)
+    columns = {
+        "Time": f["time"],
+        "Airspeed": np.round(f["ias"], 1),
+        "Altitude STD": np.round(f["palt_ft"]),
+        "Groundspeed": np.round(f["gs"], 1),
+        "Track": np.round(f["track"] - 3.0, 2),
+        "Track True": np.round(f["track"], 2),
+        "SAT": np.round(f["celsius"], 1),
+    }
+    return table(folder / "flight.csv", columns)
+
+
 KINDS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "Garmin G5 with a probe": (g5, "garmin_g3x"),
     "INAV with units": (inav, "inav"),
@@ -238,4 +394,13 @@ KINDS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "QGroundControl without height above the sea": (qgroundcontrol, "qgroundcontrol"),
     "airliner": (airliner, "airline"),
     "Dynon with two recordings": (dynon, "dynon"),
+    "Piccolo": (piccolo, "piccolo"),
+    "PX4 before the ULog": (sdlog2, "px4_sdlog2"),
+    "AuraUAS": (aura, "aura"),
+    "NASA navigation": (nasa, "nasa_navigation"),
+    "JSBSim by groups": (jsbsim_groups, "jsbsim_subsystems"),
+    "readsb": (readsb, "mode_s"),
+    "a decoder of transponders": (transponder, "mode_s"),
+    "Garmin G3X by its short names": (g3x_short, "garmin_g3x"),
+    "FlightDataAnalyzer": (analyzer, "flight_data_analyzer"),
 }

@@ -9,9 +9,10 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 from tests.logbook.field_recorders import KINDS, READS, ROWS, WIND, clock, dynon, flown, g5, table
 
-from pitotbench import BadInputError, calibrate, read_log
+from pitotbench import BadInputError, air, calibrate, read_log
 from pitotbench.bench.contents import flights_of
 from pitotbench.cli.app import main
 from pitotbench.logbook.drafting import draft_mapping, mapping_text
@@ -141,7 +142,64 @@ def messages(f: Mapping) -> dict:
     }
 
 
-@pytest.mark.parametrize("headers", [afs, ultralight, properties, messages])
+def research(f: Mapping) -> dict:
+    """A box's name stands before what it measures, and the pressure says no unit."""
+    return {
+        "SystemMillis": 1e3 * f["time"],
+        "NumSat": np.full(ROWS, 11.0),
+        "VelN_mps": f["north"],
+        "VelE_mps": f["east"],
+        "AbsPressure": f["pressure"] / 47.880259,
+        "HSDB_diff_press_pa": np.asarray(air.impact_pressure(f["ias"] * KNOT)),
+        "HSDB_mhdg_deg": f["heading"] - 4.0,
+    }
+
+
+def planner(f: Mapping) -> dict:
+    """Groups of columns in a line above the names; the airspeed is a true one."""
+    return {
+        "Time": [f"2014-07-08T{each}Z" for each in clock(f["time"])],
+        "Lat": f["latitude"],
+        "Lon": f["longitude"],
+        "PressAlt": np.round(f["palt_ft"]),
+        "DensityAlt": np.round(f["palt_ft"] + 300.0),
+        "OAT": np.round(f["celsius"], 1),
+        "TAS": np.round(READS * f["tas"], 1),
+        "HDGT": f["heading"],
+        "Rate": np.full(ROWS, 4.0),
+    }
+
+
+def game(f: Mapping) -> dict:
+    """The axes of a game engine: x points east, y up and z north."""
+    return {
+        "time_s": f["time"],
+        "tas_mps": f["tas"] * KNOT,
+        "ias_kts": f["ias"],
+        "qbar_Pa": np.full(ROWS, 1500.0),
+        "altitude_m": f["height"],
+        "vel_world_x": f["east"],
+        "vel_world_y": f["up"],
+        "vel_world_z": f["north"],
+    }
+
+
+def laboratory(f: Mapping) -> dict:
+    """Bare names; the position gives the unit of the velocity, and this the airspeed's."""
+    return {
+        "time": f["time"],
+        "ias": f["ias"] * KNOT,
+        "vn": f["north"],
+        "ve": f["east"],
+        "lat": f["latitude"],
+        "lon": f["longitude"],
+        "alt": f["height"],
+    }
+
+
+@pytest.mark.parametrize(
+    "headers", [afs, ultralight, properties, messages, research, planner, game, laboratory]
+)
 def test_the_draft_of_another_recorder_needs_no_edit(headers, tmp_path):
     path, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
     found = drafted(path, headers(flown()))
@@ -192,6 +250,82 @@ def test_a_direction_is_what_it_does(name, angle, quantity, tmp_path):
     found = drafted(tmp_path / "log.csv", {**columns, name: np.round(angle(f), 1)})
     lines = {line.guess.theirs: line.guess.quantity for line in found.lines}
     assert lines[name] == quantity
+
+
+@pytest.mark.parametrize("right", [1.0, -1.0])
+def test_a_roll_gets_its_sign_from_the_turn(right, tmp_path):
+    """Simulators count the bank to the left."""
+    f = flown()
+    banked = foreign(f) | {"bank_deg": right * (20.0 + np.sin(f["time"]))}
+    found = drafted(tmp_path / "log.csv", banked)
+    (guess,) = [line.guess for line in found.lines if line.guess.theirs == "bank_deg"]
+    assert (guess.target(), guess.factor) == ("roll_deg", right)
+
+
+def test_a_heading_beside_a_magnetic_track_is_asked_for(tmp_path):
+    f = flown()
+    columns = foreign(f) | {"HDG": f["heading"] - 11.0, "Course": f["track"] - 11.0}
+    found = drafted(tmp_path / "log.csv", columns)
+    questions = {line.guess.theirs: line.question for line in found.lines}
+    assert "is it true, or magnetic as 'Course' beside it suggests" in questions["HDG"]
+
+
+def test_a_unit_behind_a_semicolon_is_no_name(tmp_path):
+    f = flown()
+    columns = foreign(f) | {"OIL P;PSI": np.full(ROWS, 60.0), "HP;%": np.full(ROWS, 70.0)}
+    found = drafted(tmp_path / "log.csv", columns)
+    assert {"OIL P;PSI", "HP;%"} <= set(found.unused)
+
+
+def test_a_name_in_capitals_before_another_is_a_word(tmp_path):
+    columns = foreign(flown()) | {"AHRSMagHeading": flown()["heading"] - 11.0}
+    found = drafted(tmp_path / "log.csv", columns)
+    lines = {line.guess.theirs: line.guess.quantity for line in found.lines}
+    assert lines["AHRSMagHeading"] == "magnetic_heading"
+
+
+LACKS = {
+    # What a recorder without a pitot tube writes, and what the refusal names.
+    "Stratux": (
+        ("GPSGroundSpeed", "GPSTrueCourse", "BaroPressureAltitude", "AHRSRoll"),
+        "airspeed",
+    ),
+    "MVP-50": (("MSTR_WRN", "GPS-SPEED;KTS", "GPS-TRACK;DEG"), "airspeed and no pressure altitude"),
+}
+
+
+@pytest.mark.parametrize("name", list(LACKS))
+def test_a_recorder_without_a_pitot_tube_is_told_as_such(name, tmp_path, capsys):
+    names, lacks = LACKS[name]
+    path = table(tmp_path / "log.csv", dict.fromkeys(names, flown()["gs"]))
+    for command in ("calibrate", "map"):
+        assert main([command, str(path)]) == 2
+        assert f"it holds no {lacks}" in capsys.readouterr().err
+
+
+def test_a_recognized_log_that_lacks_a_column_is_drafted_all_the_same(tmp_path):
+    """`map` does not say that no mapping is needed where the reader refuses the log."""
+    f = flown(230.0, 4000.0)
+    columns = {
+        "icao24": ["4b1800"] * ROWS,
+        "utc": clock(f["time"]),
+        "IAS": f["ias"],
+        "gs": f["gs"],
+        "track": f["track"],
+        "altitude": f["palt_ft"],
+    }
+    path, mapping = table(tmp_path / "log.csv", columns), tmp_path / "m.toml"
+    with pytest.raises(BadInputError, match="missing column time_s"):
+        read_log(path)
+    assert main(["map", str(path), "-o", str(mapping)]) == 0
+    assert '"utc" = "time_s"  # sure' in mapping.read_text()
+
+
+def test_a_struct_of_texts_beside_that_of_the_channels_is_passed_over(tmp_path):
+    f = flown()
+    channels = laboratory(f)
+    savemat(tmp_path / "log.mat", {"data": channels, "info": {"date": "1-Jun-2012", "by": "us"}})
+    assert len(read_table(tmp_path / "log.mat")) == ROWS
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

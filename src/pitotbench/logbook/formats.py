@@ -395,7 +395,12 @@ def read_mat(path: Path) -> Table:
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
-    structs = [v for v in variables.values() if isinstance(v, dict) and _DATA not in v]
+    # A struct of texts beside it is about the flight.
+    structs = [
+        v
+        for v in variables.values()
+        if isinstance(v, dict) and _DATA not in v and any(np.size(each) > 1 for each in v.values())
+    ]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
     stored = variables.pop(_HEADER, "")
@@ -600,6 +605,7 @@ READ_ONLY: dict[str, Callable[[Path], Table]] = {
     ".tsv": read_csv,
     ".log": read_csv,
     ".csv.gz": read_csv,
+    ".ict": read_csv,
     ".igc": read_igc,
     ".igc.gz": read_igc,
 }

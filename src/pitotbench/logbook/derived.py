@@ -320,7 +320,7 @@ def _velocity_from_position(
     if len(rows) < _FEWEST_FIXES:
         raise BadInputError(
             f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no "
-            "velocity"
+            "velocity: give a log of a flight, or one with ground speed and track"
         )
     steps = np.diff(moments := time[rows])
     usual = float(np.median(steps))

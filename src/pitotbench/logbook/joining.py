@@ -114,7 +114,8 @@ def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
         found.append(next((file for file in files if file.is_file()), None))
         if found[-1] is None and not entry.optional:
             raise BadInputError(
-                f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there"
+                f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there: "
+                "copy it there from the same flight"
             )
     return found
 

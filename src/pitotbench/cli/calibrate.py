@@ -178,7 +178,9 @@ def run(options: argparse.Namespace) -> int:
     write_page(options.report, lambda: _report(reduced, limit, settings))
     first = reduced[0].flight.calibration
     write_page(options.card, lambda: card_csv(first.curve, doubts_of(first)))
-    write_page(options.parameter_file, lambda: parameter_file(settings[0]))
+    write_page(
+        options.parameter_file, lambda: "".join(map(parameter_file, filter(None, settings[:1])))
+    )
     write_page(options.record, lambda: _record(reduced, limit))
     own = {each.name: each.flight.calibration for each in reduced if each.own_curve}
     write_table(

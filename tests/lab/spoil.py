@@ -3,8 +3,8 @@ explains itself.
 
     python -m tests.lab.spoil --out FOLDER [--first 1] [--count 1000]
 
-spoils a good file of each format by a seed, runs a command on it in a process of its own, and
-counts what no input may bring about: exit code 1, a traceback, a hang, too much memory, output that
+spoils a good file of each format by a seed, as it is, in a folder or in a .zip file of several,
+runs a command on it in a process of its own, and counts what no input may bring about: exit code 1, a traceback, a hang, too much memory, output that
 nobody asked for, JSON that is none. One row an input goes into FOLDER/results.csv, which is read
 first, so that a run goes on where it stopped; inputs that fail are kept beside it.
 """
@@ -19,6 +19,7 @@ import shutil
 import signal
 import sys
 import time
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
@@ -28,6 +29,7 @@ from pathlib import Path
 import numpy as np
 from tests.lab.formats import FORMATS
 from tests.logbook import foreign_files as foreign
+from tests.logbook.field_recorders import KINDS
 
 from pitotbench.cli.app import main as run_command
 from pitotbench.logbook.formats import write_log
@@ -36,7 +38,8 @@ from pitotbench.records.log import FlightLog
 Random = np.random.Generator
 FAULTS = ("traceback", "exit 1", "hang", "memory", "stray output", "invalid JSON", "crash")
 SECONDS, BYTES = 60, 2 << 30  # s of the processor, and of the clock ten times as many
-TEXT = (".csv", ".toml")
+TEXT = (".csv", ".toml", ".txt", ".igc")
+BUNDLED = 0.15  # share of the inputs that lie in a folder or in a .zip file
 COMMANDS = (
     ("inspect", ("inspect", "{log}")),
     ("map", ("map", "{log}")),
@@ -110,12 +113,35 @@ def good_files(folder: Path) -> list[Path]:
             path.parent.mkdir(exist_ok=True)
             path = form.write(path, flown)
         found.append(path)
+    for number, (write, _) in enumerate(KINDS.values()):
+        place = folder / f"field{number:02d}"
+        place.mkdir(exist_ok=True)
+        found.append(next(place.iterdir(), None) or write(place))
     for name in ("own.csv", "own.parquet", "own.mat"):
         path = folder / name
         if not path.exists():
             write_log(FlightLog(**flown), path)
         found.append(path)
     return found
+
+
+def bundled(path: Path, other: Path, rng: Random) -> tuple[Path, str]:
+    """Put a spoiled file into a folder, or into a .zip file that may be spoiled itself, beside a
+    good one; return what a user names, and in words what it is.
+    """
+    folder = path.parent / "card"
+    (folder / "older").mkdir(parents=True)
+    path = path.rename(folder / path.name)
+    shutil.copy(other, folder / "older" / other.name)
+    if rng.random() < 0.4:
+        return folder, "in a folder"
+    packed = folder.with_suffix(".zip")
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
+        for each in sorted(folder.rglob("*.*")):
+            file.write(each, each.relative_to(folder))
+    if rng.random() < 0.5:
+        packed.write_bytes(BYTES_DAMAGE[int(rng.integers(6))](packed.read_bytes(), rng))
+    return (packed if rng.random() < 0.5 else packed / path.name), "in a .zip"
 
 
 # Damage to bytes of any file.
@@ -332,6 +358,9 @@ def spoil(seed: int, files: Sequence[Path], folder: Path) -> tuple[Path, str, st
             data = change(data, rng) if data else data
             damages.append(change.__name__)
     path.write_bytes(data)
+    if rng.random() < BUNDLED:
+        path, words_of_it = bundled(path, files[int(rng.integers(len(files)))], rng)
+        damages.append(words_of_it)
     filled = tuple(word.format(log=path, mapping=mapping) for word in words)
     return good, " + ".join(damages), name, filled
 

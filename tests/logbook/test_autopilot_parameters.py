@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pymavlink import mavparm
 from tests.calibration import trajectories
 from tests.logbook import foreign_files as foreign
 from tests.shared_data import shared_case
@@ -32,7 +33,9 @@ from pitotbench.records.calibration import (
     ErrorCurve,
     RecordedAutopilot,
     Residuals,
+    Setting,
 )
+from pitotbench.show.takehome import parameter_file
 from pitotbench.units import KNOT, Array
 
 FLOWN = foreign.flight()
@@ -331,10 +334,47 @@ def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_pa
     ]
     assert set(answer["params"][0]) == {"name", "value", "two_sigma", "old", "from"}
     assert answer["wash"] is None
-    page = tmp_path / "page.html"
-    assert main([*flags, "--params", stated, "--report", str(page)]) == 0
+    page, loaded = tmp_path / "page.html", tmp_path / "airspeed.params"
+    assert main([*flags, "--params", stated, "--report", str(page), "-o", str(loaded)]) == 0
+    rows = [line.split("\t") for line in loaded.read_text("utf-8").splitlines() if line[0] != "#"]
+    assert [(row[2], row[4]) for row in rows] == [
+        ("ASPD_SCALE_1", "9"),
+        ("SENS_DPRES_OFF", "9"),
+        ("ASPD_SCALE_APPLY", "6"),
+    ]
+    assert float(rows[0][3]) == pytest.approx(answer["params"][0]["value"], rel=1e-6)
     assert "ASPD_SCALE_1" in page.read_text("utf-8")
     assert "parameters of px4" in capsys.readouterr().out
+
+
+def test_a_file_of_parameters_is_one_that_pymavlink_loads(tmp_path):
+    settings = AutopilotSettings(
+        "ardupilot",
+        (
+            Setting("ARSPD_RATIO", 2.0241, 0.06, 4.0, "old value and the slope of the curve"),
+            Setting("ARSPD_AUTOCAL", 0.0, None, 1.0, "else the flight replaces the ratio"),
+        ),
+        np.array([15.0]),
+        np.array([0.2]),
+    )
+    path = tmp_path / "airspeed.param"
+    path.write_text(parameter_file(settings), encoding="utf-8")
+    loaded = mavparm.MAVParmDict()
+    loaded.load(str(path))
+    assert dict(loaded) == {"ARSPD_RATIO": pytest.approx(2.0241), "ARSPD_AUTOCAL": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (["-o", "a.param"], "add --params ardupilot or px4"),
+        (["--params", "px4", "-o", "a.param"], "must end in .params"),
+        (["--params", "ardupilot", "-o", "a.txt"], "must end in .param"),
+    ],
+)
+def test_a_file_of_parameters_that_cannot_be_is_refused_at_once(flags, says, tmp_path, capsys):
+    assert main(["calibrate", str(tmp_path / "none.csv"), *flags]) == 2
+    assert says in capsys.readouterr().err
 
 
 def with_power(effect: float, seed: int) -> tuple[Residuals, FlightLog]:

@@ -139,3 +139,16 @@ def test_a_garmin_log_is_drafted_with_the_one_question_that_it_leaves(name, aske
     assert asked == ("TRK", "HDG") or lines["TRK"].guess.target() == "magnetic_track_deg"
     for column in asked:
         assert lines[column].question.startswith("is it true, or magnetic as 'MagVar'")
+
+
+def test_a_g3x_log_of_84_minutes_is_read_with_its_variation_to_the_west():
+    """`test-data/log_test.csv` of eric-vickery/AirspeedCalibrator: velocities in whole m/s, blanks
+    before the first fix and after the last, and -8.0 where magnetic north lies 8° east.
+    """
+    log = read_log(real_log("garmin", "log_test.csv"))
+    assert log.header["mapping"] == "garmin_g3x"
+    assert log.header["start"].startswith("2021-11-28")
+    assert 4500 < len(log) < 5185
+    told = " ".join(log.header["warnings"])
+    assert "the finer 'ground_speed_kt' is used" in told
+    assert "the axes are turned" not in told

@@ -107,6 +107,14 @@ def add(parser: argparse.ArgumentParser) -> None:
         "none "
         "(px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0)",
     )
+    parser.add_argument(
+        "-o",
+        dest="parameter_file",
+        type=Path,
+        metavar="FILE",
+        help="also write the parameters of --params as a file that the ground station loads: "
+        ".param of ArduPilot (Mission Planner, MAVProxy), .params of PX4 (QGroundControl)",
+    )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
     add_record(parser)
@@ -140,15 +148,19 @@ def run(options: argparse.Namespace) -> int:
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
     from pitotbench.logbook.autopilot import autopilot_settings
-    from pitotbench.logbook.columns import write_text
     from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named
+    from pitotbench.show.takehome import PARAMETER_FILES, parameter_file
 
     require_page(options.report, _inputs(options))
+    autopilot, _ = _stated_autopilot(options)
+    if options.parameter_file is not None and not autopilot:
+        raise BadInputError("-o writes autopilot parameters: add --params ardupilot or px4")
     for flag, path, suffixes in (
         ("--card", options.card, (".csv",)),
         ("--record", options.record, PAGES),
+        ("-o", options.parameter_file, PARAMETER_FILES.get(autopilot, ("",))[:1]),
     ):
         if path is not None:
             if options.separately and len(options.logs) > 1:
@@ -158,16 +170,17 @@ def run(options: argparse.Namespace) -> int:
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit = limit_named(options.limit)
-    autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
     settings = [
         autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
         for each in reduced
     ]
     write_page(options.report, lambda: _report(reduced, limit, settings))
-    if options.card is not None:
-        first = reduced[0].flight.calibration
-        write_text(options.card, card_csv(first.curve, doubts_of(first)))
+    first = reduced[0].flight.calibration
+    write_page(options.card, lambda: card_csv(first.curve, doubts_of(first)))
+    write_page(
+        options.parameter_file, lambda: "".join(map(parameter_file, filter(None, settings[:1])))
+    )
     write_page(options.record, lambda: _record(reduced, limit))
     own = {each.name: each.flight.calibration for each in reduced if each.own_curve}
     write_table(
@@ -289,8 +302,7 @@ def _print_tables(
             console.print(outside(line))
         print_calibration(each.flight.calibration, console, limit, options.verbose)
         if options.verbose:
-            found_points = each.flight.calibration.points
-            print_points(found_points, console, each.flight.calibration.curve)
+            print_points(each.flight.calibration.points, console, each.flight.calibration.curve)
         if found is not None:
             print_settings(found, console)
     if not options.verbose:
@@ -304,6 +316,14 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
+_SWITCHES = {  # the choice that a flag without a value stands for
+    "no_down": ("use_down", False),
+    "no_altitude": ("use_altitude", False),
+    "on_condition": ("on_condition", True),
+    "all_rows": ("robust", False),
+}
+
+
 def _choices(options: argparse.Namespace) -> dict[str, Any]:
     """Return the choices of the flags by name."""
     from pitotbench.units import KNOT
@@ -313,14 +333,7 @@ def _choices(options: argparse.Namespace) -> dict[str, Any]:
     }
     if options.ground_speed_min_kt is not None:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
-    if options.no_down:
-        stated["use_down"] = False
-    if options.no_altitude:
-        stated["use_altitude"] = False
-    if options.on_condition:
-        stated["on_condition"] = True
-    if options.all_rows:
-        stated["robust"] = False
+    stated |= dict(choice for flag, choice in _SWITCHES.items() if getattr(options, flag))
     stated |= stated_accuracies(options)
     if options.latency is not None:
         stated |= _latency(options.latency)

@@ -278,7 +278,7 @@ def _fit(curve: ErrorCurve, old: float, fixed: bool) -> _Fit:
     if not slope > 0.0:
         raise NoAnswerError(
             "the corrected airspeed does not grow with the pressure: the curve is no scale and "
-            "offset"
+            "offset; calibrate without --params and correct the airspeed by the card"
         )
     by_speed = inverse * (2.0 * speed)
     known = np.ones((len(speed),) * 2) if curve.correlation is None else curve.correlation

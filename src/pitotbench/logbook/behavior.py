@@ -73,8 +73,7 @@ def _movement(table: Table, found: Mapping[str, Guess]) -> Movement | None:
         low = np.maximum(held["static_pressure"], 1.0)
         held["pressure_altitude"] = np.asarray(air.pressure_altitude(low))
     nothing = np.full(len(time), np.nan)
-    heights = (held[name] for name in ("pressure_altitude", "altitude") if name in held)
-    height = next(heights, nothing)
+    height = held.get("pressure_altitude", held.get("altitude", nothing))
     velocity = held.get("velocity_north", nothing), held.get("velocity_east", nothing)
     absolute = {"latitude", "longitude"} <= held.keys()
     if absolute:
@@ -108,16 +107,19 @@ def _rate(time: Array, values: Array) -> Array:
 
 
 def _look_at_speed(guess: Guess, values: Array, movement: Movement) -> Guess:
-    """Keep the unit in which a ground speed moves the position."""
-    speed = np.hypot(*movement.velocity)
+    """Keep the unit in which a speed over ground, or a component of it, moves the position."""
+    north, east = np.abs(movement.velocity)
+    moved = {"velocity_north": north, "velocity_east": east, "ground_speed": np.hypot(north, east)}
+    speed = moved[guess.quantity]
     rows = np.isfinite(values) & (speed > _MOVING)
     if not movement.absolute or rows.sum() < _FEWEST:
         return guess
     for unit in guess.units:
-        times = float(np.median(to_si(values[rows], unit) / speed[rows]))
+        times = float(np.median(np.abs(to_si(values[rows], unit)) / speed[rows]))
         if abs(times - 1.0) < _SAME_SPEED:
             return replace(guess, units=(unit,), stated=True)
-    return replace(guess, doubt="is it the ground speed? The position moves at another one")
+    name = guess.quantity.replace("_", " ")
+    return replace(guess, doubt=f"is it the {name}? The position moves at another one")
 
 
 def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess:
@@ -143,8 +145,7 @@ def _look_at_climb(guess: Guess, values: Array, movement: Movement) -> Guess:
     """Give a vertical speed the sign and the unit in which it is the change of height."""
     rows = np.isfinite(values + movement.climb)
     climb, down = movement.climb[rows], values[rows]
-    power = float(np.sum(climb**2) * np.sum(down**2))
-    agreement = -float(np.sum(climb * down)) / np.sqrt(power) if power else 0.0
+    agreement = -_agreement(climb, down)
     if len(climb) < _FEWEST or abs(agreement) < _CLIMBING:
         return guess
     size = np.sqrt(np.sum(climb**2) / np.sum(down**2))
@@ -153,6 +154,20 @@ def _look_at_climb(guess: Guess, values: Array, movement: Movement) -> Guess:
             factor = float(np.sign(agreement)) * guess.factor
             return replace(guess, units=(unit,), factor=factor, score=1.0, stated=True)
     return replace(guess, doubt="is it the vertical speed? The height changes at another one")
+
+
+def _look_at_roll(guess: Guess, values: Array, movement: Movement) -> Guess:
+    """Give a roll the sign in which it turns the course: to the right counts positive."""
+    north, east = movement.velocity
+    turn = _rate(movement.time, np.unwrap(np.nan_to_num(np.arctan2(east, north))))
+    return guess if _agreement(values, turn) > -_CLIMBING else replace(guess, factor=-guess.factor)
+
+
+def _agreement(one: Array, other: Array) -> float:
+    """Return the cosine of the angle between two series, (n,) each: 0 where one of them is zero."""
+    one, other = np.nan_to_num(one), np.nan_to_num(other)
+    power = float(np.sum(one**2) * np.sum(other**2))
+    return float(np.sum(one * other)) / np.sqrt(power) if power else 0.0
 
 
 def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
@@ -171,10 +186,13 @@ def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
 
 _LOOKS = {
     "ground_speed": _look_at_speed,
+    "velocity_north": _look_at_speed,
+    "velocity_east": _look_at_speed,
     "track": _look_at_direction,
     "magnetic_track": _look_at_direction,
     "heading": _look_at_direction,
     "magnetic_heading": _look_at_direction,
     "velocity_down": _look_at_climb,
+    "roll": _look_at_roll,
     "air_temperature": _look_at_warmth,
 }

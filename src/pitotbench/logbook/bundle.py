@@ -80,6 +80,5 @@ def logs_in(folder: Path) -> list[Path]:
         for first in files if others else ():
             if first.match(lead):
                 prefix = first.name.removesuffix(lead.removeprefix("*"))
-                beside = [*others, "*PARM.csv"]
-                parts |= {first.with_name(pattern.replace("*", prefix)) for pattern in beside}
+                parts |= {first.with_name(p.replace("*", prefix)) for p in (*others, "*PARM.csv")}
     return [path for path in files if path not in parts]

@@ -144,7 +144,10 @@ def _bits(block: "pa.Array", buffer: int) -> Booleans:
     return bits[block.offset : block.offset + len(block)].view(np.bool_)
 
 
-_EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
+_EMPTY = [
+    *("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"),
+    *("-9999", "-9999.0", "-9999.00", "-9999.0000", "-99999"),  # of research airplanes
+]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _VALUE = re.compile(
@@ -155,7 +158,7 @@ _PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
 _LETTERS = re.compile(rb"[A-Za-z]")
 _DELIMITERS = [b",", b";", b"\t", b"|"]
-_MOST_HEAD = 40  # lines among which the line of names is looked for
+_MOST_HEAD = 200  # lines among which the line of names is looked for
 _FEWEST_BELOW = 4  # rows below a line of names that show how many cells a row has
 _DISTINCT = 0.8  # share of different texts: a line of kinds or masks repeats a few
 _MOST_ABOVE = 1 << 20  # bytes of comments and blank lines above the table

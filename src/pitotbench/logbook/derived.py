@@ -126,8 +126,7 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
     if {"impact_pressure", "total_pressure"} & set(draft.channels):
         return
     for source, shown in given.items():
-        impact = _impact_pressure(draft, source, np.maximum(shown, 0.0))
-        if impact is None:
+        if (impact := _impact_pressure(draft, source, np.maximum(shown, 0.0))) is None:
             continue
         _put(draft, "impact_pressure", impact, source)
         if source != "indicated_airspeed":
@@ -222,8 +221,7 @@ def _altitude(draft: Draft, header: dict[str, Any]) -> None:
 
 def _state_accuracy(header: dict[str, Any], name: str, two_sigma: float) -> None:
     """Put the accuracy of a channel into the header, unless the header states one."""
-    stated = _table(header, "accuracy")
-    header["accuracy"] = {name: two_sigma, **stated}
+    header["accuracy"] = {name: two_sigma, **_table(header, "accuracy")}
 
 
 _COMPONENTS = ("velocity_north", "velocity_east")
@@ -322,10 +320,9 @@ def _velocity_from_position(
     if len(rows) < _FEWEST_FIXES:
         raise BadInputError(
             f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no "
-            "velocity"
+            "velocity: give a log of a flight, or one with ground speed and track"
         )
-    moments = time[rows]
-    steps = np.diff(moments)
+    steps = np.diff(moments := time[rows])
     usual = float(np.median(steps))
     # A clock that is even but for a few steps was set there, or stood still: no speed comes from
     # such a step.

@@ -194,7 +194,8 @@ def require(draft: Draft) -> None:
         raise MissingColumnsError(
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another "
             f"unit).{hints} "
-            "A log with other names needs a mapping file: --mapping NAME or FILE.toml"
+            "A log with other names needs a mapping file: `pitotbench map LOG -o FILE.toml` drafts "
+            "one, --mapping FILE.toml reads by it"
         )
     for name, words in draft.misnamed.items():
         if name not in QUANTITIES:

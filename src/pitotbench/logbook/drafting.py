@@ -39,7 +39,8 @@ from pitotbench.logbook.synonyms import (
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, to_si
 
-_BRACKETS = re.compile(r"[\[({]([^\])}]*)[\])}]")
+# A unit stands in brackets, or behind a semicolon; braces after `_` are a subscript: V_{North}.
+_BRACKETS = re.compile(r"(?:(?<!_)[\[({]|;)([^\])}]*)(?:[\])}]|$)")
 # Words that say which box measured, or in which axes; without them a name is the quantity's.
 _SYSTEMS = frozenset((
     "gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor",
@@ -54,7 +55,7 @@ _NOT_MEASURED = frozenset((
 _OF_A_BOX = frozenset((
     "internal", "int", "imu", "gyro", "baro", "board", "cpu", "mcu", "fc", "esc", "motor", "mag",
     "battery", "batt", "bat", "engine", "eng", "oil", "cht", "egt", "coolant", "water", "cabin",
-    "num", "sats", "satellites", "fet",
+    "num", "sats", "nsat", "satellites", "fet",
 ))  # fmt: skip
 _BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
@@ -110,7 +111,7 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
     are plausible.
     """
     found: list[Guess] = []
-    if _NOT_MEASURED & set(words):
+    if _NOT_MEASURED & set(words) or list(words) == ["rate"]:
         return found
     for quantity, names in SYNONYMS.items():
         score, sign = _score(words, names.split())
@@ -179,7 +180,7 @@ _RANGES = {
     "static_pressure": (15e3, 108e3),
     "total_pressure": (15e3, 140e3),
     "impact_pressure": (30.0, 60e3),
-    "indicated_airspeed": (7.0, 330.0),
+    "indicated_airspeed": (10.3, 330.0),  # from 20 kt: slower rows serve no calibration
     "calibrated_airspeed": (7.0, 330.0),
     "ground_speed": (7.0, 400.0),
     "true_airspeed": (7.0, 400.0),
@@ -240,7 +241,7 @@ def _parts(token: str) -> list[str]:
     """Return the words that capitals separate, in lower case: `GndSpd` has two; `hPa` is one unit."""
     if _is_unit(token.lower()):
         return [token.lower()]
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", token).lower().split()
+    return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", token).lower().split()
 
 
 def _is_unit(word: str) -> bool:
@@ -251,12 +252,14 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
     """Return how well words fit one of the names of a quantity, and the sign with which it counts."""
     whole = "".join(words)
     core = "".join(word for word in words if word not in _SYSTEMS)
+    # A box may stand before what it measures: `HSDB_diff_press`.
+    ends = {*words, *("".join(words[place:]) for place in range(len(words)))}
     best, sign = 0.0, 1.0
     for rank, name in enumerate(names):
         plain = name.removeprefix("-")
         if whole == plain:
             score = _EXACT - 0.001 * rank
-        elif core == plain or (len(plain) > 2 and plain in words):
+        elif core == plain or (len(plain) > 2 and plain in ends):
             score = _PART - 0.001 * rank + 0.01 * len(plain) / len(whole)
         elif (
             core != "attitude"  # no misspelled altitude
@@ -298,8 +301,7 @@ def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
             continue
         fits = [unit for unit in guess.units if _close(table, guess, unit, shown, converted)]
         result.remove(guess)
-        if fits:
-            result.append(replace(guess, units=(fits[0],), stated=True))
+        result += [replace(guess, units=(unit,), stated=True) for unit in fits[:1]]
     return [guess for guess in result if guess.units]
 
 
@@ -413,13 +415,13 @@ def draft_mapping(table: Table) -> DraftedMapping:
             "keep those of air data and GPS"
         )
     table = first_of_each(table)
-    columns = [
+    columns = (
         column if column.dtype.kind != "O" or (found := almost_numbers(column)) is None else found
         for column in table.columns
-    ]
+    )
     table = replace(table, columns=tuple(columns))
-    units = table.units or ("",) * len(table.names)
-    offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
+    stated = table.units or ("",) * len(table.names)
+    offered = list(map(guesses, table.names, stated, table.columns))
     chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     fitted = judged(table, fitted)  # now that more units are known
@@ -453,11 +455,9 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
         (guess for options in offered for guess in options), key=lambda g: (-g.score, not g.stated)
     )
     chosen: dict[str, Guess] = {}
-    used: set[str] = set()
     for guess in ranked:
-        if guess.quantity not in chosen and guess.theirs not in used:
+        if guess.quantity not in chosen and all(guess.theirs != g.theirs for g in chosen.values()):
             chosen[guess.quantity] = guess
-            used.add(guess.theirs)
     order = [guess.theirs for options in offered for guess in options[:1]]
     places = {name: place for place, name in enumerate(order)}
     return sorted(chosen.values(), key=lambda guess: places.get(guess.theirs, len(order)))
@@ -477,8 +477,7 @@ def _without_superseded(chosen: list[Guess]) -> list[Guess]:
         ]
     elif by_components or directed:
         chosen = [g for g in chosen if g.quantity not in ("latitude", "longitude")]
-    kept = [g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here]
-    return _with_a_height(kept)
+    return _with_a_height([g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here])
 
 
 def _with_a_height(chosen: list[Guess]) -> list[Guess]:
@@ -542,12 +541,8 @@ def _trial(sample: Table, chosen: list[Guess]) -> tuple[list[Guess], str, int]:
             log = log_of(rename(sample, MappedFile(("*",), "last", renamed)))
     except BadInputError as error:
         return chosen, str(error), 0
-    doubts = [
-        w
-        for w in log.header.get("warnings", [])
-        if not w.startswith(("the header", "the recording"))
-    ]
-    return chosen, "", len(doubts)
+    quiet = ("the header", "the recording")
+    return chosen, "", sum(not w.startswith(quiet) for w in log.header.get("warnings", []))
 
 
 def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
@@ -566,7 +561,7 @@ def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) ->
     """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by
     quantity.
     """
-    variation = beside.get("magnetic_variation")
+    variation = beside.get("magnetic_variation", beside.get("magnetic_track"))
     if (
         variation
         and guess.quantity in ("track", "heading")
@@ -579,12 +574,11 @@ def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) ->
     if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in beside) or (
         guess.quantity == "altitude" and not set(_NEEDED[2]) & set(beside)
     ):
-        words = (
+        return (
             "is it the height by GPS, or a pressure altitude "
             f"(pressure_altitude_{guess.units[0]}), or one above the place of take-off "
-            f"(height_above_takeoff_{guess.units[0]})?"
-        )
-        return f"{words} {_unit_question(guess)}".rstrip()
+            f"(height_above_takeoff_{guess.units[0]})? {_unit_question(guess)}"
+        ).rstrip()
     if guess.doubt:
         return guess.doubt
     if guess.score < _SURE:
@@ -629,8 +623,8 @@ def fill_units(table: Table) -> Table:
             and not (others and not QUANTITIES[guess.theirs].essential)
         ):
             named[guess.theirs] = guess.target()
-            more = f", or else {' or '.join(others)}" if others else ""
-            notes.append(f"column {guess.theirs!r} states no unit: by its values {unit}{more}")
+            told = ", or else ".join(guess.units)
+            notes.append(f"column {guess.theirs!r} states no unit: by its values {told}")
     names = tuple(named.get(name, name) for name in table.names)
     return replace(table, names=names, warnings=tuple(notes))
 

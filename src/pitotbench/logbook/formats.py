@@ -281,7 +281,8 @@ class TopicReader:
         if missing:
             known = ", ".join(sorted(found)) or "none of those wanted"
             raise BadInputError(
-                f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}"
+                f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}: set the "
+                "autopilot to log the airspeed sensor, the barometer and the GPS, and fly again"
             )
         tables = [next((found[name] for name in names if name in found), None) for names in wanted]
         return tables, held
@@ -395,7 +396,14 @@ def read_mat(path: Path) -> Table:
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
-    structs = [v for v in variables.values() if isinstance(v, dict) and _DATA not in v]
+    # A struct of texts beside it is about the flight.
+    structs = [
+        v
+        for v in variables.values()
+        if isinstance(v, dict)
+        and _DATA not in v
+        and not all(isinstance(x, str) for x in v.values())
+    ]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
     stored = variables.pop(_HEADER, "")
@@ -506,6 +514,7 @@ def _require_whole(elements: bytes, order: str) -> None:
         if kind not in _KINDS or len(data) < size:
             raise BadInputError(
                 f"not a complete .mat file: an element of the kind {kind} and {size} bytes"
+                "; copy it again from its source"
             )
         if kind == _MATRIX:
             _require_whole(data, order)
@@ -519,13 +528,16 @@ def _require_whole(elements: bytes, order: str) -> None:
         return  # no variable, or one of a class of MATLAB's own
     kind, data = held[1]
     if kind != _DIMENSIONS or len(data) % 4 or len(data) < 8:
-        raise BadInputError(f"not a complete .mat file: dimensions of {len(data)} bytes")
+        raise BadInputError(
+            f"not a complete .mat file: dimensions of {len(data)} bytes; copy it again"
+        )
     dimensions = np.frombuffer(data, f"{order}i4")
     if made in _NUMERIC and len(held) > 3:
         kind, data = held[3]
         if len(data) != np.prod(dimensions, dtype=float) * _BYTES.get(kind, 0):
             raise BadInputError(
                 f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} numbers"
+                "; copy it again from its source"
             )
 
 
@@ -600,6 +612,7 @@ READ_ONLY: dict[str, Callable[[Path], Table]] = {
     ".tsv": read_csv,
     ".log": read_csv,
     ".csv.gz": read_csv,
+    ".ict": read_csv,
     ".igc": read_igc,
     ".igc.gz": read_igc,
 }

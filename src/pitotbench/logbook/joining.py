@@ -114,7 +114,8 @@ def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
         found.append(next((file for file in files if file.is_file()), None))
         if found[-1] is None and not entry.optional:
             raise BadInputError(
-                f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there"
+                f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there: "
+                "copy it there from the same flight"
             )
     return found
 
@@ -148,14 +149,12 @@ def rename(table: Table, entry: MappedFile) -> Table:
             )
         quantities[target] = parsed[0]
     table = first_of_each(table)
-    here = {plain_name(name): name for name in reversed(table.names)}
+    here = {plain_name(n): n for n in reversed(table.names)} | {n: n for n in table.names}
     present = {quantities[target] for target in entry.columns if plain_name(target.theirs) in here}
     found: dict[Channel, tuple[str, Column]] = {}
     lost, words = [], []
     for target, quantity in quantities.items():
-        theirs = target.theirs
-        if theirs not in table.names:
-            theirs = here.get(plain_name(theirs), theirs)
+        theirs = here.get(target.theirs, here.get(plain_name(target.theirs), target.theirs))
         if theirs not in table.names and (
             target.optional or quantity in present or not quantity.essential
         ):

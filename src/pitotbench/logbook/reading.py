@@ -137,9 +137,9 @@ def needs_mapping(path: Path) -> str:
     """
     try:
         table = table_of(path)
+        log_of(table)
         if MAPPING in table.header:
             return table.warnings[0]
-        log_of(table)
     except UnusableRecorderError:
         raise
     except BadInputError:  # what is wrong shows in the draft

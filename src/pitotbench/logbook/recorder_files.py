@@ -59,7 +59,10 @@ def read_igc(path: Path) -> Table:
     length = max([_SHORTEST, *(end for _, end in extensions.values())])
     whole = [line[:length] for line in written if len(line) >= length]
     if not whole:
-        raise BadInputError("not an IGC file: it holds no fix (no line begins with B)")
+        raise BadInputError(
+            "not an IGC file: it holds no fix (no line begins with B); load it from the recorder "
+            "again"
+        )
     fixes = np.frombuffer(b"".join(whole), dtype="S1").reshape(len(whole), length)
     fixed = (*_CLOCK, *_LATITUDE, *_LONGITUDE, _PRESSURE_ALTITUDE, _GPS_ALTITUDE)
     legible = np.array([np.isfinite(_numbers(fixes, span)) for span in fixed])

@@ -20,7 +20,8 @@ SYNONYMS: dict[str, str] = {
     "date": "date localdate lcldate utcdate day datum fecha",
     "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress "
     "differentialpressure "
-    "diffpress diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr "
+    "diffpress diffpres diffpressure deltapressure deltap pitotdp dp pdiff pdyn q "
+    "pitotpressure qcr "
     "qciadc "
     "airspeedpressure pfwdsmoothed",
     "total_pressure": "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 "
@@ -28,22 +29,24 @@ SYNONYMS: dict[str, str] = {
     "pitottotalpressure",
     "static_pressure": "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress "
     "staticpres "
-    "baropressure ambientpressure barometricpressure abspressure absolutepressure p press pressure "
+    "baropres pambient baropressure ambientpressure barometricpressure abspressure "
+    "absolutepressure p press pressure "
     "psrvsm psfrd "
     "pamb",
     "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts "
     "aspd airspd indairspeed "
     "airspeedic "
-    "airspeed vindkias vind viadc",
+    "airspeed vindkias vind viadc indspeed indicatedspeed",
     "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal "
     "airspeedcas vcadc",
     "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa "
     "pressalitude "
     "pressheight pressureheight pressurehgt dadcalt adcalt dadcaltitude adcaltitude "
     "altitudepressure "
-    "pressaltitude altpressure altitudeic bcalt zp alt29 altstd altitudeqne hic "
+    "pressaltitude altpressure altitudeic bcalt zp alt29 altstd altitudeqne hic altitudestd "
     "baroaltstd",
-    "true_airspeed": "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue",
+    "true_airspeed": "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue "
+    "vtotal",
     "mach": "mach machnumber machno machnum",
     "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude "
     "baroaltcorrected altbaro "
@@ -61,16 +64,16 @@ SYNONYMS: dict[str, str] = {
     "temperature airtemp "
     "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
     "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln "
-    "speednorth velocityworldz gpsvelned0 velned0 navvel0 "
+    "speednorth velworldz velocityworldz gpsvelned0 velned0 navvel0 "
     "velnorth nvel vns "
     "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn "
     "vngps",
     "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew "
-    "speedeast velocityworldx gpsvelned1 velned1 navvel1 "
+    "speedeast velworldx velocityworldx gpsvelned1 velned1 navvel1 "
     "ewvel ewvelocity "
     "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
     "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin "
-    "-velocityu -velocityworldy "
+    "-velocityu -velocityworldy -velworldy "
     "downspeed gpsveld "
     "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
     "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog "
@@ -88,7 +91,7 @@ SYNONYMS: dict[str, str] = {
     "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin "
     "hdingtrue hding "
     "hdggin",
-    "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag hdingmag "
+    "magnetic_heading": "magneticheading magheading maghdg mhdg hdgm hdgmag headingmag hdingmag "
     "headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
     "latitude": "latitude gpscoord0 lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
@@ -121,7 +124,7 @@ _SPELLINGS: dict[str, str] = {
     "inh2o": "inchh2o in.h2o",
     "k": "kelvin degk",
     "degc": "c degsc celsius deg_c degreesc",
-    "degf": "f fahrenheit deg_f",
+    "degf": "f *f fahrenheit deg_f",
     "degr": "r rankine",
     "mps": "ms m/sec ms-1 m.s-1 metres/second meters/second m_s",
     "kt": "kts knot kn",

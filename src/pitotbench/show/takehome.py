@@ -104,6 +104,23 @@ def _wash_line(wash: Estimate | None) -> str:
     )
 
 
+# What a ground station loads, by autopilot: the suffix of the file, and a line of it for a setting
+# and the kind of its number. Mission Planner and MAVProxy read NAME,VALUE. QGroundControl reads
+# vehicle, component, name, value and MAVLink's type, 6 for whole numbers and 9 for others
+# (`ParameterManager::writeParametersToStream`). All pass over `#`.
+PARAMETER_FILES = {
+    "ardupilot": (".param", "{0.name},{0.value:.9g}"),
+    "px4": (".params", "1\t1\t{0.name}\t{0.value:.9g}\t{1}"),
+}
+
+
+def parameter_file(found: AutopilotSettings) -> str:
+    """The parameters as a file that a ground station loads, with the source of each above them."""
+    line = PARAMETER_FILES[found.autopilot][1]
+    rows = (line.format(s, "6" if s.two_sigma is None else "9") for s in found.settings)
+    return "\n".join([*(f"# {s.name}: {s.source}" for s in found.settings), *rows, ""])
+
+
 def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
     """The parameters as plain data; nothing where they were not asked for."""
     if found is None:

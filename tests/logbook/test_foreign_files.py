@@ -60,10 +60,7 @@ def assert_same_flight(log: FlightLog, airspeed: float, height: float, velocity:
         assert np.abs(log.air_temperature - flown["air_temperature"]).max() <= 0.501
     if log.heading is not None:
         turn = np.angle(np.exp(1j * (log.heading - flown["heading"])))
-        assert (
-            np.abs(turn).max()
-            <= (0.51 if "g3x" not in log.header.get("mapping", "") else 1.0) * DEGREE
-        )
+        assert np.abs(turn).max() <= 0.51 * DEGREE
 
 
 @pytest.mark.parametrize("name", list(CSV))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.shared_data import real_log
 
-from pitotbench import air, read_log
+from pitotbench import air, calibrate, read_log
 from pitotbench.logbook.drafting import draft_mapping
 from pitotbench.logbook.reading import read_table
 from pitotbench.records import USUAL_ACCURACIES
@@ -141,9 +141,9 @@ def test_a_garmin_log_is_drafted_with_the_one_question_that_it_leaves(name, aske
         assert lines[column].question.startswith("is it true, or magnetic as 'MagVar'")
 
 
-def test_a_g3x_log_of_84_minutes_is_read_with_its_variation_to_the_west():
+def test_a_g3x_log_of_84_minutes_is_read_without_its_heading():
     """`test-data/log_test.csv` of eric-vickery/AirspeedCalibrator: velocities in whole m/s, blanks
-    before the first fix and after the last, and -8.0 where magnetic north lies 8° east.
+    before the first fix and after the last; the sign of its variation is not that of other logs.
     """
     log = read_log(real_log("garmin", "log_test.csv"))
     assert log.header["mapping"] == "garmin_g3x"
@@ -152,3 +152,10 @@ def test_a_g3x_log_of_84_minutes_is_read_with_its_variation_to_the_west():
     told = " ".join(log.header["warnings"])
     assert "the finer 'ground_speed_kt' is used" in told
     assert "the axes are turned" not in told
+    # By hand, in windows of steady flight: 2.5 to 3 % high at 120 KIAS.
+    curve = calibrate(log).curve
+    found, bound = (
+        float(np.interp(120.0 * KNOT, curve.indicated_airspeed, values)) / KNOT
+        for values in (curve.correction, curve.two_sigma)
+    )
+    assert abs(found + 3.3) < bound < 2.0

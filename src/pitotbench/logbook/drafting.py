@@ -193,12 +193,16 @@ _RANGES = {
 }
 
 
+_LONGEST_NAME = 200  # letters: an open quotation mark makes a name of the rest of the file
+
+
 def _plain(name: str) -> str:
     return re.sub(r"[^a-z0-9°/^.-]", "", name.lower())
 
 
 def _words(name: str, unit: str) -> tuple[list[str], str]:
     """Return the words of a name without its unit, and the unit in lower case without blanks."""
+    name = name[:_LONGEST_NAME]
     name = name.rpartition("/")[2] if name.startswith("/") else name  # a property in its tree
     bracket = _BRACKETS.search(name)
     below = re.sub(r"\s", "", unit.lower()).strip("()[]")

@@ -23,6 +23,7 @@ class ScaleLimits:
     refined: float = 0.02  # from 1, beyond which the factor has a fit of its own
     told: float = 0.05  # from 1, beyond which it is told: usual position errors are below
     zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
+    gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
     half: float = 0.06  # of the factor, by which a sensor that reads half may differ
     own: float = 0.02  # 2σ of an airplane's own position error beside a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be told apart
@@ -105,12 +106,13 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
         return air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
 
     k, z = (float(answer.mean[place]) for place in places)
+    if abs(np.log(np.mean(ratios(k, 0.0)))) < LIMITS.gain * abs(np.log(np.mean(ratios(k, z)))):
+        z, places = 0.0, places[:1]  # the difference is the zero's, which the curve holds
     here = ratios(k, z)
     toward = np.zeros((1, len(answer.mean)))
-    toward[0, places] = [
-        float(np.mean(ratios(k + _STEP, z) - here)) / _STEP,
-        float(np.mean(ratios(k, z + _STEP) - here)) / _STEP,
-    ]
+    moved = (k + _STEP, z), (k, z + _STEP)
+    for place, (gain, offset) in zip(places, moved, strict=False):
+        toward[0, place] = float(np.mean(ratios(gain, offset) - here)) / _STEP
     bound = float(answer.two_sigma(toward)[0])
     return Scale(float(np.mean(here)), float(np.hypot(bound, 0.5 * np.ptp(here))))
 

@@ -15,6 +15,7 @@ receiver, it repeats the receiver's noise.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,7 @@ class BrokenLimits:
     turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
     levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
     rounds: int = 20  # of finding the level of each block, or of a fit its scatter, at most
+    copies: int = 60_000  # rows in motion: 20 minutes at 50 Hz show a copy of the ground speed
     nothing: float = 1e-6  # a, that rounding leaves of a reading that stands still
     squares: int = 2  # fits until the square of the wind is known
     settled: float = 1.01  # times the scatter before, at which it is found
@@ -218,27 +220,48 @@ def follow(part: Part, reading: Array, *others: Array, until: int | None = None)
 
 def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
     """Return the parts of a log in flight by its channels, each as long as one wind may last."""
-    time, static = channels["time"], channels["static_pressure"]
-    north, east = channels["velocity_north"], channels["velocity_east"]
-    speed, height = np.hypot(north, east), channels.get("altitude")
-    ambient = static if height is None else air.standard_pressure(height)
-    flying = speed > max(LIMITS.flying * float(np.quantile(speed, 0.95)), 0.5 * LIMITS.taxi)
-    if float(np.quantile(speed, 0.95)) < LIMITS.taxi:
+    time, speed = channels["time"], np.hypot(channels["velocity_north"], channels["velocity_east"])
+    fast = float(np.quantile(speed, 0.95))
+    if fast < LIMITS.taxi:
         return
+    flying = speed > max(LIMITS.flying * fast, 0.5 * LIMITS.taxi)
+    del speed  # of a long log; what follows is of one part at a time
+    count = int((time[-1] - time[0]) // LIMITS.window) + 1
+    ends = np.searchsorted(time, time[0] + LIMITS.window * np.arange(1, count + 1))
+    for first, last in pairwise([0, *ends.tolist()]):
+        here = first + np.flatnonzero(flying[first:last])
+        _, place, rows = np.unique(
+            (time[here] - time[0]) // LIMITS.block, return_inverse=True, return_counts=True
+        )
+        if len(rows) < LIMITS.fewest:
+            continue
+        names = [name for name in _MEANS if name in channels]
+        yield _part({n: np.bincount(place, channels[n][here]) / rows for n in names}, time[0])
+
+
+_MEANS = (
+    "time",
+    "impact_pressure",
+    "static_pressure",
+    "velocity_north",
+    "velocity_east",
+    "altitude",
+)
+
+
+def _part(means: Mapping[str, Array], start: float) -> Part:
+    """A part from the means of its channels in blocks, (n,) each."""
+    static, north, east = (means[n] for n in ("static_pressure", "velocity_north", "velocity_east"))
+    speed, height = np.hypot(north, east), means.get("altitude")
+    ambient = static if height is None else air.standard_pressure(height)
     # The static pressure of a broken line may be any; that of the height is the receiver's.
     around = np.clip(ambient, 1e3, None)
     sound = air.sound_speed(air.standard_temperature(air.pressure_altitude(around)))
     k = air.impact_pressure_from_mach(speed / sound, around) / np.maximum(speed, 0.1) ** 2
-    reading = channels["impact_pressure"]
-    rows = [time - time[0], reading, static, ambient, k * speed**2, k * north, k * east, speed]
-    block = ((time - time[0]) // LIMITS.block).astype(np.intp)
-    for number in range(int((time[-1] - time[0]) // LIMITS.window) + 1):
-        here = flying & ((time - time[0]) // LIMITS.window == number)
-        _, place, count = np.unique(block[here], return_inverse=True, return_counts=True)
-        if len(count) < LIMITS.fewest:
-            continue
-        means: list[Any] = [np.bincount(place, each[here]) / count for each in rows]
-        yield Part(*[*means, height is not None])
+    time, reading = means["time"] - start, means["impact_pressure"]
+    return Part(
+        time, reading, static, ambient, k * speed**2, k * north, k * east, speed, height is not None
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -522,15 +545,17 @@ def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
 
 def _copied(channels: Mapping[str, Any]) -> Broken | None:
     """An airspeed that is the receiver's own speed."""
+    moving = np.hypot(channels["velocity_north"], channels["velocity_east"]) > 0.5 * LIMITS.taxi
+    first = int(np.argmax(moving))
+    channels = {name: values[first : first + LIMITS.copies] for name, values in channels.items()}
     north, east = channels["velocity_north"], channels["velocity_east"]
-    speed = np.hypot(north, east)
-    rows = fresh_fixes(channels.get("gps_fresh"), north, east)
+    fresh = fresh_fixes(channels.get("gps_fresh"), north, east)
     # A copy is held from fix to fix, where the file's reader may interpolate the velocity.
     renewed = np.diff(channels["impact_pressure"], prepend=np.nan) != 0.0
-    rows = rows & renewed & (speed > 0.5 * LIMITS.taxi)
-    if rows.sum() < LIMITS.fewest:
+    rows = np.flatnonzero(fresh & renewed & moving[first : first + LIMITS.copies])
+    if len(rows) < LIMITS.fewest:
         return None
-    ground, track = speed[rows], np.arctan2(east, north)[rows]
+    ground, track = np.hypot(north, east)[rows], np.arctan2(east, north)[rows]
     if 1.0 - abs(np.mean(np.exp(1j * track))) < LIMITS.turned:
         return None
     impact, static = (channels[n][rows] for n in ("impact_pressure", "static_pressure"))

@@ -153,7 +153,9 @@ def test_a_report_is_refused_before_the_work_and_overwrites_no_log(
 @pytest.mark.parametrize("out", ["x.xlsx", ".", "no-folder/x.csv", "/proc/x.csv", "case.toml"])
 def test_a_log_that_cannot_be_written_is_refused_before_the_flight(out, case, monkeypatch, capsys):
     monkeypatch.chdir(case.parent)
-    monkeypatch.setattr("pitotbench.bench.fly_to_log", lambda *_: pytest.fail("it was flown"))
+    monkeypatch.setattr(
+        "pitotbench.bench.flights.fly_to_log", lambda *_: pytest.fail("it was flown")
+    )
     assert str(out) in refused(["fly", case, "-o", out], capsys)
 
 

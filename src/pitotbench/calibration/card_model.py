@@ -1,6 +1,6 @@
 """One model of a card written by hand: a wind that wanders from leg to leg, and smooth curves."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise, product
 
@@ -54,7 +54,7 @@ class LegArrays:
         return np.asarray((up - down) / (2.0 * _SMALL))
 
     def ground_velocity(self, airspeed: Array | float, wind: Array) -> Array:
-        """Return the ground velocities, (n, 2) [m/s]: along a track, or as a wind drifts a heading."""
+        """Return the ground velocities, (n, 2) [m/s]: on tracks, or on headings in a wind."""
         drifted = np.broadcast_to(airspeed, len(self.toward))[:, None] * self.toward + wind
         along = np.where(self.by_heading[:, None], unit(drifted), self.toward)
         return np.asarray(self.ground_speed[:, None] * along)
@@ -248,11 +248,25 @@ class CardModel:
         curves = self.basis(self.speed, self.own, length) * linear.slope[:, None]
         return np.column_stack([curves, linear.warmth])
 
-    def solve(self, sizes: Sizes, linear: LinearCard | None = None) -> Solution:
+    def solve(self, sizes: Sizes) -> Solution:
         """Return the answer under one set of sizes."""
-        linear = linear or self.linear
-        winds = self._winds(linear, self.regressors(linear, sizes.length), sizes)
-        return self._solved(winds, winds.inner, sizes)
+        return next(self.solutions([sizes]))
+
+    def solutions(self, choices: Sequence[Sizes]) -> Iterator[Solution]:
+        """Yield the answers under some sets of sizes; equal steps in a row share their winds."""
+        parts = [self.regressors(self.linear, length) for length in _LENGTHS]
+        every = np.column_stack(parts)
+        ends = np.cumsum([0, *(part.shape[1] for part in parts)])
+        places = {
+            length: [*range(first, last), every.shape[1]]
+            for length, (first, last) in zip(_LENGTHS, pairwise(ends), strict=True)
+        }
+        for _, alike in groupby(choices, lambda each: (each.leg_step, each.point_step)):
+            first, *others = alike
+            winds = self._winds(self.linear, every, first)
+            for sizes in (first, *others):
+                own = places[sizes.length]
+                yield self._solved(winds, winds.inner[np.ix_(own, own)], sizes)
 
     def _winds(self, linear: LinearCard, columns: Array, sizes: Sizes) -> "_Winds":
         """The legs with their winds eliminated, for columns (n, p) beside them."""
@@ -268,7 +282,7 @@ class CardModel:
         return _Winds(alone, factor, pulled, every.T @ weighed - seen.T @ pulled, float(size))
 
     def _solved(self, winds: "_Winds", inner: Array, sizes: Sizes) -> Solution:
-        """The answer from the inner products of the columns of these sizes, the observation last."""
+        """The answer from the inner products of these columns, the observation last."""
         prior = self.deviations(sizes)
         precision = inner[:-1, :-1] + np.diag(prior**-2.0)
         covariance = np.linalg.inv(precision)
@@ -289,22 +303,8 @@ class CardModel:
         return float(np.logaddexp.reduce(self._log_weights()))
 
     def _log_weights(self) -> Array:
-        parts = [self.regressors(self.linear, length) for length in _LENGTHS]
-        every = np.column_stack(parts)
-        ends = np.cumsum([0, *(part.shape[1] for part in parts)])
-        places = {
-            length: [*range(first, last), every.shape[1]]
-            for length, (first, last) in zip(_LENGTHS, pairwise(ends), strict=True)
-        }
-        logs = list[float]()
-        for _, group in groupby(SIZES, lambda each: (each.leg_step, each.point_step)):
-            alike = list(group)
-            winds = self._winds(self.linear, every, alike[0])
-            for sizes in alike:
-                own = places[sizes.length]
-                found = self._solved(winds, winds.inner[np.ix_(own, own)], sizes)
-                logs.append(found.log_likelihood + sizes.log_weight)
-        return np.array(logs)
+        found = zip(SIZES, self.solutions(SIZES), strict=True)
+        return np.array([each.log_likelihood + sizes.log_weight for sizes, each in found])
 
     def others(self, sizes: Sizes) -> "Others":
         """Return what all other legs predict for each leg."""
@@ -335,8 +335,8 @@ class CardModel:
         """
         own = np.full(len(at), self._configurations.index(configuration))
         means, variances = [], []
-        for sizes in choices:
-            found, columns = self.solve(sizes), self.basis(at, own, sizes.length)
+        for sizes, found in zip(choices, self.solutions(choices), strict=True):
+            columns = self.basis(at, own, sizes.length)
             means.append(columns @ found.curves[:-1])
             variances.append(np.einsum("cp,pq,cq->c", columns, found.covariance[:-1, :-1], columns))
         return np.array(means), np.array(variances)

@@ -88,7 +88,7 @@ def _slip(leg: CardLeg, words: str, meant: "Meant | None") -> Slip:
 
 @dataclass(frozen=True, slots=True)
 class Meant:
-    """What was probably meant by a leg, and by how much that raises the log-likelihood of the card."""
+    """What was probably meant by a leg, and what the card's log-likelihood gains by it."""
 
     words: str
     gain: float

@@ -551,10 +551,13 @@ _COARSE, _FEWEST_LEVELS = (
 def check_broken(draft: Draft) -> None:
     """Warn of a broken pitot. Raise BadInputError where its air data hold no answer."""
     channels, column = draft.channels, draft.columns["impact_pressure"]
+    found = find_broken(channels)
+    if found is None:
+        return
     # At the end of its range a sensor stands still and is sound.
-    speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
-    measured = ~_at_range_end(draft, speed)
-    found = find_broken({name: values[measured] for name, values in channels.items()})
+    end = _at_range_end(draft, np.hypot(channels["velocity_north"], channels["velocity_east"]))
+    if end.any():
+        found = find_broken({name: values[~end] for name, values in channels.items()})
     if found is None:
         return
     words = f"column {column!r}: {found.words}"

@@ -290,7 +290,7 @@ class CardModel:
         misfit = float(inner[-1, -1] - inner[:-1, -1] @ curves)
         size = winds.log_determinant + float(np.linalg.slogdet(precision)[1])
         size += 2.0 * float(np.sum(np.log(prior)))
-        return Solution(-0.5 * (misfit + size), curves, covariance)
+        return Solution(-0.5 * (misfit + size), curves, np.asarray(covariance))
 
     def weights(self) -> Array:
         """Return the weight of each of `SIZES` after the card is looked at."""

@@ -195,7 +195,8 @@ class _Card:
         rows = {other.row for other in kept} | {leg.row}
         legs = [other for other in self.legs if other.row in rows]
         place = legs.index(leg)
-        legs[place] = replace(leg, track=0.0, **self.usual)  # unheard: any that can be
+        usual: dict[str, Any] = dict(self.usual)
+        legs[place] = replace(leg, track=0.0, **usual)  # unheard: any that can be
         others = CardModel(legs, self.steps, self.stated, unheard=place).others(sizes)
         written = 0.0 if self.refused(leg) else others.of(place, leg)[0] - self.oddness(leg)
         best: Meant | None = None
@@ -274,7 +275,7 @@ def expected_tracks(legs: Sequence[CardLeg]) -> dict[int, float]:
     for leg in legs:
         points.setdefault(leg.point, []).append(leg)
     middles = _common_tracks(legs, len(points))
-    found = {}
+    found: dict[int, float] = {}
     usual = _usual_places(points.values(), middles)
     for own in points.values():
         if len(middles) < len(own):
@@ -306,7 +307,8 @@ def _common_tracks(legs: Sequence[CardLeg], points: int) -> Array:
     while len(tracks):
         ordered = np.sort(tracks)
         turned = np.concatenate([ordered - 2.0 * np.pi, ordered, ordered + 2.0 * np.pi])
-        first, last = (np.searchsorted(turned, ordered + s * _TIGHT, side) for s, side in _EDGES)
+        first = np.searchsorted(turned, ordered - _TIGHT)
+        last = np.searchsorted(turned, ordered + _TIGHT, side="right")
         best = int(np.argmax(last - first))
         near = turned[first[best] : last[best]]
         if len(near) <= max(_SHOWN_BY, _SHARE * points):
@@ -314,9 +316,6 @@ def _common_tracks(legs: Sequence[CardLeg], points: int) -> Array:
         middles.append(float(near.mean()) % (2.0 * np.pi))
         tracks = tracks[np.abs(turn_between(tracks, middles[-1])) > 2.0 * _TIGHT]
     return np.array(middles)
-
-
-_EDGES = ((-1.0, "left"), (1.0, "right"))
 
 
 def turn_between(one: Array | float, other: Array | float) -> Array:

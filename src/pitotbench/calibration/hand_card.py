@@ -198,10 +198,10 @@ def _referred(arrays: LegArrays, indicated: float, answer: Array) -> Array:
 
 
 def _mean_air(arrays: LegArrays, indicated: float) -> LegArrays:
-    means = arrays.static_pressure.mean(), arrays.air_temperature.mean()
     return LegArrays(
         np.array([indicated]),
-        *(np.array([each]) for each in means),
+        np.array([arrays.static_pressure.mean()]),
+        np.array([arrays.air_temperature.mean()]),
         arrays.ground_speed[:1],
         arrays.toward[:1],
         arrays.by_heading[:1],

@@ -143,9 +143,8 @@ def _rows(
         quantity, suffix = _parsed(name)
         if quantity in (*quantities, HEADING):
             values[quantity], suffixes[quantity] = to_si(numbers(name, column), suffix), suffix
-    for readings in (values, suffixes):
-        if HEADING in readings:
-            readings.setdefault("track", readings.pop(HEADING))
+    if HEADING in values and "track" not in values:
+        values["track"], suffixes["track"] = values[HEADING], suffixes[HEADING]
     missing = [column for column in columns if column.rpartition("_")[0] not in values]
     if missing:
         raise BadInputError(
@@ -219,10 +218,15 @@ def _parsed(name: str) -> tuple[str, str]:
                 )
                 raise BadInputError(f"column {name!r}: a {dimension}; name it {known}")
             return quantity, suffix
-    if name.startswith(HEADING):
-        return HEADING, parse_column(name.replace(HEADING, "track"))[1]
-    parsed = None if name in (POINT, CONFIGURATION) else parse_column(name)
-    return ("", "") if parsed is None else (parsed[0].name, parsed[1])
+    turned = name.startswith(HEADING)  # in the units of a track
+    parsed = (
+        None
+        if name in (POINT, CONFIGURATION)
+        else parse_column(name.replace(HEADING, "track", 1) if turned else name)
+    )
+    if parsed is None:
+        return "", ""
+    return (HEADING if turned else parsed[0].name), parsed[1]
 
 
 def _labels(column: Column) -> list[str]:

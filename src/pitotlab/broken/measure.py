@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench import bench
+from pitotbench.bench.flights import sense
 from pitotbench.bench.questions import calibrate_each
 from pitotbench.broken import find_broken
 from pitotbench.logbook.reading import read_log
@@ -28,6 +28,7 @@ from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotlab.broken.breaks import BASE, KINDS, LIGHT, Kind, broken_columns
 from pitotlab.broken.dataflash import write_dataflash
 from pitotlab.broken.ulog import write_ulog
@@ -154,7 +155,7 @@ def _bench_log(seed: int) -> FlightLog:
     maneuver = PAPER_MANEUVERS[seed % len(PAPER_MANEUVERS)]
     turbulence = ("none", "light", "moderate")[seed // 5 % 3]
     case = Case(maneuver=maneuver, turbulence=turbulence, truth_seed=seed, sensor_seed=seed)
-    return bench.sense(bench.fly(case), data_system(("20/1", "50/50", "20/5")[seed % 3]))
+    return sense(fly(case), data_system(("20/1", "50/50", "20/5")[seed % 3]))
 
 
 def real_rows(data: Path, name: str, mapping: str | None, _: Path) -> Iterator[BrokenRow]:

@@ -601,6 +601,9 @@ KINDS: dict[str, Callable[[Part], Broken | None]] = {
     "static port closed": _taped,
     "stuck or blocked": _stopped,
     "fails in flight": _failed,
+}
+# What a mistake of the velocities looks like as well: asked where these are sound.
+LATE_KINDS: dict[str, Callable[[Part], Broken | None]] = {
     "water": _water,
     "drifting zero": _drifting,
 }
@@ -612,7 +615,21 @@ def find_broken(channels: Mapping[str, Any]) -> Broken | None:
     Parameters: channels [SI] by name, (n,) each: `time`, `impact_pressure`, `static_pressure`,
     `velocity_north`, `velocity_east`; `altitude`, `heading` and `gps_fresh` where the log has them.
     """
-    if (copied := _copied(channels)) is not None:
-        return copied
-    told = (kind(part) for part in parts_of(channels) for kind in KINDS.values())
-    return next((found for found in told if found is not None), None) or _zero_moved(channels)
+    return find_early(channels) or find_late(channels)
+
+
+def find_early(channels: Mapping[str, Any]) -> Broken | None:
+    """Return a kind of broken pitot that no mistake of the velocities looks like."""
+    return _copied(channels) or _first(channels, KINDS) or _zero_moved(channels)
+
+
+def find_late(channels: Mapping[str, Any]) -> Broken | None:
+    """Return a kind that a mistake of the velocities looks like as well."""
+    return _first(channels, LATE_KINDS)
+
+
+def _first(
+    channels: Mapping[str, Any], kinds: Mapping[str, Callable[[Part], Broken | None]]
+) -> Broken | None:
+    told = (kind(part) for part in parts_of(channels) for kind in kinds.values())
+    return next((found for found in told if found is not None), None)

@@ -116,7 +116,8 @@ def good_files(folder: Path) -> list[Path]:
     for number, (write, _) in enumerate(KINDS.values()):
         place = folder / f"field{number:02d}"
         place.mkdir(exist_ok=True)
-        found.append(next(place.iterdir(), None) or write(place))
+        written = next(place.iterdir(), None) or write(place)
+        found += [written] if written.is_file() else sorted(written.iterdir())[:1]
     for name in ("own.csv", "own.parquet", "own.mat"):
         path = folder / name
         if not path.exists():

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench import air
+from pitotbench.broken import BROKEN
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import ZERO
 from pitotbench.calibration.reduction import reduce_log
@@ -52,8 +53,8 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
 
     A large factor is told, and one that a unit makes as well is not to be used.
     """
-    if result.wind is None:
-        return result
+    if result.wind is None or any(each.code == BROKEN for each in result.warnings):
+        return result  # what is broken explains a factor
     scale = _of_curve(result)
     if abs(scale.factor - 1.0) > LIMITS.refined:
         scale = _refined(scale, log, options)

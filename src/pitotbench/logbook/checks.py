@@ -3,16 +3,16 @@ warning, or raises.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.broken import BROKEN, find_broken
+from pitotbench.broken import BROKEN, Broken, find_early, find_late
 from pitotbench.channels import Channel
 from pitotbench.logbook.columns import QUANTITIES, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
-from pitotbench.logbook.plausibility import check_plausibility
+from pitotbench.logbook.plausibility import SPEED_FACTOR, check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
 from pitotbench.records import BadInputError
 from pitotbench.records.log import Caution, FlightLog
@@ -550,20 +550,30 @@ _COARSE, _FEWEST_LEVELS = (
 
 def check_broken(draft: Draft) -> None:
     """Warn of a broken pitot. Raise BadInputError where its air data hold no answer."""
+    _tell_broken(draft, find_early)
+
+
+def check_broken_in_sound_velocities(draft: Draft) -> None:
+    """The same for the kinds that a mistake of the velocities looks like as well."""
+    _tell_broken(draft, find_late)
+
+
+def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | None]) -> None:
     channels, column = draft.channels, draft.columns["impact_pressure"]
-    found = find_broken(channels)
-    if found is None:
+    found = find(channels)
+    if found is None or any(isinstance(w, Caution) and w.code == BROKEN for w in draft.warnings):
         return
     # At the end of its range a sensor stands still and is sound.
     end = _at_range_end(draft, np.hypot(channels["velocity_north"], channels["velocity_east"]))
     if end.any():
-        found = find_broken({name: values[~end] for name, values in channels.items()})
+        found = find({name: values[~end] for name, values in channels.items()})
     if found is None:
         return
     words = f"column {column!r}: {found.words}"
     if found.refused:
         raise BadInputError(words)
-    draft.warnings.append(Caution(words, BROKEN, column))
+    told = [w for w in draft.warnings if not (isinstance(w, Caution) and w.code == SPEED_FACTOR)]
+    draft.warnings[:] = [*told, Caution(words, BROKEN, column)]  # one cause, one story
 
 
 def check_impact_pressure(draft: Draft) -> None:
@@ -625,4 +635,5 @@ CHECKS = (
     check_impact_pressure,
     check_stuck,
     check_plausibility,
+    check_broken_in_sound_velocities,
 )

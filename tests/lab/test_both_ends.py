@@ -5,6 +5,8 @@ table.
 import pytest
 from tests.lab.both_ends import ENDS, judged
 
+from pitotbench.records.verdict import SURE
+
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize(
@@ -17,4 +19,4 @@ def test_an_extreme_instrument_gets_an_answer(name, end):
 @pytest.mark.parametrize("name", ["compass_deviation", "gps_latency"])
 def test_an_extreme_instrument_shows_in_two_minutes_without_null_flights(name):
     # Where the gap counted as the noise of so short a log, both were passed over in silence.
-    assert judged(name, "high", "none").verdict == "named"
+    assert judged(name, "high", "none").verdict in SURE

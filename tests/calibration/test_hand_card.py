@@ -202,6 +202,15 @@ def test_a_leg_that_cannot_be_is_named_and_the_rest_is_used(tmp_path, capsys):
     assert "row 5" in capsys.readouterr().out
 
 
+def test_numbers_with_a_zero_too_many_are_left_out_whatever_they_are():
+    """1,420 kt of airspeed are beyond the air's own functions."""
+    card = make_card(31116, legs=3, points=4)
+    wrong = spoil(spoil(card, 8, ground_speed=1280.0), 12, indicated_airspeed=1420.0)
+    found = reduce_card(wrong.legs, STEPS)
+    assert {slip.row for slip in found.slips} == {8, 12}
+    assert "an indicated airspeed of 1420 kt cannot be" in found.warnings[1]
+
+
 def test_two_legs_left_or_one_track_are_no_point_but_serve_the_curve(tmp_path):
     found = reduce_card(spoil(make_card(2012, legs=3), 4, track=439.0).legs, STEPS)
     point = next(p for p in found.points if p.point == "2")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby, pairwise, product
 
 import numpy as np
@@ -76,6 +77,14 @@ def leg_arrays(legs: Sequence[CardLeg]) -> LegArrays:
         np.stack([np.cos(track), np.sin(track)], axis=1),
         np.array([leg.by_heading for leg in legs]),
     )
+
+
+def by_point(legs: Sequence[CardLeg]) -> dict[str, list[int]]:
+    """Return the places of the legs of each point."""
+    found: dict[str, list[int]] = {}
+    for place, leg in enumerate(legs):
+        found.setdefault(leg.point, []).append(place)
+    return found
 
 
 # The equation of a leg on a track: the ground velocity g less the wind w has the size of the true
@@ -195,7 +204,7 @@ class CardModel:
         unheard: int | None = None,
     ) -> None:
         self.legs, self._unheard = list(legs), unheard
-        self.arrays, self.steps, self._stated = leg_arrays(legs), steps, stated
+        self.arrays, self.steps, self.stated = leg_arrays(legs), steps, stated
         self.speed = self.arrays.indicated_airspeed
         self._configurations = list(dict.fromkeys(leg.configuration for leg in legs))
         self.own = np.array([self._configurations.index(leg.configuration) for leg in legs])
@@ -240,7 +249,7 @@ class CardModel:
         """
         knots = len(self._departures[sizes.length].knots)
         one = [_CONSTANT, _SLOPE, *[sizes.departure] * knots]
-        probe = max(0.5 * self._stated.temperature_k, _NO_ERROR)  # wrong on every leg alike
+        probe = max(0.5 * self.stated.temperature_k, _NO_ERROR)  # wrong on every leg alike
         return np.array([*one * len(self._configurations), probe])
 
     def regressors(self, linear: LinearCard, length: float) -> Array:
@@ -294,14 +303,15 @@ class CardModel:
 
     def weights(self) -> Array:
         """Return the weight of each of `SIZES` after the card is looked at."""
-        logs = self._log_weights()
+        logs = self._log_weights
         return np.asarray(np.exp(logs - np.logaddexp.reduce(logs)))
 
     @property
     def log_evidence(self) -> float:
         """The logarithm of the evidence of the card, the sizes marginalized."""
-        return float(np.logaddexp.reduce(self._log_weights()))
+        return float(np.logaddexp.reduce(self._log_weights))
 
+    @cached_property
     def _log_weights(self) -> Array:
         found = zip(SIZES, self.solutions(SIZES), strict=True)
         return np.array([each.log_likelihood + sizes.log_weight for sizes, each in found])

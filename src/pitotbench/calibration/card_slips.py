@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from pitotbench.calibration.card_model import SIZES, TYPICAL_SIZES, CardModel, Others, Sizes
+from pitotbench.calibration.card_model import (
+    SIZES,
+    TYPICAL_SIZES,
+    CardModel,
+    Others,
+    Sizes,
+    by_point,
+)
 from pitotbench.calibration.options import Accuracies
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, ReadingSteps, Slip
@@ -49,33 +56,58 @@ _SPEEDS = (
     _Reading("indicated_airspeed", KNOT, "an", "indicated airspeed", " kt", 700.0),
 )
 _READINGS = (_TRACK, *_SPEEDS)
-_TOO_FEW = "fewer than three legs of the card can be: correct it"
 
 
 def find_slips(
     legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
 ) -> tuple[list[CardLeg], tuple[Slip, ...]]:
     """Return the legs that can be, and the slips. Raises BadInputError where no three legs remain."""
-    usual = {r.field: float(np.median([getattr(leg, r.field) for leg in legs])) for r in _SPEEDS}
+    usual = _usual_speeds(legs)
     card = _Card(legs, usual, expected_tracks(legs), steps, stated)
-    refused = {leg.row: words for leg in legs if (words := card.refused(leg))}
-    kept, slips = [leg for leg in legs if leg.row not in refused], []
+    kept, slips = legs_that_can_be(legs), []
     if len(kept) < _FEWEST:
-        raise BadInputError(_TOO_FEW)
-    sizes = card.others(kept).sizes
-    for leg in [leg for leg in legs if leg.row in refused]:
-        slips.append(_slip(leg, refused[leg.row], card.meant(leg, kept, sizes)))
+        raise BadInputError("fewer than three legs of the card can be: correct it")
+    others = card.others(kept)
+    for leg in legs:
+        if words := _refusal(leg, usual):
+            slips.append(_slip(leg, words, card.meant(leg, kept, others.sizes)))
     for leg in [leg for leg in kept if card.off_track(leg) > _OFF_TRACK]:
-        wrong, meant = card.on_wrong_track(leg, kept, sizes)
+        if leg not in kept:  # it was the wrong one of two on another track
+            continue
+        wrong, meant = card.on_wrong_track(leg, kept, others.sizes)
         if meant is not None and len(kept) > _FEWEST:
             kept.remove(wrong)
             words = f"a {_of(wrong)} of {wrong.track / DEGREE:.0f}° is not that of the other points"
             slips.append(_slip(wrong, words, meant))
-    while len(kept) > _FEWEST and (found := card.impossible(kept)) is not None:
+    if len(kept) < len(others.model.legs):
+        others = card.others(kept)
+    while len(kept) > _FEWEST and (found := card.impossible(others)) is not None:
         leg, meant = found
         kept.remove(leg)
         slips.append(_slip(leg, "does not fit the other legs of the card", meant))
+        others = card.others(kept)
     return kept, tuple(sorted(slips, key=lambda slip: slip.row))
+
+
+def legs_that_can_be(legs: Sequence[CardLeg]) -> list[CardLeg]:
+    """Return the legs that can be, whatever the others are."""
+    usual = _usual_speeds(legs)
+    return [leg for leg in legs if not _refusal(leg, usual)]
+
+
+def _usual_speeds(legs: Sequence[CardLeg]) -> dict[str, float]:
+    return {r.field: float(np.median([getattr(leg, r.field) for leg in legs])) for r in _SPEEDS}
+
+
+def _refusal(leg: CardLeg, usual: Mapping[str, float]) -> str:
+    """Why a leg cannot be, whatever the others are; empty for one that can."""
+    if not 0.0 <= leg.track <= _FULL_TURN * DEGREE * (1.0 + 1e-9):
+        return f"a {_of(leg)} of {leg.track / DEGREE:.0f}° cannot be"
+    for each in _SPEEDS:
+        value = getattr(leg, each.field)
+        if not _CAN_BE[0] < value / usual[each.field] < _CAN_BE[1]:
+            return f"{each.article} {each.name} of {value / each.si:.0f} kt cannot be"
+    return ""
 
 
 def _of(leg: CardLeg) -> str:
@@ -106,16 +138,6 @@ class _Card:
     steps: ReadingSteps
     stated: Accuracies
 
-    def refused(self, leg: CardLeg) -> str:
-        """Why a leg cannot be whatever the others are; empty for one that can."""
-        if not 0.0 <= leg.track <= _FULL_TURN * DEGREE * (1.0 + 1e-9):
-            return f"a {_of(leg)} of {leg.track / DEGREE:.0f}° cannot be"
-        for each in _SPEEDS:
-            value = getattr(leg, each.field)
-            if not _CAN_BE[0] < value / self.usual[each.field] < _CAN_BE[1]:
-                return f"{each.article} {each.name} of {value / each.si:.0f} kt cannot be"
-        return ""
-
     def off_track(self, leg: CardLeg) -> float:
         """How far a leg is from the track meant [rad]; 0 where the other points show none."""
         meant = self.tracks.get(leg.row)
@@ -125,7 +147,7 @@ class _Card:
         """Whether a leg is near the usual speeds and on the track meant."""
         ratios = [getattr(leg, each.field) / self.usual[each.field] for each in _SPEEDS]
         near = all(_NEAR[0] < ratio < _NEAR[1] for ratio in ratios)
-        return near and not self.refused(leg) and self.off_track(leg) <= _OFF_TRACK
+        return near and not _refusal(leg, self.usual) and self.off_track(leg) <= _OFF_TRACK
 
     def oddness(self, leg: CardLeg) -> float:
         """How far a leg is from the track and the airspeed that were meant, as minus the logarithm
@@ -169,18 +191,17 @@ class _Card:
                 best, meant, least = other, found, found.gain
         return best, meant
 
-    def impossible(self, kept: Sequence[CardLeg]) -> tuple[CardLeg, Meant | None] | None:
+    def impossible(self, others: Others) -> tuple[CardLeg, Meant | None] | None:
         """A leg that cannot be, with what was probably meant; None for a card without a slip.
 
         It is one of the point of the worst leg: that with the best correction.
         """
-        others = self.others(kept)
         legs, surprise = others.model.legs, np.abs(others.surprise)
         worst = int(np.argmax(surprise))
         if surprise[worst] < _IMPOSSIBLE:
             return None
         suspects = [leg for leg in legs if leg.point == legs[worst].point]
-        found = [(leg, self.meant(leg, kept, others.sizes)) for leg in suspects]
+        found = [(leg, self.meant(leg, legs, others.sizes)) for leg in suspects]
         known = [(leg, meant) for leg, meant in found if meant is not None]
         return max(known, key=lambda each: each[1].gain, default=(legs[worst], None))
 
@@ -198,7 +219,8 @@ class _Card:
         usual: dict[str, Any] = dict(self.usual)
         legs[place] = replace(leg, track=0.0, **usual)  # unheard: any that can be
         others = CardModel(legs, self.steps, self.stated, unheard=place).others(sizes)
-        written = 0.0 if self.refused(leg) else others.of(place, leg)[0] - self.oddness(leg)
+        refused = bool(_refusal(leg, self.usual))
+        written = 0.0 if refused else others.of(place, leg)[0] - self.oddness(leg)
         best: Meant | None = None
         for words, corrected in _corrections(leg, readings):
             if not self.may_be_meant(corrected):
@@ -271,9 +293,7 @@ def expected_tracks(legs: Sequence[CardLeg]) -> dict[int, float]:
     A leg has one where all other legs of its point are on tracks that most points fly, and one of
     these is left for it.
     """
-    points: dict[str, list[CardLeg]] = {}
-    for leg in legs:
-        points.setdefault(leg.point, []).append(leg)
+    points = {name: [legs[i] for i in places] for name, places in by_point(legs).items()}
     middles = _common_tracks(legs, len(points))
     found: dict[int, float] = {}
     usual = _usual_places(points.values(), middles)

@@ -11,10 +11,11 @@ from pitotbench.calibration.card_model import (
     CardModel,
     LegArrays,
     Sizes,
+    by_point,
     leg_arrays,
     unit,
 )
-from pitotbench.calibration.card_slips import find_slips
+from pitotbench.calibration.card_slips import find_slips, legs_that_can_be
 from pitotbench.calibration.leg_points import (
     circle_fit,
     circle_gain,
@@ -52,24 +53,16 @@ def reduce_card(
     """
     if len(legs) < 3:
         raise BadInputError("a card needs at least three legs")
-    kept, slips, warnings = _as_meant(legs, steps, stated)
-    model = CardModel(kept, steps, stated)
-    weights = model.weights()
+    model, slips, warnings = _as_meant(legs, steps, stated)
+    heavy = _heavy(model.weights())
     named = {slip.row for slip in slips}
-    written, used = _by_point(legs), _by_point(model.legs)
+    written, used = by_point(legs), by_point(model.legs)
     points = tuple(
-        _point(
-            [legs[i] for i in places],
-            used.get(name, []),
-            model,
-            weights,
-            stated,
-            named,
-        )
+        _point([legs[i] for i in places], used.get(name, []), model, heavy, stated, named)
         for name, places in written.items()
     )
-    configurations = dict.fromkeys(leg.configuration for leg in kept)
-    curves = {name: _curve(name, model, weights) for name in configurations}
+    configurations = dict.fromkeys(leg.configuration for leg in model.legs)
+    curves = {name: _curve(name, model, heavy) for name in configurations}
     left_out = tuple(
         f"row {slip.row}, point {slip.point}: {slip.words}"
         + (f"; probably {slip.probably}" if slip.probably else "")
@@ -81,48 +74,43 @@ def reduce_card(
 
 def _as_meant(
     legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
-) -> tuple[list[CardLeg], tuple[Slip, ...], tuple[str, ...]]:
-    """The legs that can be, the slips and a warning, with the directions as tracks or as headings.
+) -> tuple[CardModel, tuple[Slip, ...], tuple[str, ...]]:
+    """The model of the legs that can be, the slips and a warning, with the directions as tracks or
+    as headings.
 
     They are what the card says, unless the other makes the same legs clearly more probable.
     """
     kept, slips = find_slips(legs, steps, stated)
-    if _odds_of_turning(legs, steps, stated) <= 0.0:
-        return kept, slips, ()
+    said = CardModel(legs_that_can_be(legs), steps, stated)
+    model = CardModel(kept, steps, stated) if slips else said
+    if _odds_of_turning(said) <= 0.0:
+        return model, slips, ()
     others, fewer = find_slips(_turned(legs), steps, stated)
-    shared = {leg.row for leg in kept} & {leg.row for leg in others}
-    odds = _odds_of_turning([leg for leg in kept if leg.row in shared], steps, stated)
-    if odds + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
-        return kept, slips, ()
+    shared = {leg.row for leg in others}
+    both = CardModel([leg for leg in kept if leg.row in shared], steps, stated)
+    if _odds_of_turning(both) + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
+        return model, slips, ()
     names = ("tracks", "track_deg"), ("headings", "heading_deg")
     (wrong, _), (right, column) = names if others[0].by_heading else names[::-1]
     words = f"the {wrong} of the card fit as {right}, and are read so: name the column {column}"
-    return others, fewer, (words,)
+    return CardModel(others, steps, stated), fewer, (words,)
 
 
 def _turned(legs: Sequence[CardLeg]) -> list[CardLeg]:
     return [replace(leg, by_heading=not leg.by_heading) for leg in legs]
 
 
-def _odds_of_turning(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies) -> float:
+def _odds_of_turning(said: CardModel) -> float:
     """The log odds of headings in the place of tracks, or of tracks in that of headings."""
-    said, turned = (CardModel(each, steps, stated) for each in (legs, _turned(legs)))
+    turned = CardModel(_turned(said.legs), said.steps, said.stated)
     return turned.log_evidence - said.log_evidence
-
-
-def _by_point(legs: Sequence[CardLeg]) -> dict[str, list[int]]:
-    """The places of the legs of each point."""
-    found: dict[str, list[int]] = {}
-    for place, leg in enumerate(legs):
-        found.setdefault(leg.point, []).append(place)
-    return found
 
 
 def _point(
     own: Sequence[CardLeg],
     rows: Sequence[int],
     model: CardModel,
-    weights: Array,
+    heavy: tuple[list[Sizes], Array],
     stated: Accuracies,
     wrong: set[int],
 ) -> CardPoint:
@@ -133,37 +121,37 @@ def _point(
     remark = (
         f"without row{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}" if lost else None
     )
-    name = own[0].point
     empty = CardPoint(
-        point=name, configuration=own[0].configuration, legs=len(used), indicated_airspeed=indicated
+        point=own[0].point,
+        configuration=own[0].configuration,
+        legs=len(used),
+        indicated_airspeed=indicated,
     )
     if len(used) < 3:
         left = (
             f"{len(used)} leg{'' if len(used) == 1 else 's'} left: no point, but used for the curve"
         )
-        return _with_remark(empty, f"{remark}; {left}" if remark else left)
+        return replace(empty, remark=f"{remark}; {left}" if remark else left)
     arrays = leg_arrays(used)
     try:
         answer, spread, velocity = _answer(arrays, indicated)
-        gain = _gain(velocity, answer)
+        gain = (  # of the true airspeed, per change of each leg along its flight path
+            circle_gain(velocity, answer)[:, 0] if len(velocity) > 4 else three_leg_gain(velocity)
+        )
     except NoAnswerError as error:
-        return _with_remark(empty, str(error))
+        return replace(empty, remark=str(error))
     true = answer[0]
     correction, slope, per_kelvin = _correction(arrays, indicated, true)
-    choices, share = _heavy(weights)
-    sigmas = np.array([np.sqrt(gain @ model.leg_noise(rows, sizes) @ gain) for sizes in choices])
-    width = float(half_width(share, np.zeros((len(share), 1)), sigmas[:, None])[0])
+    sigmas = np.array([np.sqrt(gain @ model.leg_noise(rows, sizes) @ gain) for sizes in heavy[0]])
+    width = float(half_width(heavy[1], np.zeros((len(sigmas), 1)), sigmas[:, None])[0])
     two_sigma = float(np.hypot(slope * width, per_kelvin * stated.temperature_k))
     if two_sigma > _TOO_WIDE:
-        return _with_remark(
-            empty, "the tracks are too near each other: fly them at least 60° apart"
+        return replace(
+            empty, remark="the tracks are too near each other: fly them at least 60° apart"
         )
     height, per_speed = _height(arrays, indicated, correction)
-    return CardPoint(
-        point=name,
-        configuration=own[0].configuration,
-        legs=len(used),
-        indicated_airspeed=indicated,
+    return replace(
+        empty,
         calibrated_airspeed=indicated + correction,
         correction=correction,
         two_sigma=two_sigma,
@@ -181,10 +169,6 @@ def _heavy(weights: Array) -> tuple[list[Sizes], Array]:
     """Return the sizes that count, and their weights."""
     places = np.flatnonzero(weights > _LIGHT * weights.max())
     return [SIZES[place] for place in places], weights[places] / weights[places].sum()
-
-
-def _with_remark(point: CardPoint, remark: str) -> CardPoint:
-    return replace(point, remark=remark)
 
 
 def _referred(arrays: LegArrays, indicated: float, answer: Array) -> Array:
@@ -232,13 +216,6 @@ def _solved(velocity: Array) -> tuple[Array, float | None]:
     return answers.mean(axis=0), float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
 
 
-def _gain(velocity: Array, answer: Array) -> Array:
-    """Return the change of the true airspeed per change of each leg along its flight path, (n,)
-    [-].
-    """
-    return circle_gain(velocity, answer)[:, 0] if len(velocity) > 4 else three_leg_gain(velocity)
-
-
 def _correction(arrays: LegArrays, indicated: float, true: float) -> tuple[float, float, float]:
     """Return the correction [m/s] for a true airspeed, its change per that, and per kelvin [m/s].
 
@@ -266,15 +243,14 @@ def _height(arrays: LegArrays, indicated: float, correction: float) -> tuple[flo
     return of(correction), (of(correction + _STEP) - of(correction)) / _STEP
 
 
-def _curve(configuration: str, model: CardModel, weights: Array) -> ErrorCurve:
+def _curve(configuration: str, model: CardModel, heavy: tuple[list[Sizes], Array]) -> ErrorCurve:
     own = [leg for leg in model.legs if leg.configuration == configuration]
     speeds = np.array([leg.indicated_airspeed for leg in own])
     low, high = float(speeds.min()), float(speeds.max())
     at = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
-    choices, share = _heavy(weights)
-    means, variances = model.curves(at, configuration, choices)
-    mean = share @ means
-    bound = half_width(share, means, np.sqrt(variances))
+    means, variances = model.curves(at, configuration, heavy[0])
+    mean = heavy[1] @ means
+    bound = half_width(heavy[1], means, np.sqrt(variances))
     impact = air.impact_pressure(at)
     true = air.impact_pressure(at + mean)
     arrays = leg_arrays(own)

@@ -35,13 +35,14 @@ ENDS = ("low", "high")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one effect at one end: the verdict, or the error, or that the flight was
-    refused.
+    """What came of one effect at one end: the verdict with the first cause of each gap, or the
+    error, or that the flight was refused.
     """
 
     effect: str
     end: str
     verdict: str = ""
+    causes: tuple[str, ...] = ()
     error: str = ""
     refused: str = ""
 
@@ -84,8 +85,8 @@ def judged(name: str, end: str, aircraft: str = "navajo") -> Outcome:
         read_case(found.patch.text)
     except Exception as problem:
         return Outcome(name, end, error=repr(problem))
-    kind = found.verdict.kind
-    return Outcome(name, end, kind, "" if kind in get_args(Kind) else f"verdict {kind!r}")
+    kind, causes = found.verdict.kind, tuple(cause.name for cause in found.verdict.effects)
+    return Outcome(name, end, kind, causes, "" if kind in get_args(Kind) else f"verdict {kind!r}")
 
 
 def outcomes(names: Sequence[str]) -> Iterator[Outcome]:

@@ -25,6 +25,7 @@ from pitotbench.timeline import fresh_fixes, minutes_text
 from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array, Booleans
 
 BROKEN = "broken pitot"  # code of the warning
+TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none flies so slowly
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,6 @@ class BrokenLimits:
     wind_walk: float = 1.0  # m/s, 1σ of the change of a component in a minute: a wave has more
     fewest: int = 30  # blocks of a part that is judged
     flying: float = 0.4  # of the largest ground speeds: slower is taxi, take-off or landing
-    taxi: float = 20.0 * KNOT  # m/s: a log whose largest ground speeds are less holds no flight
     sigmas: float = 3.0  # standard errors by which a limit must be passed
     excited: float = 1.5  # m/s rms of the speed through the air that no steady wind explains, and
     excited_share: float = 0.04  # of the speed
@@ -222,9 +222,9 @@ def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
     """Return the parts of a log in flight by its channels, each as long as one wind may last."""
     time, speed = channels["time"], np.hypot(channels["velocity_north"], channels["velocity_east"])
     fast = float(np.quantile(speed, 0.95))
-    if fast < LIMITS.taxi:
+    if fast < TAXI:
         return
-    flying = speed > max(LIMITS.flying * fast, 0.5 * LIMITS.taxi)
+    flying = speed > max(LIMITS.flying * fast, 0.5 * TAXI)
     del speed  # of a long log; what follows is of one part at a time
     count = int((time[-1] - time[0]) // LIMITS.window) + 1
     ends = np.searchsorted(time, time[0] + LIMITS.window * np.arange(1, count + 1))
@@ -545,7 +545,7 @@ def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
 
 def _copied(channels: Mapping[str, Any]) -> Broken | None:
     """An airspeed that is the receiver's own speed."""
-    moving = np.hypot(channels["velocity_north"], channels["velocity_east"]) > 0.5 * LIMITS.taxi
+    moving = np.hypot(channels["velocity_north"], channels["velocity_east"]) > 0.5 * TAXI
     first = int(np.argmax(moving))
     channels = {name: values[first : first + LIMITS.copies] for name, values in channels.items()}
     north, east = channels["velocity_north"], channels["velocity_east"]

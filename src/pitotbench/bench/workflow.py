@@ -48,7 +48,7 @@ from pitotbench.reconciliation.pictures import (
     traces,
     waterfall,
 )
-from pitotbench.reconciliation.regression import Fitted, is_term
+from pitotbench.reconciliation.regression import Fitted, is_term, parted
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import track_of
 from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, hold_out, judge
@@ -177,7 +177,7 @@ class FullReconciliation:
 
     @property
     def probabilities(self) -> Mapping[str, float]:
-        """The probability of each cause, given a gap."""
+        """The probability of each cause."""
         return self.verdict.probabilities
 
     @property
@@ -304,16 +304,16 @@ def formula_of(judged: Judged) -> FoundFormula | None:
     terms = []
     told = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
     for found in judged.fitted.gaps:
-        name, _, parameter = found.member.name.partition("|")
+        name, parameter = parted(found.member.name)
         if not is_term(found.member.name) or name not in told:
             continue
         (size,) = [s for s in told[name].sizes if s.name == parameter] or told[name].sizes[:1]
         others = [
-            tuple(other.split("|"))
+            parted(other)
             for other, p in sorted(found.forms.items(), key=lambda item: -item[1])
             if is_term(other) and p > TOLD_FROM and other != found.member.name
         ]
-        terms.append(formula_term(name, size, told[name].score, [(a, b) for a, b in others]))
+        terms.append(formula_term(name, size, told[name].score, others))
     beside = tuple(m.name for m in judged.fitted.members if not is_term(m.name))
     return FoundFormula(tuple(terms), beside) if terms else None
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.broken import TAXI
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling
@@ -99,9 +100,6 @@ _MINIMUM_PRESSURE = float(air.impact_pressure(_MINIMUM_AIRSPEED))
 
 _FLYING = 0.45  # of the fast airspeed of the log: below it an airplane rolls, or stalls
 _FAST = 0.9  # quantile of the airspeeds above 20 kt
-# m/s over the ground: an airplane that rolls so slowly, below its flying airspeed, takes off or has
-# landed. Recorders may leave out what they have at rest.
-_TAXIING = 20.0 * KNOT
 _AFTER_TAKE_OFF, _BEFORE_LANDING = 60.0, 120.0  # s
 _MOST_CUT = 0.25  # of a time in the air, at either end
 _STEEP = 6.0 * DEGREE  # of the path, twice that of a usual approach
@@ -136,8 +134,9 @@ def usable_parts(log: FlightLog) -> UsableParts:
     """Return the parts of a log that serve a calibration."""
     speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
     flying = speed > _flying_airspeed(speed)
-    over_ground = np.hypot(log.velocity_north, log.velocity_east)
-    grounded = bool(np.any(~flying & (over_ground < _TAXIING)))
+    # A log with rows of taxi holds a take-off or a landing. Recorders may leave out those at rest.
+    slow = np.hypot(log.velocity_north, log.velocity_east) < TAXI
+    grounded = bool(np.any(~flying & slow))
     ends = np.zeros(len(log), dtype=np.bool_)
     if grounded:
         for first, end in _runs(flying):

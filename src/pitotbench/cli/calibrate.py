@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -178,9 +179,8 @@ def run(options: argparse.Namespace) -> int:
     write_page(options.report, lambda: _report(reduced, limit, settings))
     first = reduced[0].flight.calibration
     write_page(options.card, lambda: card_csv(first.curve, doubts_of(first)))
-    write_page(
-        options.parameter_file, lambda: "".join(map(parameter_file, filter(None, settings[:1])))
-    )
+    if (found := settings[0]) is not None:
+        write_page(options.parameter_file, partial(parameter_file, found))
     write_page(options.record, lambda: _record(reduced, limit))
     own = {each.name: each.flight.calibration for each in reduced if each.own_curve}
     write_table(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.broken import BROKEN, Broken, find_early, find_late
+from pitotbench.broken import BROKEN, TAXI, Broken, find_early, find_late
 from pitotbench.channels import Channel
 from pitotbench.logbook.columns import QUANTITIES, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
@@ -310,7 +310,6 @@ _NEIGHBORS = (
 
 _FEWEST_RECORDED = 30  # rows of a recording: a clock that falls for fewer was disturbed
 
-_TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none flies so slowly
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
 _LONGEST_STEP = (
@@ -560,8 +559,7 @@ def check_broken_in_sound_velocities(draft: Draft) -> None:
 
 def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | None]) -> None:
     channels, column = draft.channels, draft.columns["impact_pressure"]
-    found = find(channels)
-    if found is None or any(isinstance(w, Caution) and w.code == BROKEN for w in draft.warnings):
+    if draft.cautions(BROKEN) or (found := find(channels)) is None:
         return
     # At the end of its range a sensor stands still and is sound.
     end = _at_range_end(draft, np.hypot(channels["velocity_north"], channels["velocity_east"]))
@@ -572,8 +570,9 @@ def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | No
     words = f"column {column!r}: {found.words}"
     if found.refused:
         raise BadInputError(words)
-    told = [w for w in draft.warnings if not (isinstance(w, Caution) and w.code == SPEED_FACTOR)]
-    draft.warnings[:] = [*told, Caution(words, BROKEN, column)]  # one cause, one story
+    for other in draft.cautions(SPEED_FACTOR):  # one cause, one story
+        draft.warnings.remove(other)
+    draft.warnings.append(Caution(words, BROKEN, column))
 
 
 def check_impact_pressure(draft: Draft) -> None:
@@ -589,10 +588,10 @@ def check_impact_pressure(draft: Draft) -> None:
             ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
         )
         speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
-        if impact[0] <= 0.0 and float(np.max(speed)) < _TAXI:
+        if impact[0] <= 0.0 and float(np.max(speed)) < TAXI:
             raise BadInputError(
                 f"no level flight in this log: column {column!r} reads 0 throughout and the ground "
-                f"speed stays below {_TAXI / KNOT:.0f} kt, as on the ramp and in taxi; give the "
+                f"speed stays below {TAXI / KNOT:.0f} kt, as on the ramp and in taxi; give the "
                 "log of a flight"
             )
         raise BadInputError(

@@ -24,6 +24,7 @@ from pitotbench.logbook.columns import (
     texts,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.log import Caution
 from pitotbench.timeline import minutes_text
 from pitotbench.units import Booleans, to_si
 
@@ -95,6 +96,10 @@ class Draft:
                 f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
             )
         self.keep(rows)
+
+    def cautions(self, code: str) -> list[Caution]:
+        """Return the warnings of a code."""
+        return [w for w in self.warnings if isinstance(w, Caution) and w.code == code]
 
     def leave_out(self, name: str, reason: str) -> None:
         """Remove an optional channel, with a warning that gives the reason."""

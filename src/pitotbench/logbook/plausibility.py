@@ -38,7 +38,7 @@ _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as o
 _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
 _GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
-_NEAR = 1.5  # times the factor on the speed needed: a unit that is farther off is not tried
+_NEAR = 1.5  # times the airspeed: a unit that leaves the ground speed farther off is not tried
 _GAINS = {  # on the impact pressure
     2.0: "half the impact pressure",
     0.5: "twice the impact pressure",
@@ -245,7 +245,7 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
-    fits, gains = _fits(draft, flown, factor, airspeed / ground), _gains(draft, factor)
+    fits, gains = _fits(draft, flown, factor, (airspeed, ground)), _gains(draft, factor)
     others = [] if fits else _other_guesses(draft, factor, float(impact[1]), bool(gains))
     words = (
         f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS "
@@ -266,15 +266,15 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     draft.warnings.append(Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"]))
 
 
-def _fits(draft: Draft, flown: FlownRows, factor: Factor, needed_speed: float) -> list[str]:
+def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:
     """The mistakes of unit that fit, with the columns to write. One of the velocity is tried with a
-    new fit of the wind where it is near the factor `needed_speed` on the ground speed; one of the
-    impact pressure leaves the wind as it is.
+    new fit of the wind where it brings the ground speed near the airspeed, `speeds` [m/s] of air
+    data and GPS; one of the impact pressure leaves the wind as it is.
     """
-    fits = []
+    fits, (airspeed, ground) = list[str](), speeds
     needed = 1.0 + float(factor.excess[1])
     for suffix, times in other_units(draft, "velocity_north"):
-        if not 1.0 / _NEAR < times / needed_speed < _NEAR:
+        if not airspeed / _NEAR < ground * times < airspeed * _NEAR:
             continue
         other = replace(flown, north=flown.north * times, east=flown.east * times)
         if abs(float(find_factor(other).excess[1])) < LIMITS.unit_fits:
@@ -545,7 +545,7 @@ def check_plausibility(draft: Draft) -> None:
     check_temperature(draft)
     check_rise(draft)
     flown = flown_rows(draft)
-    if flown is None or any(isinstance(w, Caution) and w.code == BROKEN for w in draft.warnings):
+    if flown is None or draft.cautions(BROKEN):
         return  # what is broken explains what does not fit
     factor = find_factor(flown)
     # Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly

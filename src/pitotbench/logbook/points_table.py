@@ -224,9 +224,7 @@ def _parsed(name: str) -> tuple[str, str]:
         if name in (POINT, CONFIGURATION)
         else parse_column(name.replace(HEADING, "track", 1) if turned else name)
     )
-    if parsed is None:
-        return "", ""
-    return (HEADING if turned else parsed[0].name), parsed[1]
+    return ("", "") if parsed is None else (HEADING if turned else parsed[0].name, parsed[1])
 
 
 def _labels(column: Column) -> list[str]:

@@ -175,6 +175,12 @@ def is_term(name: str) -> bool:
     return SEPARATOR in name
 
 
+def parted(name: str) -> tuple[str, str]:
+    """Return the formula and the term of a hypothesis; an effect has no term."""
+    formula, _, term = name.partition(SEPARATOR)
+    return formula, term
+
+
 def keys_of(name: str, keys: Sequence[Key]) -> list[Key]:
     """Return the sizes of a hypothesis among some."""
     return [key for key in keys if name in (key[0], SEPARATOR.join(key))]

@@ -41,6 +41,7 @@ from pitotbench.reconciliation.regression import (
     fitted_by,
     is_term,
     keys_of,
+    parted,
     with_terms,
 )
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
@@ -304,7 +305,7 @@ def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
     """Return whether a gap may be what the form of a larger one leaves: that of a sensor effect of
     the same part, whose law is seldom that of the table.
     """
-    effects = [effect_of(each.member.name.partition("|")[0]) for each in (found, *gaps)]
+    effects = [effect_of(parted(each.member.name)[0]) for each in (found, *gaps)]
     larger = [each.log_bayes_factor > found.log_bayes_factor for each in gaps]
     return effects[0].acts_on == "sensors" and any(
         is_larger and effect.part == effects[0].part
@@ -369,7 +370,7 @@ def _candidate(
     else:
         sizes = estimates(block.layout.signatures, fit)
     times = times_of(block.layout.signatures[own[0]]) if own and not is_term(name) else ()
-    effect = name.partition("|")[0]
+    effect, _ = parted(name)
     return Candidate(effect, significant(sizes), float(np.sqrt(fit.gain)), probability, times)
 
 

@@ -58,9 +58,8 @@ class WindowWind:
 class Disagreement:
     """Two findings of one log that contradict each other, in words.
 
-    `kind` is `height`, `samples`, `fixed_speed`, `scale` or `pitot`;
-    `size` is the largest difference [m/s]. One that
-    is `fatal` is not held by the bound.
+    `kind` is `height`, `samples`, `fixed_speed`, `scale` or `pitot`; `size` is the largest
+    difference [m/s]. One that is `fatal` is not held by the bound.
     """
 
     kind: str

@@ -133,7 +133,8 @@ class Verdict:
 
     `gaps` are in the order of what each closes in parts of the logs left out. `candidates` are all
     causes as the only explanation, the most probable first. `probabilities` is that of each cause
-    of the table, given a gap; the causes may act together, so they do not sum to 1.
+    of the table, without a gap that the log shows as well; the causes may act together, so they do
+    not sum to 1.
     `log_bayes_factor` is the logarithm of the Bayes factor of the largest gap against none.
     `remains` says whether something significant is left beside the gaps. `doubts` are the checks
     that speak against them. `free` are unknowns of the logs far beyond their priors.

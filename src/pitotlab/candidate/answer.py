@@ -251,7 +251,6 @@ def _of_wind(found: Fit) -> list[str]:
     wind = found.winds[0]
     if wind.jump > _HALF:
         return [f"the wind seems to have jumped (probability {wind.jump:.0%})"]
-    size = 0.0 if wind.path is None else float(np.max(np.ptp(wind.path.wind, axis=0)))
-    if size > _CHANGED:
-        return [f"the wind changed by about {size / KNOT:.1f} kt over the flight"]
+    if wind.change > _CHANGED:
+        return [f"the wind changed by about {wind.change / KNOT:.1f} kt over the flight"]
     return []

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.special import chdtrc
 
 from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.observations import Blocks, block_length, divide
-from pitotbench.calibration.prediction import WindPath, correlated, wind_by_circle
+from pitotbench.calibration.prediction import wind_by_circle
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 from pitotlab.candidate.heights import altitude_guess
@@ -30,8 +29,7 @@ _PASSES = 16
 _WHOLE_STEPS = 4  # passes after which a step that may swing to and fro is halved
 _SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior of the last step, fine and coarse
 _CLEARLY = 3.0  # log odds by which another hypothesis takes over the search
-_NEAR, _SAME_PATH = 1.0, 1.0  # standard errors; m/s rms between two paths of the wind
-_SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
+_NEAR = 1.0  # standard errors
 _HEAVIEST, _COVERED = 8, 0.9  # nodes of which jumps and mean winds are computed; their weight
 _SELDOM = 1e-4
 _JUMP_TIMES = 24
@@ -41,13 +39,13 @@ _JUMP_TIMES = 24
 class WindFit:
     """The wind of one flight: its mean, (2,) with covariance (2, 2).
 
-    `path` is the slow wind less its mean, `jump` the probability of a front and `jump_time` its
+    `change` is the largest difference of a component between two times [m/s], `jump` the probability of a front and `jump_time` its
     likeliest time [s].
     """
 
     mean: Array
     covariance: Array
-    path: WindPath | None
+    change: float
     jump: float
     jump_time: float
 
@@ -83,11 +81,10 @@ def _linearize(
     blocks: Sequence[Blocks],
     beta: Array,
     gusts: Sequence[float],
-    paths: Sequence[WindPath | None],
 ) -> _Point:
     triangles = tuple(
-        triangle(unknowns, flight, own, beta, gust, path)
-        for flight, own, gust, path in zip(unknowns.flights, blocks, gusts, paths, strict=True)
+        triangle(unknowns, flight, own, beta, gust)
+        for flight, own, gust in zip(unknowns.flights, blocks, gusts, strict=True)
     )
     equations = [each.equations for each in triangles]
     equations += [
@@ -103,18 +100,18 @@ def _linearize(
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """The answer of the coarse passes: β (p,), the mode of φ, the likeliest hypothesis, the size of
-    the gusts [m/s] and the path of the slow wind of each flight."""
+    """The answer of the coarse passes: β (p,), the mode of φ, the likeliest hypothesis, and the
+    size of the gusts of each flight [m/s].
+    """
 
     beta: Array
     mode: Mode
     best: int
     gusts: list[float]
-    paths: list[WindPath | None]
 
 
 def approach(unknowns: Unknowns) -> Approach:
-    """Move β and the paths of the slow wind to the answer, on blocks twice as long as the last.
+    """Move β to the answer, on blocks twice as long as the last.
 
     Raises NoAnswerError where the log is too short, the fit leaves the model's domain or the passes
     do not settle.
@@ -127,18 +124,16 @@ def approach(unknowns: Unknowns) -> Approach:
     _require_enough(unknowns, coarse)
     near: Mode | Array = _guess(unknowns)
     gusts, best = [0.0] * len(flights), 0
-    paths: list[WindPath | None] = [None] * len(flights)
     tried = {best}
     for number in range(_PASSES):
-        point = _linearize(unknowns, coarse, beta, gusts, paths)
+        point = _linearize(unknowns, coarse, beta, gusts)
         near = mode_of(point.problem, near, SEARCH, _ROUGHLY, best)
         place = near.place
         found, covariance = point.problem.solve(place, best)
         step = found - beta
         beta = beta + (step if number < _WHOLE_STEPS else 0.5 * step)
         gusts = [float(np.exp(place[flight.triangle.start])) for flight in flights]
-        last, paths = paths, _paths(unknowns, point, place, beta)
-        if np.all(np.abs(step) < _NEAR * np.sqrt(np.diag(covariance))) and _same(last, paths):
+        if np.all(np.abs(step) < _NEAR * np.sqrt(np.diag(covariance))):
             rivals = range(len(unknowns.rivals))
             heights = [float(point.problem.heights(place[None], h)[0]) for h in rivals]
             likeliest = int(np.argmax(heights))
@@ -147,7 +142,7 @@ def approach(unknowns: Unknowns) -> Approach:
                 tried.add(best)
                 continue
             exact = with_curvature(point.problem, near, SEARCH, best)
-            return Approach(beta, exact, best, gusts, paths)
+            return Approach(beta, exact, best, gusts)
     raise NoAnswerError(
         "the fit does not settle: check the log for gross errors, or choose a simpler model"
     )
@@ -160,7 +155,7 @@ def fit(unknowns: Unknowns) -> Fit:
     """
     flights, near = unknowns.flights, approach(unknowns)
     fine = [divide(f.observations, block_length(f.observations)) for f in flights]
-    point = _linearize(unknowns, fine, near.beta, near.gusts, near.paths)
+    point = _linearize(unknowns, fine, near.beta, near.gusts)
     place = mode_of(point.problem, near.mode, SEARCH, _SETTLED, near.best).place
     mode = Mode(place, near.mode.curvature)
     nodes = drawn(point.problem, mode, SEARCH, near.best, len(flights) == 1)
@@ -187,7 +182,7 @@ def _posterior(nodes: Sequence[Normal]) -> Posterior:
 
 def _require_enough(unknowns: Unknowns, blocks: Sequence[Blocks]) -> None:
     for flight, own in zip(unknowns.flights, blocks, strict=True):
-        needed = len(unknowns.static) + len(unknowns.total) + 2 + flight.triangle.stop
+        needed = len(unknowns.static) + len(unknowns.total) + 2 + flight.slow.stop
         if len(own.count) <= min(needed, 2 + 2 * len(unknowns.static)):
             time = flight.observations.time
             raise NoAnswerError(
@@ -202,29 +197,6 @@ def _guess(unknowns: Unknowns) -> Array:
         if flight.heights is not None:
             place[flight.height] = altitude_guess(flight.heights.rows)
     return np.asarray(place)
-
-
-def _paths(unknowns: Unknowns, point: _Point, phi: Array, beta: Array) -> list[WindPath | None]:
-    """The slow wind of each flight as estimated under one noise, smoothed over five minutes."""
-    found: list[WindPath | None] = []
-    for flight, own in zip(unknowns.flights, point.triangles, strict=True):
-        part, level = own.equations, phi[flight.triangle]
-        left = part.response - part.regressors @ beta[part.places]
-        seen = -part.noise_of.stack(level[None]).weigh(left[:, None])[0] * own.along
-        wind = np.exp(2.0 * level[3]) * correlated(own.blocks, float(np.exp(level[4])), seen)
-        wind = gaussian_filter1d(wind, _SMOOTH_PATH / own.blocks.length, axis=0, mode="nearest")
-        found.append(WindPath(own.blocks.mean(flight.observations.time), wind))
-    return found
-
-
-def _same(before: Sequence[WindPath | None], paths: Sequence[WindPath | None]) -> bool:
-    """Whether other paths of the wind would hardly change the problem."""
-    for last, path in zip(before, paths, strict=True):
-        if path is not None:
-            moved = path.wind if last is None else path.wind - last.wind
-            if float(np.sqrt(np.mean(moved**2))) > _SAME_PATH:
-                return False
-    return True
 
 
 def _heaviest(nodes: Sequence[Normal]) -> list[Normal]:
@@ -286,14 +258,6 @@ def _with_jump(
     return scaled, (jump, float(times[np.argmax(shares)]))
 
 
-# The wind of a flight is W + w(t), with w a Gauss-Markov process. The data determine its mean far
-# better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the
-# estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6,
-# 1991).
-
-_COARSE = 5e-5  # of the variance: error of treating blocks as points, 0.7 cm/s at 1 m/s
-
-
 def _wind_of(
     unknowns: Unknowns,
     point: _Point,
@@ -301,42 +265,20 @@ def _wind_of(
     nodes: Sequence[Normal],
     jump: tuple[float, float],
 ) -> WindFit:
+    """The mean wind of a flight, and how much the slow wind changes."""
     flight, own = unknowns.flights[number], point.triangles[number]
-    heaviest = _heaviest(nodes)
-    weights = np.array([node.weight for node in heaviest]) / sum(n.weight for n in heaviest)
-    found = [_mean(flight, own, node) for node in heaviest]
-    means = np.stack([mean for mean, _ in found])
-    mean = weights @ means
-    within = np.einsum("m,mab->ab", weights, np.stack([spread for _, spread in found]))
-    offset = means - mean
-    covariance = within + np.einsum("m,ma,mb->ab", weights, offset, offset)
-    return WindFit(mean, covariance, own.path, *jump)
-
-
-def _mean(flight: Flight, own: Triangle, node: Normal) -> tuple[Array, Array]:
-    """The mean wind of a flight under one noise, (2,), and its covariance, (2, 2)."""
-    part, level = own.equations, node.noise[flight.triangle]
+    obs, posterior = flight.observations, _posterior(nodes)
     share = own.blocks.count / own.blocks.count.sum()
-    of_level = np.zeros((2, len(node.mean)))
-    of_level[[0, 1], flight.winds] = 1.0
-    layers = share @ own.blocks.mean(flight.shear_basis(flight.observations.height()))
-    for axis, name in enumerate(("north", "east")):
-        of_level[axis, [flight.at[f"shear_{name}_{i}"] for i in range(len(layers))]] = layers
-    variance = float(np.exp(2.0 * level[3]))
-    kernel = correlated(own.blocks, float(np.exp(level[4])), share[:, None])[:, 0]
-    crossed = -variance * kernel[:, None] * own.along
-    weighed = part.noise_of.stack(level[None]).weigh(crossed)[0]
-    left = part.response - part.regressors @ node.mean[part.places]
-    mean = of_level @ node.mean + weighed.T @ left
-    of_level[:, part.places] -= weighed.T @ part.regressors
-    rest = variance * float(share @ kernel) * np.eye(2) - crossed.T @ weighed
-    return mean, of_level @ node.covariance @ of_level.T + _at_least(rest, _COARSE * variance)
-
-
-def _at_least(matrix: Array, floor: float) -> Array:
-    """A symmetric matrix with eigenvalues raised to a floor."""
-    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
-    return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
+    layers = share @ own.blocks.mean(flight.shear_basis(obs.height()))
+    slow = own.blocks.mean(flight.slow_basis(obs.time))
+    rows = np.zeros((2, unknowns.count))
+    rows[[0, 1], flight.winds] = 1.0
+    for axis, (name, places) in enumerate(zip(("north", "east"), flight.slow_places, strict=True)):
+        rows[axis, [flight.at[f"shear_{name}_{i}"] for i in range(len(layers))]] = layers
+        rows[axis, places] = share @ slow
+    paths = [slow @ posterior.mean[places] for places in flight.slow_places]
+    mean, covariance = rows @ posterior.mean, rows @ posterior.covariance @ rows.T
+    return WindFit(mean, covariance, float(max(np.ptp(path) for path in paths)), *jump)
 
 
 _LEAST_GAINED = 0.01  # share of a variance: of a direction that gains less, small errors decide

@@ -13,7 +13,6 @@ from scipy.ndimage import gaussian_filter1d
 
 from pitotbench import air
 from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.prediction import WindPath
 from pitotbench.estimation.noise import NORMAL, MarkovNoise, MarkovProcess
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array, MetersPerSecond, Pascal
@@ -43,15 +42,15 @@ class Prediction:
     columns: Array
 
 
-def predict(unknowns: Unknowns, flight: Flight, beta: Array, path: WindPath | None) -> Prediction:
-    """Predict every row of a flight for unknowns β (p,) and a path of the slow wind.
+def predict(unknowns: Unknowns, flight: Flight, beta: Array) -> Prediction:
+    """Predict every row of a flight for unknowns β (p,).
 
     Of the static source's error Δp_s = f_s q_c the static pressure is p = p_i − Δp_s; of both,
     q_ci = q_c (1 − f_s − f_t).
     """
     obs, at = flight.observations, flight.at
     known = {name: beta[place] for name, place in at.items()}
-    air_velocity, layers = _through_air(flight, beta, path)
+    air_velocity, layers, slow = _through_air(flight, beta)
     ground = np.linalg.norm(air_velocity, axis=1)
     along = air_velocity / ground[:, None]
     late = np.sum(along[:, :2] * _acceleration(obs), axis=1)
@@ -95,6 +94,8 @@ def predict(unknowns: Unknowns, flight: Flight, beta: Array, path: WindPath | No
         effects |= {
             f"shear_{name}_{i}": -along[:, axis] * layer for i, layer in enumerate(layers.T)
         }
+    for axis, places in enumerate(flight.slow_places):
+        columns[:, places] = -along[:, axis, None] * slow
     for name, effect in effects.items():
         if name in at:
             columns[:, at[name]] = effect
@@ -112,20 +113,19 @@ def _pressure_ratio(squared: Array, temperature: Array, heating: float) -> tuple
     return base**3.5 - 1.0, 0.7 * base**2.5 * heat / (rest * rest)
 
 
-def _through_air(flight: Flight, beta: Array, path: WindPath | None) -> tuple[Array, Array]:
-    """The velocity through the air, (n, 3) [m/s], and the height above the middle of each layer."""
+def _through_air(flight: Flight, beta: Array) -> tuple[Array, Array, Array]:
+    """The velocity through the air, (n, 3) [m/s], the height above the middle of each layer, and
+    the cosines of the slow wind.
+    """
     obs = flight.observations
     wind = np.zeros((len(obs), 3))
-    for axis, name in enumerate(("wind_north", "wind_east")):
-        wind[:, axis] = flight.value(name, beta)
-    layers = flight.shear_basis(obs.height())
+    layers, slow = flight.shear_basis(obs.height()), flight.slow_basis(obs.time)
     for axis, name in enumerate(("north", "east")):
         shear = [flight.value(f"shear_{name}_{i}", beta) for i in range(layers.shape[1])]
-        wind[:, axis] += layers @ np.array(shear)
-    if path is not None:
-        wind[:, :2] += path.at(obs.time)
+        wind[:, axis] = flight.value(f"wind_{name}", beta) + layers @ np.array(shear)
+        wind[:, axis] += slow @ beta[flight.slow_places[axis]]
     ground = np.stack([obs.velocity_north, obs.velocity_east, obs.velocity_down], axis=1)
-    return ground - wind, layers
+    return ground - wind, layers, slow
 
 
 def _acceleration(obs: Observations) -> Array:
@@ -146,7 +146,6 @@ class Triangle:
     equations: Equations
     blocks: Blocks
     along: Array
-    path: WindPath | None
 
 
 def triangle(
@@ -155,16 +154,15 @@ def triangle(
     blocks: Blocks,
     beta: Array,
     gust: float,
-    path: WindPath | None,
 ) -> Triangle:
-    """Linearize the wind triangle of a flight at β (p,), along a path of the slow wind.
+    """Linearize the wind triangle of a flight at β (p,).
 
     Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ = `gust`
     [m/s]; this is subtracted. Raises NoAnswerError where β is outside the model's domain.
     """
     obs, at = flight.observations, flight.at
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        seen = predict(unknowns, flight, beta, path)
+        seen = predict(unknowns, flight, beta)
     if not np.isfinite(np.sum(seen.columns)) or not np.all(seen.slope > 0.0):
         raise NoAnswerError(
             "the fit leaves the domain of the model (no airspeed explains some rows): check the "
@@ -175,8 +173,6 @@ def triangle(
     airspeed, slope = blocks.mean(seen.airspeed), blocks.mean(seen.slope)
     along = -columns[:, flight.winds]
     response -= gust**2 / airspeed
-    if path is not None:
-        response -= np.sum(along * blocks.mean(path.at(obs.time)), axis=1)
     instruments = gaussian_filter1d(columns, _SMOOTHING / blocks.length, axis=0, mode="nearest")
     if "latency_s" in at:
         own = instruments[:, at["latency_s"]]
@@ -187,7 +183,7 @@ def triangle(
     equations = Equations(
         response, columns[:, moved], instruments[:, moved], moved, noise, flight.triangle
     )
-    return Triangle(equations, blocks, along, path)
+    return Triangle(equations, blocks, along)
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -200,9 +196,8 @@ def _sensor_noise(obs: Observations) -> float:
 class WindNoise:
     """The map from φ to the covariance of the triangle.
 
-    φ = ln(gusts [m/s], their length [m], white noise [m/s], slow wind [m/s], its time [s]). The
-    gusts are a horizontal vector whose components are first-order Gauss-Markov processes along the
-    path, the slow wind is one in time. `airspeed` [m/s] holds at the edges of the blocks, `seen`
+    φ = ln(gusts [m/s], their length [m], white noise [m/s]). The gusts are a horizontal vector
+    whose components are first-order Gauss-Markov processes along the path. `airspeed` [m/s] holds at the edges of the blocks, `seen`
     (1, n, 2) are direction cosines, `sensor` (n,) [(m/s)²] the pressure sensor's noise.
     """
 
@@ -215,8 +210,6 @@ class WindNoise:
         """Return the covariances for many φ, (b, d)."""
         sizes = np.exp(phis)
         winds = [MarkovProcess(sizes[:, 0], sizes[:, 1, None] / self.airspeed, self.seen)]
-        time = np.broadcast_to(sizes[:, 4, None], (len(phis), len(self.airspeed)))
-        winds.append(MarkovProcess(sizes[:, 3], time, self.seen))
         variance = self.sensor + sizes[:, 2, None] ** 2 + _WHITE_FLOOR
         return MarkovNoise(self.blocks.intervals, variance[:, None, :], winds)
 

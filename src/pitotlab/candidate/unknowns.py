@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
-from pitotbench.units import Array, Meters
+from pitotbench.units import Array, Meters, Seconds
 from pitotlab.candidate import laws
 from pitotlab.candidate.heights import HeightRows, height_log_prior
 from pitotlab.candidate.laws import Law
@@ -27,6 +27,7 @@ _NEVER = 1e-7  # deviation of an unknown that a hypothesis takes for zero
 _LEAST_RANGE = 1.01  # of q_ci, where the airspeed hardly changes
 _LAYER, _MOST_LAYERS = 150.0, 8  # m, least thickness of a layer of one shear; their number
 _THICK = 300.0  # m: over thicker layers shears add up as a random walk
+_MOST_COSINES = 60  # of the slow wind of one flight, toward each of north and east
 _HEIGHT_NOISE = 3  # parameters of the heights' noise
 
 
@@ -34,15 +35,18 @@ _HEIGHT_NOISE = 3  # parameters of the heights' noise
 class Flight:
     """The rows of one flight, and where its unknowns stand: `at` gives the place by the name.
 
-    `layers` (k + 1,) [m] are the edges of the layers in which the wind changes with height.
-    `triangle` and `height` are the places of its noise in φ.
+    `layers` (k + 1,) [m] are the edges of the layers in which the wind changes with height,
+    `cosines` counts those of the slow wind. `triangle`, `slow` and `height` are the places of its
+    noise in φ.
     """
 
     observations: Observations
     heights: HeightRows | None
     layers: Meters
+    cosines: int
     at: Mapping[str, int]
     triangle: slice
+    slow: slice
     height: slice
 
     def value(self, name: str, beta: Array) -> float:
@@ -53,6 +57,34 @@ class Flight:
         """Height above the middle of each layer, within the layer, (n, k) [m]."""
         low, high = self.layers[:-1], self.layers[1:]
         return np.asarray(np.clip(height[:, None], low, high) - 0.5 * (low + high))
+
+    def slow_basis(self, time: Seconds) -> Array:
+        """The cosines of the slow wind, which have a mean of zero over the flight, (n, k)."""
+        place = (time - self.observations.time[0]) / self.duration
+        return np.cos(np.pi * place[:, None] * np.arange(1, self.cosines + 1))
+
+    @property
+    def duration(self) -> float:
+        """From the first row to the last [s]."""
+        return float(np.ptp(self.observations.time))
+
+    def slow_deviations(self, sizes: Array, times: Array) -> Array:
+        """The deviation of each cosine, (b, k), for sizes (b,) [m/s] and times (b,) [s].
+
+        The slow wind is a process of Matérn's order 3/2, whose spectrum is 4λ³/(λ² + ω²)² with
+        λ = √3 over its time, expanded in cosines (Solin and Särkkä 2020, eq. 20).
+        """
+        rate = np.sqrt(3.0) / times[:, None]
+        frequency = np.pi * np.arange(1, self.cosines + 1) / self.duration
+        spectrum = 4.0 * rate**3 / (rate**2 + frequency**2) ** 2
+        return np.asarray(sizes[:, None] * np.sqrt(2.0 * spectrum / self.duration))
+
+    @property
+    def slow_places(self) -> list[list[int]]:
+        """The places of its cosines toward north and toward east."""
+        return [
+            [self.at[f"slow_{axis}_{k}"] for k in range(self.cosines)] for axis in ("north", "east")
+        ]
 
     @property
     def winds(self) -> list[int]:
@@ -101,6 +133,10 @@ class Unknowns:
         precision = np.broadcast_to(deviations**-2.0, (len(phis), self.count)).copy()
         if self.departures.any():
             precision[:, self.departures] *= np.exp(-2.0 * phis[:, -1:])
+        for flight in self.flights:
+            size, time = np.exp(phis[:, flight.slow]).T
+            for places in flight.slow_places:
+                precision[:, places] = flight.slow_deviations(size, time) ** -2.0
         return precision
 
     def medians(self) -> Array:
@@ -111,10 +147,10 @@ class Unknowns:
         p = self.priors
         level, length = (p.calm_factor, p.level_factor), (p.length_factor, p.length_factor)
         own = [(p.gust, *level), (p.gust_length, *length), (p.white, *level)]
-        own += [(p.slow_wind, *level), (p.slow_time, *length)]
+        slow = [(p.slow_wind, p.slow_calm_factor, p.level_factor), (p.slow_time, *length)]
         found = np.full((self.parameters, 3), np.nan)
         for flight in self.flights:
-            found[flight.triangle] = own
+            found[flight.triangle], found[flight.slow] = own, slow
         if self.departures.any():
             found[-1] = p.departure, p.departure_factor, p.departure_factor
         return found
@@ -180,13 +216,16 @@ def unknowns_of(
     flights, place = [], 0
     for obs, heights in flown:
         layers = _layers_of(obs)
-        own = _own(priors, stated, obs, heights, layers)
+        cosines = _cosines_of(priors, obs)
+        own = _own(priors, stated, obs, heights, layers) | {
+            f"slow_{axis}_{k}": 1.0 for axis in ("north", "east") for k in range(cosines)
+        }
         at = shared | {name: first + len(others) + i for i, name in enumerate(own)}
         others += own.values()
-        triangle = slice(place, place + 5)
-        height = slice(triangle.stop, triangle.stop + (_HEIGHT_NOISE if heights is not None else 0))
+        triangle, slow = slice(place, place + 3), slice(place + 3, place + 5)
+        height = slice(slow.stop, slow.stop + (_HEIGHT_NOISE if heights is not None else 0))
         place = height.stop
-        flights.append(Flight(obs, heights, layers, at, triangle, height))
+        flights.append(Flight(obs, heights, layers, cosines, at, triangle, slow, height))
     rest = np.array(others)
     rivals = []
     for name, chance in ((SOUND, 1.0 - share), (UNKNOWN, share)):
@@ -237,6 +276,11 @@ def _own(
         found["height_latency_s"] = priors.height_latency
         found |= {f"height_{i}": float(each) for i, each in enumerate(heights.deviations)}
     return found
+
+
+def _cosines_of(priors: Priors, obs: Observations) -> int:
+    """The number of cosines down to the shortest period of the slow wind."""
+    return int(np.clip(2.0 * float(np.ptp(obs.time)) / priors.slow_shortest, 1, _MOST_COSINES))
 
 
 def _layers_of(obs: Observations) -> Meters:

@@ -42,7 +42,7 @@ def small():
     rng = np.random.default_rng(5)
     columns, response = rng.standard_normal((COUNT, UNKNOWNS)), rng.standard_normal(COUNT)
     noise = _Noise(np.ones((COUNT, 1)))
-    equations = Equations(response, columns, columns, np.arange(UNKNOWNS), noise, slice(0, 2))
+    equations = Equations(response, np.zeros(UNKNOWNS), columns, columns, np.arange(UNKNOWNS), noise, slice(0, 2))
     deviations = np.array([2.0, 0.5, 1.0])
 
     def precision(phis):

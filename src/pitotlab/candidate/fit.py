@@ -1,7 +1,7 @@
 """The fit of one calibration problem: relinearized to its answer, its noise marginalized once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc
@@ -12,11 +12,13 @@ from pitotbench.calibration.prediction import wind_by_circle
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 from pitotlab.candidate.heights import altitude_guess
+from pitotlab.candidate.jumps import WithJump, evenly, jump_columns
 from pitotlab.candidate.linear_gaussian import (
     LinearGaussian,
     Mode,
     Normal,
     Search,
+    Surface,
     drawn,
     mode_of,
     with_curvature,
@@ -31,7 +33,6 @@ _SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior of the last step, fine an
 _CLEARLY = 3.0  # log odds by which another hypothesis takes over the search
 _NEAR = 1.0  # standard errors
 _HEAVIEST, _COVERED = 8, 0.9  # nodes of which jumps and mean winds are computed; their weight
-_SELDOM = 1e-4
 _JUMP_TIMES = 24
 
 
@@ -158,12 +159,17 @@ def fit(unknowns: Unknowns) -> Fit:
     point = _linearize(unknowns, fine, near.beta, near.gusts)
     place = mode_of(point.problem, near.mode, SEARCH, _SETTLED, near.best).place
     mode = Mode(place, near.mode.curvature)
-    nodes = drawn(point.problem, mode, SEARCH, near.best, len(flights) == 1)
-    agreement = _agreement(point, nodes)
-    jumps = []
+    rivals: list[tuple[Surface, Mode]] = [(point.problem, mode)]
     for number in range(len(flights)):
-        nodes, jump = _with_jump(unknowns, point, number, nodes)
-        jumps.append(jump)
+        surface = _with_jump(unknowns, point, number)
+        own = mode_of(surface, mode, SEARCH, _ROUGHLY, near.best)
+        rivals.append((surface, with_curvature(surface, own, SEARCH, near.best)))
+    nodes, shares = drawn(rivals, SEARCH, near.best, len(flights) == 1)
+    agreement = _agreement(point, nodes)
+    jumps = [
+        (float(share), surface.likeliest_time(found.place, near.best))
+        for share, (surface, found) in zip(shares[1:], rivals[1:], strict=True)
+    ]
     winds = tuple(
         _wind_of(unknowns, point, number, nodes, jump) for number, jump in enumerate(jumps)
     )
@@ -206,56 +212,13 @@ def _heaviest(nodes: Sequence[Normal]) -> list[Normal]:
     return ordered[: min(_HEAVIEST, int(np.searchsorted(held, _COVERED)) + 1)]
 
 
-def _with_jump(
-    unknowns: Unknowns, point: _Point, number: int, nodes: Sequence[Normal]
-) -> tuple[tuple[Normal, ...], tuple[float, float]]:
-    """Add the answers with one jump of a flight's wind, at each of some times.
-
-    Returns the nodes, and the jump's probability with its likeliest time [s]. A jump is two more
-    columns, so that each answer is an update of rank two (the Schur complement of the normal
-    equations). The instruments stand for the regressors, as in the likelihood of φ.
-    """
+def _with_jump(unknowns: Unknowns, point: _Point, number: int) -> WithJump:
+    """The rival of a steady wind: one jump of the wind of a flight."""
     priors, own = unknowns.priors, point.triangles[number]
-    part = own.equations
     time = own.blocks.mean(unknowns.flights[number].observations.time)
-    times = time[0] + (time[-1] - time[0]) * (np.arange(_JUMP_TIMES) + 0.5) / _JUMP_TIMES
-    ramp = np.clip((time[:, None] - times) / priors.jump_seconds + 0.5, 0.0, 1.0)
-    ramp -= np.average(ramp, axis=0, weights=own.blocks.count)
-    further = -(own.along[:, None, :] * ramp[:, :, None]).reshape(len(time), -1)
-    chance = priors.jump_odds / _JUMP_TIMES
-    found, shares, covered = list(nodes), np.zeros(_JUMP_TIMES), 0.0
-    for node in _heaviest(nodes):
-        covered += node.weight
-        mean, covariance = point.problem.by_instruments(node.noise, node.hypothesis)
-        noise = part.noise_of.stack(node.noise[None, part.own])
-        left = part.response - part.instruments @ mean[part.places]
-        weighed = noise.weigh(np.column_stack([further, left]))[0]
-        crossed = np.zeros((len(mean), further.shape[1]))
-        crossed[part.places] = part.instruments.T @ weighed[:, :-1]
-        pull, inner = further.T @ weighed[:, -1], further.T @ weighed[:, :-1]
-        moved = covariance @ crossed
-        for place in range(_JUMP_TIMES):
-            both = slice(2 * place, 2 * place + 2)
-            information = inner[both, both] - crossed[:, both].T @ moved[:, both]
-            left_over = np.linalg.inv(information + np.eye(2) / priors.jump**2)
-            size = left_over @ pull[both]
-            gain = 0.5 * float(pull[both] @ size + np.linalg.slogdet(left_over)[1])
-            odds = float(np.exp(min(gain - 2.0 * np.log(priors.jump), 50.0))) * chance
-            shares[place] += node.weight * odds
-            if node.weight * odds > _SELDOM:
-                shift, spread = moved[:, both] @ size, moved[:, both] @ left_over @ moved[:, both].T
-                found.append(
-                    replace(
-                        node,
-                        weight=node.weight * odds,
-                        mean=node.mean - shift,
-                        covariance=node.covariance + spread,
-                    )
-                )
-    total = sum(node.weight for node in found)
-    jump = float(shares.sum() / (covered + shares.sum()))
-    scaled = tuple(replace(node, weight=node.weight / total) for node in found)
-    return scaled, (jump, float(times[np.argmax(shares)]))
+    times = evenly(time, _JUMP_TIMES)
+    columns = jump_columns(own.along, time, times, priors.jump_seconds, own.blocks.count)
+    return WithJump(point.problem, number, times, columns, priors.jump, priors.jump_odds)
 
 
 def _wind_of(

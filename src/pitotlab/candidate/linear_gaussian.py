@@ -7,7 +7,7 @@ Journal of the Royal Statistical Society B 71, 2009), each weighted by the likel
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -78,12 +78,13 @@ class Search:
 class Equations:
     """Equations whose noise is independent of that of all others.
 
-    `response` (n,); `regressors` (n, q) of the unknowns `places` (q,); `instruments` (n, q), the
-    regressors or smoothed copies that do not share their measurement noise; `noise_of` gives the
-    noise for the parameters `own` of φ.
+    `residual` (n,) is what is left at the unknowns' values `point` (q,); `regressors` (n, q) of the
+    unknowns `places` (q,); `instruments` (n, q), the regressors or smoothed copies that do not
+    share their measurement noise; `noise_of` gives the noise for the parameters `own` of φ.
     """
 
-    response: Array
+    residual: Array
+    point: Array
     regressors: Array
     instruments: Array
     places: NDArray[np.intp]
@@ -191,6 +192,15 @@ class LinearGaussian:
         """The parameters of φ that belong to one set of equations each."""
         return [part.own for part in self.equations]
 
+    @property
+    def rivals(self) -> int:
+        """The number of hypotheses."""
+        return len(self.hypotheses)
+
+    def answers(self, phi: Array, hypothesis: int, weight: float) -> list[Normal]:
+        """The one answer given φ."""
+        return [Normal(weight, hypothesis, phi, *self.solve(phi, hypothesis))]
+
     def information(self, phi: Array) -> tuple[Array, Array]:
         """What the equations say of the unknowns given φ (d,): precision (p, p) and pull (p,)."""
         squares, response, _ = (part[0] for part in self._sums(phi[None]))
@@ -222,7 +232,9 @@ class LinearGaussian:
         keys = [(number, regressors, own.tobytes()) for own in owns]
         missing = {k: own for k, own in zip(keys, owns, strict=True) if k not in self._known}
         if missing:
-            data = np.column_stack([part.instruments, part.response])
+            # The same residual for both: what smoothing takes off the columns is no noise.
+            seen = part.regressors if regressors else part.instruments
+            data = np.column_stack([part.instruments, part.residual + seen @ part.point])
             if regressors:
                 data = np.column_stack([data, part.regressors])
             noises = part.noise_of.stack(np.stack([*missing.values()]))
@@ -240,8 +252,17 @@ class Surface(Protocol):
         """Parameters of φ whose mixed derivatives with those of other owners are negligible."""
         ...
 
+    @property
+    def rivals(self) -> int:
+        """The number of hypotheses."""
+        ...
+
     def heights(self, phis: Array, hypothesis: int = 0, /) -> Array:
         """The log-posterior at φ (b, d), −∞ where there is none, (b,)."""
+        ...
+
+    def answers(self, phi: Array, hypothesis: int, weight: float, /) -> list[Normal]:
+        """The answers given one φ, which share `weight`."""
         ...
 
 
@@ -314,29 +335,42 @@ def _updated(curvature: Array, step: Array, change: Array) -> Array:
 
 
 def drawn(
-    problem: LinearGaussian, mode: Mode, search: Search, hypothesis: int = 0, weighted: bool = True
-) -> tuple[Normal, ...]:
-    """Return the answers at values of φ drawn around a mode, weighted by their likelihood.
+    found: Sequence[tuple[Surface, Mode]],
+    search: Search,
+    hypothesis: int = 0,
+    weighted: bool = True,
+) -> tuple[tuple[Normal, ...], Array]:
+    """Return the answers at values of φ drawn around the mode of each rival surface.
 
-    `mode` is that of one hypothesis; the answers are those of all. Many parameters are drawn from
-    the normal at their mode alone, not `weighted`: importance weights then rest on a few draws.
-    Raises NoAnswerError where the equations determine no answer.
+    Each mode is that of one hypothesis; the answers are those of all, weighted by their likelihood.
+    Many parameters are drawn from the normal at their mode alone, not `weighted`: importance
+    weights then rest on a few draws. Returns also the share of each surface. Raises NoAnswerError
+    where the equations determine no answer.
     """
-    phis, base = draws_of(problem, mode, search, hypothesis)
-    heights = np.array([problem.heights(phis, h) for h in range(len(problem.hypotheses))])
-    highest = float(np.max(heights + base))
+    draws = [draws_of(surface, mode, search, hypothesis) for surface, mode in found]
+    logs = []
+    for (surface, mode), (phis, base) in zip(found, draws, strict=True):
+        rivals = range(surface.rivals)
+        heights = np.array([surface.heights(phis, h) for h in rivals])
+        if not weighted:
+            flat = heights - np.logaddexp.reduce(heights, axis=0)
+            at_mode = surface.heights(mode.place[None], hypothesis)[0]
+            heights = flat + at_mode - base + np.mean(base)
+        logs.append(heights + base)
+    highest = max(float(np.max(log)) for log in logs)
     if not np.isfinite(highest):
         raise NoAnswerError(UNDETERMINED)
-    weights = np.exp(heights + base - highest)
-    if not weighted:
-        weights = weights / np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
-    weights = weights / weights.sum()
-    places = np.argwhere(weights > search.seldom)
-    total = sum(float(weights[h, i]) for h, i in places)
-    return tuple(
-        Normal(float(weights[h, i]) / total, int(h), phis[i], *problem.solve(phis[i], int(h)))
-        for h, i in places
-    )
+    weights = [np.exp(log - highest) for log in logs]
+    total = sum(float(weight.sum()) for weight in weights)
+    answers = [
+        answer
+        for (surface, _), (phis, _), weight in zip(found, draws, weights, strict=True)
+        for h, i in np.argwhere(weight > search.seldom * total)
+        for answer in surface.answers(phis[i], int(h), float(weight[h, i]))
+    ]
+    kept = sum(each.weight for each in answers)
+    scaled = tuple(replace(each, weight=each.weight / kept) for each in answers)
+    return scaled, np.array([float(weight.sum()) / total for weight in weights])
 
 
 def draws_of(
@@ -351,7 +385,8 @@ def draws_of(
     half = np.random.default_rng(search.seed).standard_normal((search.draws // 2, d))
     z = np.concatenate([np.zeros((1, d)), half, -half])
     sides = search.wider * np.where(z >= 0.0, ahead, behind)
-    return mode.place + (z * sides) @ axes.T, np.sum(0.5 * z**2 + np.log(sides), axis=1)
+    volume = float(np.linalg.slogdet(axes)[1])
+    return mode.place + (z * sides) @ axes.T, np.sum(0.5 * z**2 + np.log(sides), axis=1) + volume
 
 
 def _sides(

@@ -169,10 +169,10 @@ def triangle(
             "clock and the units, also of part of the log, or choose a model with fewer parameters"
         )
     columns = blocks.mean(seen.columns)
-    response = blocks.mean((obs.impact_pressure - seen.reading) / seen.slope) + columns @ beta
+    residual = blocks.mean((obs.impact_pressure - seen.reading) / seen.slope)
     airspeed, slope = blocks.mean(seen.airspeed), blocks.mean(seen.slope)
     along = -columns[:, flight.winds]
-    response -= gust**2 / airspeed
+    residual -= gust**2 / airspeed
     instruments = gaussian_filter1d(columns, _SMOOTHING / blocks.length, axis=0, mode="nearest")
     if "latency_s" in at:
         own = instruments[:, at["latency_s"]]
@@ -181,7 +181,13 @@ def triangle(
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
     noise = WindNoise(blocks, blocks.at_edges(airspeed), along[None], sensor)
     equations = Equations(
-        response, columns[:, moved], instruments[:, moved], moved, noise, flight.triangle
+        residual,
+        beta[moved],
+        columns[:, moved],
+        instruments[:, moved],
+        moved,
+        noise,
+        flight.triangle,
     )
     return Triangle(equations, blocks, along)
 
@@ -250,4 +256,5 @@ def height_equations(unknowns: Unknowns, flight: Flight, beta: Array) -> Equatio
     columns[:, [at[f"height_{i}"] for i in range(own.columns.shape[1])]] = own.columns
     moved = np.flatnonzero(np.any(columns != 0.0, axis=0))
     seen = columns[:, moved]
-    return Equations(response, seen, seen, moved, HeightNoise(rows), flight.height)
+    whole = np.zeros(len(moved))  # the response is what all unknowns explain, not a rest
+    return Equations(response, whole, seen, seen, moved, HeightNoise(rows), flight.height)

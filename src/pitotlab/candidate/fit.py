@@ -24,7 +24,7 @@ from pitotlab.candidate.linear_gaussian import (
     with_curvature,
 )
 from pitotlab.candidate.triangle import Triangle, height_equations, triangle
-from pitotlab.candidate.unknowns import UNKNOWN, Flight, Unknowns
+from pitotlab.candidate.unknowns import UNKNOWN, Unknowns
 
 SEARCH = Search()
 _PASSES = 16
@@ -159,19 +159,18 @@ def fit(unknowns: Unknowns) -> Fit:
     point = _linearize(unknowns, fine, near.beta, near.gusts)
     place = mode_of(point.problem, near.mode, SEARCH, _SETTLED, near.best).place
     mode = Mode(place, near.mode.curvature)
-    rivals: list[tuple[Surface, Mode]] = [(point.problem, mode)]
+    steady: tuple[Surface, Mode] = (point.problem, mode)
+    changed = []
     for number in range(len(flights)):
         surface = _with_jump(unknowns, point, number)
         own = mode_of(surface, mode, SEARCH, _ROUGHLY, near.best)
-        rivals.append((surface, with_curvature(surface, own, SEARCH, near.best)))
-    nodes, shares = drawn(rivals, SEARCH, near.best, len(flights) == 1)
+        changed.append((surface, with_curvature(surface, own, SEARCH, near.best)))
+    nodes, shares = drawn([steady, *changed], SEARCH, near.best, len(flights) == 1)
     agreement = _agreement(point, nodes)
-    jumps = [
-        (float(share), surface.likeliest_time(found.place, near.best))
-        for share, (surface, found) in zip(shares[1:], rivals[1:], strict=True)
-    ]
+    times = [surface.likeliest_time(own.place, near.best) for surface, own in changed]
     winds = tuple(
-        _wind_of(unknowns, point, number, nodes, jump) for number, jump in enumerate(jumps)
+        _wind_of(unknowns, point, number, nodes, (float(shares[number + 1]), time))
+        for number, time in enumerate(times)
     )
     chance = sum(n.weight for n in nodes if unknowns.rivals[n.hypothesis][0] == UNKNOWN)
     count = sum(len(each.count) for each in fine)

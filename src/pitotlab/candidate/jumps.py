@@ -104,7 +104,7 @@ class WithJump:
         size = np.einsum("tij,tj->ti", known, left)
         gain = 0.5 * (np.sum(left * size, axis=1) + np.linalg.slogdet(known)[1])
         log_odds = gain - 2.0 * np.log(self.deviation) + np.log(self.odds / t)
-        return _Updates(log_odds, size, known, moved)
+        return _Updates(log_odds, size, np.asarray(known, dtype=np.float64), moved)
 
     def _products(self, own: Array) -> tuple[Array, Array, Array]:
         """Of the columns F of each time, ZᵀC⁻¹F (t, q, 2), FᵀC⁻¹y (t, 2) and FᵀC⁻¹F (t, 2, 2)."""
@@ -121,7 +121,9 @@ class WithJump:
         return self._weighed[own.tobytes()]
 
 
-def jump_columns(along: Array, time: Seconds, times: Seconds, seconds: float, weights: Array) -> Array:
+def jump_columns(
+    along: Array, time: Seconds, times: Seconds, seconds: float, weights: Array
+) -> Array:
     """Return the columns of a jump at each of `times` (t,), (n, 2 t).
 
     `along` (n, 2) are the direction cosines of the velocity through the air at `time` (n,) [s]; a

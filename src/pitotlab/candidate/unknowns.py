@@ -61,7 +61,7 @@ class Flight:
     def slow_basis(self, time: Seconds) -> Array:
         """The cosines of the slow wind, which have a mean of zero over the flight, (n, k)."""
         place = (time - self.observations.time[0]) / self.duration
-        return np.cos(np.pi * place[:, None] * np.arange(1, self.cosines + 1))
+        return np.asarray(np.cos(np.pi * place[:, None] * np.arange(1, self.cosines + 1)))
 
     @property
     def duration(self) -> float:

@@ -13,7 +13,7 @@ from platform import python_version
 from typing import TYPE_CHECKING, Any, Union, overload
 
 from pitotbench.records import BadInputError
-from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.calibration import CalibratedFlight, Calibration, PublishedCurve
 from pitotbench.records.case import Case
 from pitotbench.records.log import Choice, FlightLog, InputFile, LogInspection, Provenance
 
@@ -74,6 +74,7 @@ def calibrate(
     logs: OneLog,
     options: "CalibrationOptions | None" = None,
     mapping: str | Path | None = None,
+    handbook: str | Path | None = None,
     **choices: Any,
 ) -> Calibration: ...
 
@@ -83,6 +84,7 @@ def calibrate(
     logs: Sequence[OneLog],
     options: "CalibrationOptions | None" = None,
     mapping: str | Path | None = None,
+    handbook: str | Path | None = None,
     **choices: Any,
 ) -> tuple[Calibration, ...]: ...
 
@@ -91,6 +93,7 @@ def calibrate(
     logs: OneLog | Sequence[OneLog],
     options: "CalibrationOptions | None" = None,
     mapping: str | Path | None = None,
+    handbook: str | Path | None = None,
     **choices: Any,
 ) -> Calibration | tuple[Calibration, ...]:
     """Estimate the pressure-error curve and the wind: from a log, a path, a DataFrame, or a list of
@@ -99,7 +102,8 @@ def calibrate(
     The answer is that of `pitotbench calibrate`. Parameters: logs, of one airplane; options, or its
     fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
     mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a
-    TOML file, for logs with other column names. A list has one curve, and a Calibration with its
+    TOML file, for logs with other column names; handbook, a table (CSV) of KIAS and KCAS to compare
+    the curve with. A list has one curve, and a Calibration with its
     own wind for each log. Several flights of one log have one curve, and their winds in `winds`. SI units,
     each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
     does not determine the answer.
@@ -108,7 +112,10 @@ def calibrate(
     from pitotbench.calibration.flights import of_one_log
 
     read = logs_of(logs, "calibrate", mapping)
-    flights = calibrate_each(read, options, mapping, sources_of("log", logs, read), **choices)
+    published = published_of(handbook)
+    flights = calibrate_each(
+        read, options, mapping, sources_of("log", logs, read), published=published, **choices
+    )
     found = tuple(
         of_one_log(log, [each for each in flights if each.place == place])
         for place, log in enumerate(read)
@@ -122,12 +129,13 @@ def calibrate_each(
     mapping: str | Path | None = None,
     sources: "Iterable[Source]" = (),
     flags: Iterable[Choice] = (),
+    published: tuple[PublishedCurve, ...] = (),
     **choices: Any,
 ) -> tuple[CalibratedFlight, ...]:
     """Calibrate each flight of the logs as `calibrate` does, with what is held against its curve.
 
-    `sources` are the files of the logs and `flags` further choices, for the record. Raises as
-    `calibrate` does.
+    `sources` are the files of the logs and `flags` further choices, for the record; `published` are
+    the curves of a handbook. Raises as `calibrate` does.
     """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
@@ -147,11 +155,22 @@ def calibrate_each(
         found = flight.calibration
         told = with_points(found, cross_check(flight.log, chosen, found))
         scatter = 2.0 * float(told.residuals.airspeed.std())
+        curve = replace(told.curve, published=published)
         return replace(
-            flight, calibration=replace(told, residual_two_sigma=scatter, provenance=made)
+            flight,
+            calibration=replace(told, curve=curve, residual_two_sigma=scatter, provenance=made),
         )
 
     return tuple(map(checked, calibrate_flights(logs, chosen)))
+
+
+def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
+    """Return the curves of a handbook's table; none without one. Raises BadInputError for another
+    table.
+    """
+    from pitotbench.logbook.handbook import read_published
+
+    return () if handbook is None else read_published(Path(handbook))
 
 
 def options_of(

@@ -1,29 +1,36 @@
 """`pitotbench aircraft`: what can be flown with an aircraft, and its performance in steady flight."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from pitotbench.cli.app import DONE, NO_ANSWER
 from pitotbench.cli.shared_flags import require_page, say, tell, write_page
 from pitotbench.records import BadInputError
 
-# Flags that only one of the two actions has.
-_OF_CHECK = ("maneuver", "seed", "report")
-_OF_PERFORMANCE = ("handbook", "json")
+# The flags that each action has.
+_FLAGS = {
+    "check": ("maneuver", "seed", "report"),
+    "performance": ("handbook", "json"),
+    "indicator": ("out", "configuration"),
+}
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench aircraft`."""
     parser.add_argument(
         "action",
-        choices=["check", "performance"],
+        choices=[*_FLAGS],
         help="check: attach the autopilot, and fly what can be flown; "
-        "performance: stall, climb, cruise, glide and ceiling in steady flight",
+        "performance: stall, climb, cruise, glide and ceiling in steady flight; "
+        "indicator: make a handbook's table of airspeeds the airspeed indicator of a JSBSim "
+        "airplane",
     )
     parser.add_argument(
         "aircraft",
         metavar="NAME|PATH",
-        help="name in the hangar or in JSBSim's library; JSBSim file or its folder",
+        help="name in the hangar or in JSBSim's library; JSBSim file or its folder; indicator: the "
+        "table (CSV) with the columns KIAS, KCAS and, where it has several, configuration",
     )
     parser.add_argument(
         "--maneuver", help="check: maneuvers to fly, with commas (default: the paper's five)"
@@ -37,17 +44,25 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="performance: published figures to show beside the model's",
     )
     parser.add_argument("--json", action="store_true", help="performance: print one JSON document")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE.xml", help="indicator: the JSBSim system to write"
+    )
+    parser.add_argument(
+        "--configuration", help="indicator: which configuration of a table with several"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Check an aircraft or find its performance; return exit code 0, or 3 where nothing can be
     flown or found.
     """
-    other = _OF_PERFORMANCE if options.action == "check" else _OF_CHECK
-    given = [name for name in other if getattr(options, name) not in (None, False)]
+    others = [name for names in _FLAGS.values() for name in names]
+    foreign = [name for name in others if name not in _FLAGS[options.action]]
+    given = [name for name in foreign if getattr(options, name) not in (None, False)]
     if given:
         raise BadInputError(f"--{given[0]} is no flag of `aircraft {options.action}`; leave it out")
-    return (_check if options.action == "check" else _performance)(options)
+    actions = {"check": _check, "performance": _performance, "indicator": _indicator}
+    return actions[options.action](options)
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -80,3 +95,27 @@ def _performance(options: argparse.Namespace) -> int:
         options, lambda: performance_json(found), lambda console: print_performance(found, console)
     )
     return DONE if found.figures else NO_ANSWER
+
+
+def _indicator(options: argparse.Namespace) -> int:
+    from pitotbench.logbook.handbook import read_published
+    from pitotbench.records.outputs import require_file
+    from pitotbench.show.columns import printable
+    from pitotbench.show.takehome import jsbsim_system
+
+    table = Path(options.aircraft)
+    curves = {each.configuration: each for each in read_published(table)}
+    if options.out is None:
+        raise BadInputError("indicator writes a JSBSim system: add --out FILE.xml")
+    require_file(options.out, (".xml",), [table])
+    name = options.configuration or ("" if "" in curves or len(curves) > 1 else next(iter(curves)))
+    if name not in curves:
+        known = ", ".join(each for each in curves if each) or "none is named"
+        raise BadInputError(
+            f"{table}: --configuration names one of its configurations ({known}): an airplane has "
+            "one airspeed indicator"
+        )
+    subject = ", ".join(each for each in (table.stem, name) if each)
+    write_page(options.out, lambda: jsbsim_system(curves[name], subject))
+    sys.stdout.write(printable(f"written: {options.out}") + "\n")
+    return DONE

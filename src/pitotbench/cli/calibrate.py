@@ -116,6 +116,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="also write the parameters of --params as a file that the ground station loads: "
         ".param of ArduPilot (Mission Planner, MAVProxy), .params of PX4 (QGroundControl)",
     )
+    parser.add_argument(
+        "--handbook",
+        type=Path,
+        metavar="TABLE.csv",
+        help="compare the curve with that of a handbook: columns KIAS, KCAS and, where it has "
+        "several, configuration",
+    )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
     add_record(parser)
@@ -210,11 +217,18 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     """Return each flight with its calibration: one curve for each log where asked for, else one for
     all.
     """
-    from pitotbench.bench.questions import calibrate_each, flag_choice, options_of, sources_of
+    from pitotbench.bench.questions import (
+        calibrate_each,
+        flag_choice,
+        options_of,
+        published_of,
+        sources_of,
+    )
     from pitotbench.logbook.columns import PARAMETERS
 
     choices = _choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
+    published = published_of(options.handbook)  # and a wrong table
     _, stated = _stated_autopilot(options)
     part = stated_part(options)
     logs = read_logs(options.logs, options.mapping, stated, options.temperature_c, part)
@@ -238,6 +252,7 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         *read_choices(options),
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
         flag_choice("params", options.params, "none"),
+        flag_choice("handbook", options.handbook and options.handbook.name, "none"),
         flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
     ]
     return [
@@ -249,6 +264,7 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
             options.mapping,
             [*sources_of("log", paths, group), *files],
             flags,
+            published,
             **choices,
         )
     ]
@@ -312,8 +328,11 @@ def _print_tables(
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
-    """Return the files that the command reads: the logs, and the mapping if it is a file."""
-    return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
+    """Return the files that the command reads: the logs, the mapping if it is a file, the table of
+    a handbook.
+    """
+    others = (options.mapping, options.handbook)
+    return [*options.logs, *(Path(each) for each in others if each)]
 
 
 _SWITCHES = {  # the choice that a flag without a value stands for

@@ -49,13 +49,24 @@ def read_logs(
         try:
             logs.append(read_log(path, mapping, parameters, temperature_c, part))
         except MissingColumnsError as error:
-            offer = (
-                ""
-                if mapping
-                else f". `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
-            )
-            raise BadInputError(f"{error}{offer}") from error
+            raise BadInputError(f"{error}" if mapping else _no_log(path, error)) from error
     return logs
+
+
+def _no_log(path: Path, error: BadInputError) -> str:
+    """Return what a file is that lacks the columns of a log, and the way on."""
+    from pitotbench.logbook.handbook import is_published
+    from pitotbench.logbook.points_table import is_points_table
+
+    if is_published(path):
+        return (
+            f"{path}: a handbook's table of airspeeds, no log: `pitotbench calibrate LOG "
+            f"--handbook {path}` compares a log's curve with it, `pitotbench aircraft indicator {path} --out "
+            "indicator.xml` makes it the airspeed indicator of a JSBSim airplane"
+        )
+    if is_points_table(path):
+        return f"{path}: a card of legs, no log: `pitotbench fixed-speed {path}` reads it"
+    return f"{error}. `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
 
 
 def _drafted(path: Path) -> str:

@@ -101,6 +101,31 @@ class FixedSpeedPoint:
 
 
 @dataclass(frozen=True, slots=True)
+class PublishedCurve:
+    """The airspeed calibration of a handbook, of one configuration.
+
+    Calibrated by indicated airspeed, (n,) each [m/s], both growing. `source` is the file's name.
+    """
+
+    source: str
+    configuration: str
+    indicated_airspeed: MetersPerSecond
+    calibrated_airspeed: MetersPerSecond
+
+    def __post_init__(self) -> None:
+        pair = ("indicated_airspeed", "calibrated_airspeed")
+        arrays = [(name, getattr(self, name)) for name in pair]
+        check_lengths("PublishedCurve", arrays, len(self.indicated_airspeed))
+        for name, array in arrays:
+            object.__setattr__(self, name, freeze(array))
+
+    @property
+    def correction(self) -> MetersPerSecond:
+        """Calibrated minus indicated airspeed [m/s], (n,)."""
+        return self.calibrated_airspeed - self.indicated_airspeed
+
+
+@dataclass(frozen=True, slots=True)
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
@@ -112,6 +137,7 @@ class ErrorCurve:
     airspeeds at once. `white_two_sigma` is the Cramér-Rao bound for white residuals, for comparison
     only. `altitude_assumed`: nothing shows that the error is the static source's, so that the
     altitude may have none. `highest` [m] is the greatest pressure altitude of the data.
+    `published`: the curves of a handbook, for comparison.
     """
 
     indicated_airspeed: MetersPerSecond
@@ -129,6 +155,7 @@ class ErrorCurve:
     )
     altitude_assumed: bool = False
     highest: float = inf
+    published: tuple[PublishedCurve, ...] = ()
 
     def __post_init__(self) -> None:
         arrays = [

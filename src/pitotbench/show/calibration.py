@@ -16,6 +16,7 @@ from pitotbench.records.calibration import (
     Criteria,
     ErrorCurve,
     Estimate,
+    PublishedCurve,
     Scale,
     Share,
     WeighedModel,
@@ -34,7 +35,7 @@ from pitotbench.show.columns import (
 )
 from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
 from pitotbench.timeline import minutes_text
-from pitotbench.units import FOOT, KNOT
+from pitotbench.units import FOOT, KNOT, MetersPerSecond
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -52,6 +53,7 @@ CURVE_COLUMNS = (
     keyed("white_two_sigma_kt", "2σ for white residuals", "kt", ".2f"),
     keyed("normalized_pressure_error", "Δp/q_c", "", "+.4f"),
     keyed("normalized_two_sigma", "±2σ of Δp/q_c", "", ".4f"),
+    keyed("handbook_correction_kt", "by the handbook", "kt", "+.1f", optional=True),
     keyed("altitude_correction_ft", "altitude correction", "ft", "+.0f", optional=True),
     keyed("two_sigma_ft", "±2σ of altitude", "ft", ".0f", optional=True),
 )
@@ -61,6 +63,7 @@ def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
     """The points of a curve, the rows of its table."""
     none = (None,) * len(curve.correction)
     altitude, altitude_bound = curve.altitude_correction, curve.altitude_two_sigma
+    published = none if not curve.published else published_at(curve, curve.published[0]) / KNOT
     columns = {
         "indicated_airspeed_kt": curve.indicated_airspeed / KNOT,
         "calibrated_airspeed_kt": (curve.indicated_airspeed + curve.correction) / KNOT,
@@ -70,13 +73,50 @@ def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
         "white_two_sigma_kt": curve.white_two_sigma / KNOT,
         "normalized_pressure_error": curve.normalized_pressure_error,
         "normalized_two_sigma": curve.normalized_two_sigma,
+        "handbook_correction_kt": [None if v is None or np.isnan(v) else v for v in published],
         "altitude_correction_ft": none if altitude is None else altitude / FOOT,
         "two_sigma_ft": none if altitude_bound is None else altitude_bound / FOOT,
     }
-    rows = zip(
-        *(each if each is none else map(float, each) for each in columns.values()), strict=True
+    rows = zip(*columns.values(), strict=True)
+    numbers = ([None if value is None else float(value) for value in row] for row in rows)
+    return [dict(zip(columns, row, strict=True)) for row in numbers]
+
+
+def published_at(curve: ErrorCurve, published: PublishedCurve) -> MetersPerSecond:
+    """Return the correction by a handbook at the airspeeds of a curve [m/s], (n,); NaN outside its
+    table.
+    """
+    known = published.indicated_airspeed
+    return np.interp(curve.indicated_airspeed, known, published.correction, np.nan, np.nan)
+
+
+def handbook_lines(curve: ErrorCurve) -> list[str]:
+    """Say where a curve agrees with that of a handbook, one line a configuration."""
+    return [_handbook_line(curve, each) for each in curve.published]
+
+
+def _handbook_line(curve: ErrorCurve, published: PublishedCurve) -> str:
+    speed, bound = curve.indicated_airspeed_kt, curve.two_sigma_kt
+    name = ", ".join(each for each in (published.source, published.configuration) if each)
+    difference = (published_at(curve, published) - curve.correction) / KNOT
+    known = np.isfinite(difference)
+    if not known.any():
+        flown = f"between {speed[0]:.0f} and {speed[-1]:.0f} KIAS"
+        return f"The handbook ({name}) has no airspeed {flown}."
+    inside = known & (np.abs(difference) <= bound)
+    span = f"{speed[known][0]:.0f} to {speed[known][-1]:.0f} KIAS"
+    if inside.sum() == known.sum():
+        return f"The handbook's correction ({name}) lies inside ±2σ at all of {span}."
+    at = int(np.nanargmax(np.abs(difference) - bound))
+    where = (
+        f"at {100.0 * inside.sum() / known.sum():.0f} % of {span}" if inside.any() else "nowhere"
     )
-    return [dict(zip(columns, row, strict=True)) for row in rows]
+    by_log = Correction(float(speed[at]), float(curve.correction_kt[at]), float(bound[at]))
+    by_book = f"{curve.correction_kt[at] + difference[at]:+.1f} kt".replace("-", "−")
+    return (
+        f"The handbook's correction ({name}) lies inside ±2σ {where}; at {speed[at]:.0f} KIAS it "
+        f"is {by_book}, that of the log {by_log}."
+    )
 
 
 _USUAL_KT = (
@@ -218,6 +258,7 @@ GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
     replace(_COLUMN["calibrated_airspeed_kt"], heading="KCAS", unit="", style=".1f"),
     _COLUMN["correction_kt"],
     replace(_COLUMN["two_sigma_kt"], heading="±2σ"),
+    _COLUMN["handbook_correction_kt"],
     _COLUMN["altitude_correction_ft"],
     _COLUMN["two_sigma_ft"],
 )
@@ -340,7 +381,8 @@ def print_calibration(
     """
     answer = short_answer_of(result, "")
     rules = [judgment.sentence for judgment in judgments(result, limit)]
-    for line in [*headline(result), answer.correction_sentence, answer.wind_sentence, *rules]:
+    sentences = [answer.correction_sentence, *handbook_lines(result.curve), answer.wind_sentence]
+    for line in [*headline(result), *sentences, *rules]:
         console.print(outside(line))
     print_warnings(result.warnings, console)
     console.print()
@@ -545,6 +587,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
             for each in result.winds
         ],
         "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
+        **handbook_json(result.curve),
         "error_location": result.error_location,
         "error_location_assumed": result.place_assumed,
         "usable": result.usable,
@@ -568,6 +611,21 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "diagnostics": {key: value for key, value in found.items() if key != "models"},
         **({"model_choice": [_plain(each) for each in found["models"]]} if found["models"] else {}),
     }
+
+
+def handbook_json(curve: ErrorCurve) -> dict[str, Any]:
+    """The curves of a handbook as plain data; no key without one."""
+    found = [
+        {
+            "file": each.source,
+            "configuration": each.configuration or None,
+            "indicated_airspeed_kt": (each.indicated_airspeed / KNOT).round(3).tolist(),
+            "calibrated_airspeed_kt": (each.calibrated_airspeed / KNOT).round(3).tolist(),
+            "words": words,
+        }
+        for each, words in zip(curve.published, handbook_lines(curve), strict=True)
+    ]
+    return {"handbook": found} if found else {}
 
 
 def scale_json(scale: Scale) -> dict[str, Any]:

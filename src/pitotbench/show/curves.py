@@ -104,6 +104,7 @@ def draw_curve(
             label=other,
         )
     axes.plot(speed, value, color=BLUE, label=f"curve ({name})")
+    draw_published(axes, first.curve)
     if truth is not None:
         axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
     draw_points(axes, first.points)
@@ -116,6 +117,18 @@ def draw_curve(
         axes.plot(speed, -limit.airspeed(speed), color=RED, ls=":", lw=1.4)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
     axes.locator_params(axis="y", nbins=7)  # by the axis' height it may change after the layout
+
+
+def draw_published(axes: Axes, curve: ErrorCurve) -> None:
+    """Draw the corrections by a handbook between the airspeeds of a curve, a broken line each."""
+    low, high = curve.indicated_airspeed_kt[[0, -1]]
+    for color, each in zip((INK, PURPLE, ORANGE, RED), curve.published, strict=False):
+        speed, value = each.indicated_airspeed / KNOT, each.correction / KNOT
+        inner = speed[(speed > low) & (speed < high)]
+        ends = [v for v in (low, high) if speed[0] <= v <= speed[-1]]
+        at = np.sort(np.concatenate([inner, ends]))
+        label = f"handbook{f', {each.configuration}' if each.configuration else ''}"
+        axes.plot(at, np.interp(at, speed, value), color=color, ls="-.", lw=1.2, label=label)
 
 
 def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:

@@ -30,6 +30,7 @@ from pitotbench.show.calibration import (
     curve_points,
     doubts_of,
     glance_points,
+    handbook_lines,
     headline,
     short_answer_of,
 )
@@ -109,7 +110,8 @@ draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 def _(record: Calibration) -> str:
     answer = short_answer_of(record, "")
     limits = [judgment.sentence for judgment in judgments(record)]
-    told = [*doubts_of(record), answer.correction_sentence, answer.wind_sentence]
+    compared = handbook_lines(record.curve)
+    told = [*doubts_of(record), answer.correction_sentence, *compared, answer.wind_sentence]
     lines = [*told, *limits, *assumption_lines(record)]
     warnings = [f"<b>Warning:</b> {escape(text)}" for text in record.warnings]
     words = "".join(f"<p>{line}</p>" for line in [*map(escape, lines), *warnings])

@@ -20,6 +20,7 @@ from pitotbench.show.calibration import (
     calibration_html,
     card_html,
     condition_lines,
+    handbook_lines,
     headline,
     short_answer_of,
 )
@@ -250,6 +251,7 @@ def _html(
         flown=flown,
         curve=curves[0],
         headline=headline(first),
+        handbook=handbook_lines(first.curve),
         conditions=condition_lines(first),
         settings="" if settings is None else settings_html(settings),
         card=card_html(first, title),

@@ -19,6 +19,7 @@ from pitotbench.records.calibration import (
     Calibration,
     ErrorCurve,
     Estimate,
+    PublishedCurve,
     Setting,
     WindEstimate,
     WindowWind,
@@ -32,6 +33,7 @@ from pitotbench.show.calibration import (
     HEADINGS,
     condition_lines,
     glance_points,
+    handbook_lines,
     headline,
     short_answer_of,
 )
@@ -388,9 +390,11 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts
 _SYSTEM_PROPERTY = "instrumentation/airspeed-indicator/indicated-speed-kt"
 
 
-def jsbsim_system(curve: ErrorCurve, subject: str, doubts: Sequence[str] = ()) -> str:
-    """A JSBSim system whose airspeed indicator reads as the airplane's: the indicated airspeed by
-    calibrated one. The doubts stand in its comment.
+def jsbsim_system(
+    curve: ErrorCurve | PublishedCurve, subject: str, doubts: Sequence[str] = ()
+) -> str:
+    """A JSBSim system whose airspeed indicator reads as the airplane's, by a measured or published
+    curve: the indicated airspeed by the calibrated one. The doubts stand in its comment.
 
     Beyond the curve the outer correction stays. Raises BadInputError where an indicated airspeed
     belongs to two calibrated ones.
@@ -563,7 +567,11 @@ def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None
     from pitotbench.show.verdict import CHECK_COLUMNS
 
     result = flights[0]
-    answer = [*headline(result), short_answer_of(result, "").correction_sentence]
+    answer = [
+        *headline(result),
+        short_answer_of(result, "").correction_sentence,
+        *handbook_lines(result.curve),
+    ]
     drawing = curve_panels({result.model: result}, None, limit)[0].drawing
     card = html_table(GLANCE_COLUMNS, glance_points(result.curve))
     winds = [

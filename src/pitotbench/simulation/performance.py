@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from pitotbench import air
+from pitotbench.logbook.handbook import is_published
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Performance, PerformanceFigure
 from pitotbench.simulation.aircraft import original, parse_xml
@@ -531,6 +532,11 @@ def read_handbook(file: Path) -> list[HandbookRow]:
         table = csv.DictReader(opened)
         names = [name.strip() for name in table.fieldnames or ()]
         unknown = [name for name in names if name not in COLUMNS]
+        if "figure" not in names and is_published(file):
+            raise BadInputError(
+                f"{file}: a handbook's table of airspeeds, not of performance; give it to "
+                "`pitotbench calibrate LOG --handbook` or `pitotbench aircraft indicator`"
+            )
         if unknown or "figure" not in names:
             raise BadInputError(
                 f"{file}: {'no column `figure`' if 'figure' not in names else f'unknown column {unknown[0]!r}'}; "

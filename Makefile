@@ -13,12 +13,15 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(MAKE) --jobs 2 lint test-product
 
+# A file is the work of one worker, which shares its flights. The longest files are begun first, by tests/conftest.py.
+TESTS := -n 2 --dist loadfile --no-loadscope-reorder
+
 test-product: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore tests/lab
+	$(BIN)/python -m pytest $(TESTS) --ignore tests/lab
 
 # The laboratory's own tests: it proves the product, and no user runs it.
 test-lab: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile tests/lab
+	$(BIN)/python -m pytest $(TESTS) tests/lab
 
 # The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2.
 # NumPy passes over names that it does not know: of 2.4 the levels, before it the single features.

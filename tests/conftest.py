@@ -32,11 +32,13 @@ LONGEST = (
     "tests/test_pages_run.py",
     "tests/cli/test_one_answer.py",
     "tests/reconciliation/test_naming.py",
-    "tests/logbook/test_drafting.py",
-    "tests/logbook/test_field_kinds.py",
+    "tests/logbook/test_field_cases.py",
     "tests/reconciliation/test_formula.py",
+    "tests/bench/test_model_comparison.py",
+    "tests/logbook/test_drafting.py",
     "tests/bench/test_campaign.py",
-    "tests/show/test_gap_report.py",
+    "tests/bench/test_planner.py",
+    "tests/bench/test_model_terms.py",
 )
 
 

@@ -13,23 +13,27 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(MAKE) --jobs 2 lint test-product
 
+# A file is the work of one worker, which shares its flights. The longest files are begun first, by tests/conftest.py.
+TESTS := -n 2 --dist loadfile --no-loadscope-reorder
+
 test-product: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore tests/lab
+	$(BIN)/python -m pytest $(TESTS) --ignore tests/lab
 
 # The laboratory's own tests: it proves the product, and no user runs it.
 test-lab: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile tests/lab
+	$(BIN)/python -m pytest $(TESTS) tests/lab
 
-# The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2.
+# The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2. What is
+# text is left out, and so is what tests/lab/recovery repeats over many flights.
 # NumPy passes over names that it does not know: of 2.4 the levels, before it the single features.
-NUMERIC := tests/processors.py tests/test_air.py tests/test_units.py tests/records tests/estimation \
+NUMERIC := tests/processors.py tests/test_air.py tests/test_units.py tests/estimation \
   tests/pressure_error tests/effects tests/sensing tests/calibration tests/regression
 NO_VECTORS := X86_V3 X86_V4 AVX512_ICL AVX512_SPR AVX2 FMA3 AVX512F AVX512_SKX
 BOUNDED := timeout --kill-after=10 600
 
 test-processors: $(STAMP)
-	OPENBLAS_CORETYPE=Prescott $(BOUNDED) $(BIN)/python -m pytest -n 2 $(NUMERIC)
-	NPY_DISABLE_CPU_FEATURES="$(NO_VECTORS)" $(BOUNDED) $(BIN)/python -m pytest -n 2 $(NUMERIC)
+	OPENBLAS_CORETYPE=Prescott $(BOUNDED) $(BIN)/python -m pytest $(TESTS) $(NUMERIC)
+	NPY_DISABLE_CPU_FEATURES="$(NO_VECTORS)" $(BOUNDED) $(BIN)/python -m pytest $(TESTS) $(NUMERIC)
 
 lint: $(STAMP)
 	$(BIN)/ruff check src scripts tests

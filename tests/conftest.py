@@ -27,6 +27,29 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
     return None
 
 
+# The files that take longest, by the CPU seconds of one process, the longest first.
+LONGEST = (
+    "tests/test_pages_run.py",
+    "tests/cli/test_one_answer.py",
+    "tests/reconciliation/test_naming.py",
+    "tests/logbook/test_field_cases.py",
+    "tests/reconciliation/test_formula.py",
+    "tests/bench/test_model_comparison.py",
+    "tests/logbook/test_drafting.py",
+    "tests/bench/test_campaign.py",
+    "tests/bench/test_planner.py",
+    "tests/bench/test_model_terms.py",
+)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Put the longest files first: a worker then ends a run with short ones, and none waits long for
+    the other.
+    """
+    places = {config.rootpath / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path, len(places)))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def one_process() -> Iterator[None]:
     """What takes a process or a thread for each processor takes one: each worker of the tests has a

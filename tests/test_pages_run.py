@@ -58,14 +58,16 @@ def are_alike(told: str, printed: str) -> bool:
     return all(float(a) == pytest.approx(float(b), rel=0.1) for a, b in pairs)
 
 
-def require_the_readme_to_hold(capsys: pytest.CaptureFixture[str], without: str = "") -> None:
-    """Run the first commands of the README on its case, and on the case without its last line,
-    which hides an effect. Both end in the line that the README tells.
+def require_the_readme_to_hold(
+    capsys: pytest.CaptureFixture[str], without: str = "", quietly: bool = True
+) -> None:
+    """Run the first commands of the README on its case, and `quietly` on the case without its last
+    line, which hides an effect. Each ends in the line that the README tells.
     """
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     commands, case, found, quiet = _README_BLOCK.findall(readme)[:4]
     plain = "".join(case.splitlines(keepends=True)[:-1])
-    for flown, told in ((case, found), (plain, quiet)):
+    for flown, told in ((case, found), (plain, quiet))[: 1 + quietly]:
         Path("case.toml").write_text(flown, encoding="utf-8")
         for command in commands.splitlines():
             _run(command.replace(without, ""))
@@ -74,8 +76,10 @@ def require_the_readme_to_hold(capsys: pytest.CaptureFixture[str], without: str 
 
 
 def test_the_readme_ends_as_it_says(tmp_path, monkeypatch, capsys):
-    """With null flights that are kept: `make test-lab` flies them, and flies the card again."""
+    """With null flights that are kept: `make test-lab` flies them, and flies the card again, also
+    without the effect.
+    """
     monkeypatch.chdir(tmp_path)
     kept = Path(shutil.copy(KEPT, tmp_path))  # its use is noted on it
     monkeypatch.setattr("pitotbench.bench.null_flights.cache_entry", lambda *_: kept)
-    require_the_readme_to_hold(capsys, without=" --out gap")
+    require_the_readme_to_hold(capsys, without=" --out gap", quietly=False)

@@ -7,25 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
-from tests.shared_data import real_log, shared_case
+from tests.shared_data import shared_case
 
 from pitotbench import BadInputError, CalibrationOptions, FlightLog, air, read_log
 from pitotbench.broken import find_broken, follow, parts_of
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
 from pitotbench.units import KNOT
-from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, LIGHT, broken_columns, ports_of
-from pitotlab.broken.dataflash import write_dataflash
+from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, broken_columns, ports_of
 from pitotlab.broken.measure import (
     BrokenRow,
     _kept,
     _write,
     answer_of,
     outcome_of,
-    scaled,
     write_csv,
 )
-from pitotlab.broken.ulog import write_ulog
 from pitotlab.outside.generator import generate
 from pitotlab.outside.kinds import KINDS as GOOD
 
@@ -57,16 +54,6 @@ def test_each_kind_of_broken_pitot_is_named_in_a_table(name, tmp_path):
     assert "reciprocal" not in says
 
 
-@pytest.mark.parametrize("name", ["iced", "exchanged", "copied"])
-def test_a_broken_pitot_is_named_in_the_log_of_an_autopilot(name, tmp_path):
-    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
-    kind = KINDS[name]
-    path = tmp_path / "log.bin"
-    write_dataflash(broken_columns(kind, SEED + 1, 0), path)
-    found, says = answer_of(path)
-    assert outcome_of(kind, found, says) == "named", says
-
-
 @pytest.mark.parametrize("name", ["base", "front", "wave", "bursts", "pilot", "cockpit", "jet"])
 def test_a_good_log_is_called_broken_by_nothing(name, tmp_path):
     cell = GOOD[name]
@@ -74,14 +61,6 @@ def test_a_good_log_is_called_broken_by_nothing(name, tmp_path):
     path = tmp_path / "log.csv"
     write_csv(flight.columns, path)
     assert find_broken(read_log(path).channels()) is None
-
-
-@pytest.mark.parametrize(
-    "name", ["garmin/c172s-g1000-2011.csv.gz", "perlan/flight50-rear.igc.gz", "jmoss/CLASS55.csv"]
-)
-def test_a_measured_log_of_a_sound_system_is_called_broken_by_nothing(name):
-    mapping = "jmoss" if "jmoss" in name else None
-    assert find_broken(read_log(real_log(*name.split("/")), mapping).channels()) is None
 
 
 def test_the_regression_gives_what_the_reading_follows():
@@ -121,26 +100,6 @@ def test_a_case_of_the_field_that_ices_is_told_with_its_moment():
     path = shared_case("13a-pitot-ices-halfway.bin")
     with pytest.raises(BadInputError, match=r"airspeed dies.*--to 2:3\d"):
         read_log(path)
-
-
-@pytest.mark.parametrize("factor", [0.7, 1.25, 1.5])
-def test_a_factor_is_an_answer_and_the_same_in_each_container(factor, tmp_path):
-    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
-    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
-    flight = generate(replace(LIGHT, temperature="air"), "circle", SEED)
-    right = air.calibrated_airspeed(flight.state.impact)
-    true = factor * float(np.mean(right / air.calibrated_airspeed(flight.state.indicated_impact)))
-    found = []
-    for suffix, write in ((".csv", write_csv), (".bin", write_dataflash), (".ulg", write_ulog)):
-        write(scaled(flight, factor), tmp_path / f"log{suffix}")
-        answer, says = answer_of(tmp_path / f"log{suffix}")
-        assert answer.usable
-        assert f"multiply the airspeed by {answer.scale.factor:.3f}" in says
-        found.append(answer.scale)
-    assert abs(found[0].factor - true) < 1.5 * found[0].two_sigma
-    for other in found[1:]:
-        assert abs(found[0].factor - other.factor) < 0.5 * found[0].two_sigma
-    assert found[0].units == ()
 
 
 def flown() -> FlightLog:

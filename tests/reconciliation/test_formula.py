@@ -89,29 +89,6 @@ def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_f
     assert hold_out(fewer, model, null, found.fitted, SETTING).share > 0.8
 
 
-def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(
-    tmp_path,
-):
-    """The left fuel flow reads 8 % low, no matter of the error curve. Without the formula it seems
-    to be.
-    """
-    plain = flown(None, 43, tmp_path, "20/20")
-    sound = judged(plain)
-    low = judged(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left))
-    assert (sound.verdict.kind, formula_of(sound)) == ("no_gap", None)
-    assert formula_of(low) is not None
-    (true,), (shown,) = sound.shown, low.shown
-    without, bent, beside = (
-        each.block.equations.free_sizes(columns)
-        for each, columns in ((true, ()), (shown, ()), (shown, shown.fit.columns))
-    )
-    names = true.block.layout.free.names
-    curve = [i for i, name in enumerate(names) if name.startswith("curve")]
-    assert len(curve) == 3
-    for i in curve:
-        assert abs(beside[i] - without[i]) < 0.1 * abs(bent[i] - without[i])
-
-
 def test_a_formula_flies_as_the_edited_file_does(tmp_path):
     """The overlay of a formula and a function written into the airplane's file give one flight."""
     case = replace(day(44), turbulence="none")

@@ -170,32 +170,6 @@ def test_the_bench_s_own_twin_takes_every_effect_and_another_does_not():
         assert {name for name, each in effects.items() if not each.fitting(baseline)} == lacking
 
 
-@pytest.mark.parametrize(
-    ("effect", "parameter", "true"),
-    [("pitot_lag", "lag_s", 0.5), ("belly_pod", "drag_area_m2", 0.2)],
-)
-def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
-    case = Case(
-        aircraft="c310",
-        maneuver="rapid_decel",
-        truth_seed=21,
-        effects=(EffectSpec(effect, {parameter: true}),),
-    )
-    layout = lay_out(
-        sense(fly(case), "20/20"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW
-    )
-    assert not LACKING & {signature.effect for signature in layout.signatures}
-    verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
-    assert [each.name for each in verdict.effects] == [effect]
-    size = verdict.effects[0].sizes[0]
-    assert abs(size.value - true) < size.two_sigma < 0.5 * true
-    assert [
-        note
-        for note in verdict.notes
-        if "model of the aircraft lacks" in note and "governor_speed" in note
-    ]
-
-
 def test_the_force_meter_takes_what_an_airplane_has():
     """One engine has one throttle; the thrust of a turboprop, which comes to its power slowly, is
     not known.
@@ -210,13 +184,19 @@ def test_the_force_meter_takes_what_an_airplane_has():
 LATE = Catalog("effect", {"gps_latency": EFFECTS["gps_latency"]})
 
 
-@pytest.mark.parametrize("missing", [(), ("velocity_down", "altitude")])
-def test_a_held_out_log_may_lack_channels(sensed, missing: tuple[str, ...]) -> None:
-    """A log without the vertical velocity and the height ended with an error."""
+@pytest.fixture(scope="module")
+def late_receiver(sensed):
+    """A late log, its layout, and what was fitted to it."""
     log = sensed("gps_latency", das="20/20")
     layout = lay_out(log, None, AnalysisSetting(), LATE)
     null = theoretical_distribution(layout)
-    fitted = fit_gaps([layout], [null])
+    return log, layout, null, fit_gaps([layout], [null])
+
+
+@pytest.mark.parametrize("missing", [(), ("velocity_down", "altitude")])
+def test_a_held_out_log_may_lack_channels(late_receiver, missing: tuple[str, ...]) -> None:
+    """A log without the vertical velocity and the height ended with an error."""
+    log, layout, null, fitted = late_receiver
     assert [member.name for member in fitted.members] == ["gps_latency"]
     held = replace(log, **dict.fromkeys(missing))
     assert hold_out(held, None, null, fitted, layout.setting).share > 0.9

@@ -7,23 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench import sense
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import Effect
 from pitotbench.reconciliation.equations import noise_of_log, noise_residuals
 from pitotbench.reconciliation.free_parameters import (
-    ANGLE_BIAS,
     AnalysisSetting,
-    fit_free_parameters,
 )
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of
 from pitotbench.reconciliation.noise import autocovariance
 from pitotbench.reconciliation.residuals import change_by_answer, channel_residuals
 from pitotbench.reconciliation.signatures import residual_change
 from pitotbench.reconciliation.track import REACTION_NAMES
-from pitotbench.records.case import EffectSpec
 
 NO_EFFECTS = Catalog("effect", {})
 
@@ -54,32 +50,6 @@ def test_what_a_change_of_a_track_does_not_move_is_taken_over(laid_out: Layout) 
         assert np.array_equal(known.values, anew.values), name
         moved += bool(np.any(known.values != scene.base.values))
     assert moved > 20
-
-
-@pytest.mark.parametrize(("offset_deg", "scale"), [(2.0, 0.0), (-3.0, 0.2)])
-def test_a_vane_that_is_off_leaves_no_force(flight, offset_deg: float, scale: float) -> None:
-    """Lift and drag are not linear in the angle of attack: two degrees of a vane's zero once were
-    called a pod.
-    """
-    effect = EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": offset_deg})
-    forces = {}
-    for effects in ((), (effect,)):
-        log = sense(replace(flight, case=replace(flight.case, effects=effects)), "50/50")
-        setting = AnalysisSetting(day_known=True, instruments_known=True)
-        layout = lay_out(log, aircraft_model("navajo"), setting, Catalog("effect", {}))
-        left = fit_free_parameters(layout.residuals.values, layout.free, layout.used).residuals
-        places = [
-            layout.residuals.places[name] for name in ("specific_force_x", "specific_force_z")
-        ]
-        forces[bool(effects)] = np.sqrt(np.mean(left[:, places] ** 2, axis=0))
-    alpha, angles = layout.track["angle_of_attack"], layout.angles
-    left = (
-        (angles["angle_of_attack scale"] - scale) * alpha
-        + angles["angle_of_attack bias"]
-        - np.radians(offset_deg)
-    )
-    assert np.sqrt(np.mean(left**2)) < ANGLE_BIAS["angle_of_attack"]
-    assert np.all(forces[True] < 1.1 * forces[False])
 
 
 def test_change_by_an_answer_is_that_of_another_answer(laid_out: Layout) -> None:

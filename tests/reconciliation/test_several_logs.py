@@ -6,28 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pitotbench import Case, fly, sense
-from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.equations import (
     closure_of,
     equations_from,
     inner_products,
-    noise_of_log,
 )
-from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale
-from pitotbench.reconciliation.pictures import waterfall
 from pitotbench.reconciliation.regression import Sizes
-from pitotbench.reconciliation.verdict import closes, contradiction, judge
-from pitotbench.records.case import EffectSpec
+from pitotbench.reconciliation.verdict import closes, contradiction
 from pitotbench.records.verdict import Closure
-
-FEW = Catalog(
-    "effect", {n: EFFECTS[n] for n in ("pitot_lag", "gps_latency", "wind_drift", "static_lag")}
-)
-HIDDEN = EffectSpec("gps_latency", {"latency_s": 0.3})
 
 
 def own(value: float, deviation: float) -> Sizes:
@@ -94,75 +80,3 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
     assert closed.after == pytest.approx(equations.remaining((0, 1, 2)))
     apart = closure_of(equations, (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), beside=(2,))
     assert closed.after < apart.after < closed.before
-
-
-def laid(maneuver: str, seed: int, *effects: EffectSpec, shown: Catalog = FEW):
-    case = Case(
-        maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects
-    )
-    layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), shown)
-    return layout, NullDistribution(
-        noise_of_log(layout), ScoreScale({}, {}, {}, {}), 6.0, 6.0, flights=8
-    )
-
-
-@pytest.fixture(scope="module")
-def flights():
-    return (
-        laid("rapid_decel", 2301, HIDDEN),
-        laid("step_decrease", 2302, HIDDEN),
-        laid("rapid_decel", 2303),
-    )
-
-
-def judged(*flights):
-    names = [f"flight {i}" for i in range(1, len(flights) + 1)]
-    return judge(names, [layout for layout, _ in flights], [null for _, null in flights])
-
-
-@pytest.fixture(scope="module")
-def both(flights):
-    return judged(*flights[:2])
-
-
-@pytest.fixture(scope="module")
-def alone(flights):
-    return judged(flights[0])
-
-
-def test_two_flights_share_a_cause_and_its_size(flights, both, alone) -> None:
-    joint = both
-    assert joint.verdict.kind == "named"
-    (effect,) = joint.verdict.effects
-    assert effect.name == "gps_latency"
-    assert effect.sizes[0].value == pytest.approx(0.3, abs=effect.sizes[0].two_sigma)
-    apart = [each.verdict.effects[0].sizes[0].value for each in (alone, judged(flights[1]))]
-    assert min(apart) - 1e-3 <= effect.sizes[0].value <= max(apart) + 1e-3
-    for flight in joint.flights:
-        assert flight.left_out.share > 0.85
-        assert all(own.apart is not None and own.apart < 3.0 for own in flight.own_sizes)
-
-
-def test_a_cause_that_a_flight_does_not_show_is_not_named_and_the_flight_is(flights) -> None:
-    joint = judged(flights[0], flights[2])
-    assert joint.verdict.kind == "unknown"
-    assert joint.verdict.effects == ()
-    told = " ".join(joint.verdict.doubts)
-    assert "flight 2 contradicts gps_latency" in told
-    assert "σ from the other flights" in told
-    assert "is taken back" in told
-
-
-def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> None:
-    blind = Catalog("effect", {n: FEW[n] for n in FEW if n != "gps_latency"})
-    joint = judged(flights[0], laid("step_decrease", 2302, shown=blind))
-    assert [effect.name for effect in joint.verdict.effects] == ["gps_latency"]
-    assert joint.verdict.kind == "named"
-    steps = [[step.effect for step in waterfall(each.block, each.fit)] for each in joint.shown]
-    assert steps == [["gps_latency"], []]
-
-
-def test_the_order_of_the_flights_does_not_matter(flights, both) -> None:
-    one, other = both.verdict, judged(*flights[1::-1]).verdict
-    assert one.effects[0].sizes[0].value == pytest.approx(other.effects[0].sizes[0].value, rel=1e-6)
-    assert one.log_bayes_factor == pytest.approx(other.log_bayes_factor, rel=1e-6)

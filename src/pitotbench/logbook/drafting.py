@@ -15,6 +15,7 @@ from pitotbench import air
 from pitotbench.channels import Channel
 from pitotbench.logbook.assembly import log_of
 from pitotbench.logbook.behavior import judged
+from pitotbench.logbook.checks import check_broken, check_broken_in_sound_velocities
 from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
@@ -24,6 +25,7 @@ from pitotbench.logbook.columns import (
     is_clock,
     parse_column,
 )
+from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.guess import Guess
 from pitotbench.logbook.joining import first_of_each, rename
 from pitotbench.logbook.mapping import MappedFile, Renamed
@@ -505,7 +507,11 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
     """
     step = max(1, len(table) // _ROWS)
     sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
-    trials = [_trial(sample, units) for units in islice(_unit_choices(chosen), _MOST_TRIALS)]
+    # No unit breaks a pitot, and to look for a broken one takes most of the time of a reading.
+    trials = [
+        _trial(sample, units, (check_broken, check_broken_in_sound_velocities))
+        for units in islice(_unit_choices(chosen), _MOST_TRIALS)
+    ]
     best = min(trials, key=lambda trial: (bool(trial[1]), trial[2]))
     if best[1]:
         return best[0], best[1]
@@ -537,12 +543,14 @@ def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
         ]
 
 
-def _trial(sample: Table, chosen: list[Guess]) -> tuple[list[Guess], str, int]:
+def _trial(
+    sample: Table, chosen: list[Guess], unasked: Sequence[Callable[[Draft], None]] = ()
+) -> tuple[list[Guess], str, int]:
     """Return the guesses, why the log is refused with them, and how many doubts it raises."""
     renamed = tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
     try:
         with np.errstate(all="ignore"):
-            log = log_of(rename(sample, MappedFile(("*",), "last", renamed)))
+            log = log_of(rename(sample, MappedFile(("*",), "last", renamed)), unasked=unasked)
     except BadInputError as error:
         return chosen, str(error), 0
     quiet = ("the header", "the recording")

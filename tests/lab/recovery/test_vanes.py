@@ -1,0 +1,54 @@
+"""A vane that is off leaves no force, which a pod would."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench import Flight, sense
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.catalog import Catalog
+from pitotbench.reconciliation.free_parameters import (
+    ANGLE_BIAS,
+    AnalysisSetting,
+    fit_free_parameters,
+)
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.records.case import EffectSpec
+from pitotbench.units import Array
+
+NO_EFFECTS = Catalog("effect", {})
+
+
+def with_vane(flight: Flight, *effects: EffectSpec) -> tuple[Layout, Array]:
+    """The flight laid out with effects, and what is left of its two forces (rms)."""
+    log = sense(replace(flight, case=replace(flight.case, effects=effects)), "50/50")
+    setting = AnalysisSetting(day_known=True, instruments_known=True)
+    layout = lay_out(log, aircraft_model("navajo"), setting, NO_EFFECTS)
+    left = fit_free_parameters(layout.residuals.values, layout.free, layout.used).residuals
+    places = [layout.residuals.places[name] for name in ("specific_force_x", "specific_force_z")]
+    return layout, np.sqrt(np.mean(left[:, places] ** 2, axis=0))
+
+
+@pytest.fixture(scope="module")
+def sound_forces(flight: Flight) -> Array:
+    return with_vane(flight)[1]
+
+
+@pytest.mark.parametrize(("offset_deg", "scale"), [(2.0, 0.0), (-3.0, 0.2)])
+def test_a_vane_that_is_off_leaves_no_force(
+    flight: Flight, sound_forces: Array, offset_deg: float, scale: float
+) -> None:
+    """Lift and drag are not linear in the angle of attack: two degrees of a vane's zero once were
+    called a pod.
+    """
+    effect = EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": offset_deg})
+    layout, forces = with_vane(flight, effect)
+    alpha, angles = layout.track["angle_of_attack"], layout.angles
+    left = (
+        (angles["angle_of_attack scale"] - scale) * alpha
+        + angles["angle_of_attack bias"]
+        - np.radians(offset_deg)
+    )
+    assert np.sqrt(np.mean(left**2)) < ANGLE_BIAS["angle_of_attack"]
+    assert np.all(forces < 1.1 * sound_forces)

@@ -9,6 +9,7 @@ from pitotbench import air
 from pitotbench.logbook.bundle import logs_in, opened
 from pitotbench.logbook.checks import airplane_of, flights_in
 from pitotbench.logbook.columns import START
+from pitotbench.logbook.draft import MissingColumnsError
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog, HeldFlight
@@ -27,7 +28,9 @@ def flights_of(path: Path, read: Callable[[Path], FlightLog] = read_log) -> list
             try:
                 log = read(file)
             except BadInputError as error:
-                found.append(HeldFlight(name, str(error).removeprefix(f"{file}: ")))
+                words = str(error).removeprefix(f"{file}: ")
+                strange = isinstance(error, MissingColumnsError)
+                found.append(HeldFlight(name, words, strange=strange))
                 continue
             for flight in flights_in(log):
                 speed = air.calibrated_airspeed(np.maximum(flight.impact_pressure, 0.0))

@@ -12,6 +12,7 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.web import OutputTransform, RequestHandler, stream_request_body
 
 _NEVER = ("/autoload.js", "/metadata", "/favicon.ico")  # Bokeh's, for pages of other hosts
+_CLOSED = "open the address that pitotbench printed"
 _FORBIDDEN = 403
 _NOT_FOUND = 404
 _HEADERS = {
@@ -64,7 +65,7 @@ class Access:
             return "this page takes nothing from another page"
         held = request.cookies.get(self.cookie)
         if held is None or not self.is_token(held.value):
-            return "open the address that pitotbench printed"
+            return _CLOSED
         return ""
 
 
@@ -72,16 +73,12 @@ class Access:
 class Refused(RequestHandler):
     """Refuses a request before its body is read."""
 
-    def initialize(self, words: str, status: int = _FORBIDDEN) -> None:
+    def initialize(self, words: str, status: int) -> None:
         self._words, self._status = words, status
 
     def prepare(self) -> None:
         self.set_status(self._status)
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(self._words)
-
-    def data_received(self, chunk: bytes) -> None:
-        """Nothing: it is closed before."""
 
 
 class Entrance(RequestHandler):
@@ -121,18 +118,16 @@ class Page(DocHandler):  # type: ignore[misc]
             template_variables=document.template_variables,
         )
         nonce = token_urlsafe()
-        host = self.request.headers["Host"]
-        self.set_header("Content-Security-Policy", _POLICY.format(nonce=nonce, host=host))
-        self.set_header("Content-Type", "text/html; charset=utf-8")
-        self.write(page.replace("<script", f'<script nonce="{nonce}"'))
+        policy = _POLICY.format(nonce=nonce, host=self.request.headers["Host"])
+        self.set_header("Content-Security-Policy", policy)
+        self.finish(page.replace("<script", f'<script nonce="{nonce}"'))
 
 
 class _Headers(OutputTransform):
     def transform_first_chunk(
         self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
     ) -> tuple[int, HTTPHeaders, bytes]:
-        for name, value in _HEADERS.items():
-            headers[name] = value
+        headers.update(_HEADERS)
         headers.setdefault("Content-Security-Policy", "default-src 'none'")
         return status_code, headers, chunk
 
@@ -155,12 +150,10 @@ class Guarded(BokehTornado):  # type: ignore[misc]
         """Return what answers a request: the gate's refusal, the entrance, or the handler."""
         access = self._access
         token = request.query_arguments.get("token", [b""])[0].decode("utf-8", "replace")
-        entering = request.method == "GET" and request.path == "/" and access.is_token(token)
-        if entering and request.headers.get("Host", "") in access.hosts:
+        words = access.refusal(request)
+        if request.path == "/" and access.is_token(token) and words in ("", _CLOSED):
             return self.get_handler_delegate(request, Entrance, {"access": access})
-        if words := access.refusal(request):
-            return self.get_handler_delegate(request, Refused, {"words": words})
-        if request.path in _NEVER:
-            gone = {"words": "not here", "status": _NOT_FOUND}
-            return self.get_handler_delegate(request, Refused, gone)
+        if words or request.path in _NEVER:
+            told = {"words": words or "not here", "status": _FORBIDDEN if words else _NOT_FOUND}
+            return self.get_handler_delegate(request, Refused, told)
         return super().find_handler(request)

@@ -2,9 +2,10 @@
 
 import asyncio
 import json
+import re
 import time
 from collections.abc import Callable, Sequence
-from errno import EADDRINUSE
+from contextlib import suppress
 from pathlib import Path
 from secrets import token_urlsafe
 from socket import socket
@@ -16,14 +17,13 @@ from bokeh.server.server import BaseServer
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 from tornado.netutil import bind_sockets
-from tornado.web import RequestHandler
+from tornado.web import HTTPError, RequestHandler, StaticFileHandler
 
 from pitotbench.browser.access import Access, Guarded
 from pitotbench.browser.desk import FLAGS, Desk
-from pitotbench.browser.page import open_document, own_file
+from pitotbench.browser.page import open_document, own_folder
 from pitotbench.browser.uploads import MOST_BYTES, Store, Upload
 from pitotbench.browser.words import UNITS
-from pitotbench.browser.work import Refusal
 from pitotbench.browser.workers import Workers
 from pitotbench.records import BadInputError
 
@@ -31,17 +31,8 @@ _LOOPBACK = "127.0.0.1"
 _TRIES = 50  # ports
 _LEFT = 1800.0  # s after which a page that nobody looks at ends
 _LOOK = 5.0  # s between looks whether somebody does
-_MOST_JSON = 4 << 20  # bytes of a choice
 _BAD = 400
-_TYPES = {"page.js": "text/javascript", "page.css": "text/css"}
-
-
-class OwnFile(RequestHandler):
-    """Gives the script and the style of the page."""
-
-    def get(self, name: str) -> None:
-        self.set_header("Content-Type", f"{_TYPES[name]}; charset=utf-8")
-        self.finish(own_file(name))
+_NOT_FOUND = 404
 
 
 class Act(RequestHandler):
@@ -51,48 +42,32 @@ class Act(RequestHandler):
         self._desk = desk
 
     def post(self) -> None:
-        if len(self.request.body) > _MOST_JSON or "json" not in self.request.headers.get(
-            "Content-Type", ""
-        ):
-            raise_bad(self, "no choice of this page")
-            return
         try:
             act(self._desk, json.loads(self.request.body))
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            raise_bad(self, f"no choice of this page: {type(error).__name__}")
-
-
-def raise_bad(handler: RequestHandler, words: str) -> None:
-    """Answer a request that is none of the page."""
-    handler.set_status(_BAD)
-    handler.set_header("Content-Type", "text/plain; charset=utf-8")
-    handler.finish(words)
+            raise HTTPError(_BAD, reason="no choice of this page") from error
 
 
 def act(desk: Desk, choice: dict[str, Any]) -> None:
-    """Make a choice of the page: choose logs, change flags, read with a mapping, reduce legs."""
-    what = choice["what"]
-    if what == "arrived":
-        desk.add_drop(str(choice["drop"]))
-    elif what == "choose":
-        desk.choose([int(place) for place in choice["places"]])
-    elif what == "flags":
-        stated = {name: str(choice["flags"][name]).strip() for name in FLAGS}
-        spans = [span.strip() for span in str(choice["without"]).split(",")]
-        desk.change(**stated, without=tuple(filter(None, spans)))
-    elif what == "unit" and choice["unit"] in UNITS:
-        desk.show_in(choice["unit"])
-    elif what == "brush":
-        desk.leave_out = bool(choice["leave_out"])
-        desk.tell()
-    elif what == "map":
-        desk.read_with([(str(a), str(b), str(c)) for a, b, c in choice["rows"]])
-    elif what == "legs":
-        desk.reduce(
-            [[str(cell) for cell in row] for row in choice["rows"]], bool(choice["heading"])
-        )
-    else:
-        raise ValueError(what)
+    """Make a choice of the page. Raises one of the errors of a wrong type or value for another."""
+    match choice:
+        case {"what": "arrived", "drop": str(drop)}:
+            desk.add_drop(drop)
+        case {"what": "choose", "places": places}:
+            desk.choose([int(place) for place in places])
+        case {"what": "flags", "flags": flags, "without": str(without)}:
+            stated = {name: str(flags[name]).strip() for name in FLAGS}
+            spans = tuple(span.strip() for span in without.split(",") if span.strip())
+            desk.change(**stated, without=spans)
+        case {"what": "show", "unit": unit, "leave_out": bool(leave_out)} if unit in UNITS:
+            desk.unit, desk.leave_out = unit, leave_out
+            desk.tell()
+        case {"what": "map", "rows": rows}:
+            desk.read_with([(str(ours).strip(), str(unit).strip()) for ours, unit in rows])
+        case {"what": "legs", "rows": rows, "heading": bool(by_heading)}:
+            desk.reduce([[str(cell) for cell in row] for row in rows], by_heading)
+        case _:
+            raise ValueError("no choice of this page")
 
 
 class Take(RequestHandler):
@@ -103,15 +78,12 @@ class Take(RequestHandler):
 
     async def get(self, kind: str) -> None:
         found = await self._desk.take(kind)
-        if isinstance(found, Refusal):
-            raise_bad(self, found.words)
-            return
-        plain = "".join(
-            c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in found.name
-        )
+        if found is None:
+            raise HTTPError(_NOT_FOUND, reason="there is no such file yet")
+        name, text = re.sub(r"[^A-Za-z0-9_.-]", "-", found[0]), found[1]
         self.set_header("Content-Type", "application/octet-stream")
-        self.set_header("Content-Disposition", f'attachment; filename="{plain}"')
-        self.finish(found.text)
+        self.set_header("Content-Disposition", f'attachment; filename="{name}"')
+        self.finish(text)
 
 
 class PageServer:
@@ -136,7 +108,7 @@ class PageServer:
             secret_key=token_urlsafe().encode(),
             sign_sessions=True,
             extra_patterns=[
-                (r"/own/(page\.js|page\.css)", OwnFile),
+                (r"/own/(page\.js|page\.css)", StaticFileHandler, {"path": own_folder()}),
                 (r"/upload", Upload, {"store": desk.store, "most": most}),
                 (r"/act", Act, {"desk": desk}),
                 (r"/take/([a-z]+)", Take, {"desk": desk}),
@@ -170,18 +142,14 @@ def free_port(port: int) -> tuple[list[socket], int]:
     Raises BadInputError where none of the next 50 is free.
     """
     for number in range(port, port + _TRIES):
-        try:
+        with suppress(OSError):
             sockets = bind_sockets(number, _LOOPBACK)
-        except OSError as error:
-            if error.errno != EADDRINUSE:
-                raise
-            continue
-        return sockets, sockets[0].getsockname()[1]
+            return sockets, sockets[0].getsockname()[1]
     raise BadInputError(f"the ports {port} to {port + _TRIES - 1} are taken: give another --port")
 
 
 def run_page(
-    places: Sequence[Path], port: int, show: Callable[[str], None], say: Callable[[str], None]
+    places: Sequence[Path], port: int, show: Callable[[str], bool], say: Callable[[str], None]
 ) -> None:
     """Serve the page with some files until it is left. `show` opens an address; `say` prints a line.
 

@@ -11,14 +11,26 @@ from pitotbench.browser.work import LegAnswer, Refusal
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
-from pitotbench.show.calibration import GLANCE_COLUMNS, CurvePoint, glance_points
+from pitotbench.show.calibration import (
+    GLANCE_COLUMNS,
+    CurvePoint,
+    assumption_lines,
+    correction_sentence,
+    glance_points,
+    headline,
+    location_lines,
+    part_lines,
+    short_answer_of,
+)
 from pitotbench.show.columns import Column, shown_columns
 from pitotbench.show.inspection import HELD_COLUMNS
 from pitotbench.show.legs import CARD_POINT_COLUMNS
+from pitotbench.show.limits import judgments
 from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
 from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph")
+_KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
 Row = TypeVar("Row")
 Plain = dict[str, Any]
 
@@ -82,46 +94,35 @@ def _answer(desk: Desk) -> Plain | None:
     answer, asked = desk.answer, desk.request
     if answer is None or asked is None:
         return None
-    short, settings = answer.short, answer.settings
+    result, settings = answer.result, answer.settings
+    short = short_answer_of(result, "")
+    held = {} if result.autopilot is None else result.autopilot.parameters
+    rules = [judgment.sentence for judgment in judgments(result)]
+    notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
+    kinds = {"parameters": settings is not None, "mapping": asked.mapping is not None}
     return {
-        "doubts": list(answer.headline),
-        "usable": answer.usable,
-        "sentence": short.correction_in(desk.unit),
-        "lines": [short.wind_in(desk.unit), *answer.rules, *answer.flights],
+        "doubts": headline(result),
+        "usable": result.usable,
+        "sentence": correction_sentence(short.corrections, desk.unit),
+        "lines": [short.wind_in(desk.unit), *rules, *answer.flights],
         "warnings": list(short.warnings),
-        "notes": [f"{line[:1].upper()}{line[1:]}" for line in answer.notes],
-        "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(answer.curve)),
-        "autopilot": answer.autopilot,
-        "parameters": None if settings is None else plain_table(SETTING_COLUMNS, settings.settings),
+        "notes": [f"{line[:1].upper()}{line[1:]}" for line in notes],
+        "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(result.curve)),
+        "autopilot": next((name for name, each in AUTOPILOTS.items() if each.gain in held), ""),
+        "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
         "left": [] if settings is None else settings_lines(settings),
-        "take": [
-            "page",
-            "card",
-            "record",
-            *(["parameters"] if settings is not None else []),
-            *(["mapping"] if asked.mapping is not None else []),
-            "json",
-        ],
+        "take": [kind for kind in _KINDS if kinds.get(kind, True)],
     }
 
 
 def _draft(desk: Desk) -> Plain | None:
-    if not desk.draft:
-        return None
-    numbers = [name for name, each in CHANNELS.items() if each.kind == "number"]
-    units = {name: list(CHANNELS[name].suffixes) for name in numbers}
     rows = [[r.theirs, r.ours, r.unit, r.values, r.question] for r in desk.draft]
-    ours = sorted({*units, *(row.ours for row in desk.draft if row.ours)})
-    return {"rows": rows, "ours": ours, "units": sorted(SUFFIXES)}
+    ours = {*CHANNELS, *(row.ours for row in desk.draft)} - {""}
+    return {"rows": rows, "ours": sorted(ours), "units": sorted(SUFFIXES)} if rows else None
 
 
 def _legs(found: LegAnswer | Refusal | None) -> Plain | None:
-    if found is None:
-        return None
-    if isinstance(found, Refusal):
-        return {"refusal": found.words}
-    return {
-        "sentences": list(found.sentences),
-        "table": None if found.card is None else plain_table(CARD_POINT_COLUMNS, found.card.points),
-        "command": found.command,
-    }
+    if isinstance(found, LegAnswer):
+        table = plain_table(CARD_POINT_COLUMNS, found.points)
+        return {"sentences": list(found.sentences), "table": table, "command": found.command}
+    return None if found is None else {"refusal": found.words}

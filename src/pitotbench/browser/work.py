@@ -3,24 +3,20 @@ answers, downloads. Each function yields its replies as they are ready.
 """
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from pitotbench.records.calibration import (
-    AutopilotSettings,
-    CalibratedFlight,
-    ErrorCurve,
-    FixedSpeedPoint,
-)
-from pitotbench.records.legs import HandCard
+from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
+from pitotbench.records.legs import CardPoint
 from pitotbench.records.log import FlightLog, HeldFlight
-from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.limits import AUTO
 from pitotbench.units import Array, Meters, MetersPerSecond
 
+_MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 _SLOW = (
     "pandas",
@@ -30,7 +26,6 @@ _SLOW = (
     "scipy.interpolate",
     "scipy.optimize",
 )  # to load
-_LONGEST = 40  # letters of a file in the list of flights
 _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 
@@ -69,10 +64,9 @@ class Request:
             "--temperature-c": self.temperature,
             "--params": self.autopilot,
         }
-        stated = [part for flag, text in flags.items() if text for part in (flag, text)]
-        left_out = [part for span in self.without for part in ("--without", span)]
-        names = [each.name for each in self.logs]
-        return shlex.join(["pitotbench", "calibrate", *names, *stated, *left_out])
+        stated = [*flags.items(), *(("--without", span) for span in self.without)]
+        words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
+        return shlex.join([*words, *(part for each in stated if each[1] for part in each)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,25 +78,24 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A flight of a file, or a file that was not read; `strange` where a mapping would help."""
+    """A flight of a file, or a file that was not read."""
 
     log: LogFile
     flight: HeldFlight
-    strange: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class DraftRow:
     """A column of a log with unknown names, what it may be (empty: nothing), its unit, the factor
-    of its numbers, its first values, and the question to answer.
+    of its numbers, the question to answer, and its first values.
     """
 
     theirs: str
     ours: str
     unit: str
     factor: float
-    values: str
     question: str
+    values: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,41 +113,25 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """An answer as the page shows it: sentences as the command prints them, the curve, and samples
-    (minute, airspeed [m/s], correction [m/s]). `spans` [min] were used.
+    """The answer of a request: the calibration of its first flight, which flights share it in
+    words, the used spans [s, on the log's clock], and the parameters of an autopilot where they were asked for.
     """
 
-    short: ShortAnswer
+    result: Calibration
     flights: tuple[str, ...]
-    headline: tuple[str, ...]
-    usable: bool
-    rules: tuple[str, ...]
-    notes: tuple[str, ...]
-    curve: ErrorCurve
-    samples: tuple[Array, MetersPerSecond, MetersPerSecond]
-    points: tuple[FixedSpeedPoint, ...]
     spans: tuple[tuple[float, float], ...]
     settings: AutopilotSettings | None
-    autopilot: str  # whose parameters the log holds, empty for none
 
 
 @dataclass(frozen=True, slots=True)
 class LegAnswer:
-    """The answer of typed legs: a card, or where no airspeeds were typed true airspeed and wind in
-    words; and the command that gives the same.
+    """The answer of typed legs: sentences, the points of a card where airspeeds were typed, and the
+    command that gives the same.
     """
 
-    card: HandCard | None
     sentences: tuple[str, ...]
+    points: tuple[CardPoint, ...]
     command: str
-
-
-@dataclass(frozen=True, slots=True)
-class Download:
-    """A file to take away."""
-
-    name: str
-    text: str
 
 
 def warm() -> None:
@@ -186,16 +163,6 @@ def find_flights(place: Path, names: dict[str, str], unpacked: Path) -> Iterator
     """
     from pitotbench.bench.contents import flights_of
     from pitotbench.logbook.bundle import ZIP, unpack
-    from pitotbench.logbook.draft import MissingColumnsError
-
-    unknown = set()
-
-    def read(path: Path) -> FlightLog:
-        try:
-            return _read(LogFile(path, ""))
-        except MissingColumnsError:
-            unknown.add(path)
-            raise
 
     prefix = names.get("", "")
     if place.suffix.lower() == ZIP:
@@ -203,13 +170,11 @@ def find_flights(place: Path, names: dict[str, str], unpacked: Path) -> Iterator
         unpack(place, unpacked)
         place = unpacked
     held = []
-    for each in flights_of(place, read):
+    for each in flights_of(place, lambda path: _read(LogFile(path, ""))):
         path = place / each.file if place.is_dir() else place
         name = names.get(each.file, prefix + each.file)
-        refusal = each.refusal.replace(str(path), name)
-        short = name if len(name) <= _LONGEST else f"…{name[-_LONGEST:]}"
-        told = replace(each, file=short, refusal=refusal)
-        held.append(Found(LogFile(path, name), told, path in unknown))
+        told = replace(each, file=name, refusal=each.refusal.replace(str(path), name))
+        held.append(Found(LogFile(path, name), told))
     yield tuple(held)
 
 
@@ -242,72 +207,49 @@ def draft(log: LogFile) -> Iterator[tuple[DraftRow, ...]]:
     from pitotbench.logbook.reading import read_table
 
     table = read_table(log.path)
-    drafted = draft_mapping(table)
-    known = {line.guess.theirs: line for line in drafted.lines}
+    known = {line.guess.theirs: line for line in draft_mapping(table).lines}
     rows = []
     for name, column in zip(table.names, table.columns, strict=True):
+        line = known.pop(name, None)
+        told = (
+            ("", "", 1.0, "")
+            if line is None
+            else (line.guess.quantity, line.unit, line.guess.factor, line.question)
+        )
         values = ", ".join(str(value) for value in column[:_SHOWN_VALUES])
-        if name in known:
-            line = known.pop(name)
-            guess = line.guess
-            rows.append(
-                DraftRow(name, guess.quantity, line.unit, guess.factor, values, line.question)
-            )
-        elif name:
-            rows.append(DraftRow(name, "", "", 1.0, values, ""))
-    yield tuple(rows)
+        rows.append(DraftRow(name, *told, values))
+    yield tuple(row for row in rows if row.theirs)
 
 
 def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
     """Return the mapping (TOML) that the rows of a draft state."""
     import tomli_w
 
-    columns: dict[str, object] = {}
-    for row in rows:
-        if row.ours:
-            target = f"{row.ours}_{row.unit}" if row.unit else row.ours
-            plain = row.factor == 1.0
-            columns[row.theirs] = target if plain else {"name": target, "factor": row.factor}
+    columns = {
+        row.theirs: {
+            "name": f"{row.ours}_{row.unit}" if row.unit else row.ours,
+            "factor": row.factor,
+        }
+        for row in rows
+        if row.ours
+    }
     return tomli_w.dumps({"title": title, "columns": columns})
 
 
 def answer(request: Request, look: bool) -> Iterator[Look | Answer]:
     """Yield the picture of the first log where `look` asks for it, then the answer."""
-    from pitotbench.logbook.autopilot import AUTOPILOTS
-    from pitotbench.show.calibration import (
-        assumption_lines,
-        flight_lines,
-        headline,
-        location_lines,
-        part_lines,
-        samples_of,
-        short_answer_of,
-    )
-    from pitotbench.show.limits import judgments
+    from pitotbench.show.calibration import flight_lines
 
     if look:
-        whole = replace(request, begin="", end="", without=())
-        yield _look(_read(request.logs[0], whole))
+        yield _look(_read(request.logs[0], replace(request, begin="", end="", without=())))
     flights = _calibrated(request)
     first = flights[0].calibration
-    time, speed, correction = samples_of(first)
-    held = {} if first.autopilot is None else first.autopilot.parameters
-    spans = {span for each in flights for span in each.calibration.parts if each.place == 0}
+    spans = {span for each in flights if each.place == 0 for span in each.calibration.parts}
     yield Answer(
-        replace(short_answer_of(first, ""), warnings=tuple(map(str, first.warnings))),
+        first,
         tuple(line for each in flights for line in flight_lines(each)),
-        tuple(headline(first)),
-        first.usable,
-        tuple(judgment.sentence for judgment in judgments(first)),
-        (*part_lines(first), *location_lines(first), *assumption_lines(first)),
-        first.curve,
-        ((time - first.log_start) / 60.0, speed, correction),
-        first.points,
-        tuple(
-            ((a - first.log_start) / 60.0, (b - first.log_start) / 60.0) for a, b in sorted(spans)
-        ),
+        tuple(sorted(spans)),
         _settings(request, flights[0]),
-        next((name for name, each in AUTOPILOTS.items() if each.gain in held), ""),
     )
 
 
@@ -322,7 +264,7 @@ def _look(log: FlightLog) -> Look:
     airspeed[pauses(log.time)] = np.nan
     thinned = slice(None, None, max(1, -(-len(log) // _MOST_POINTS)))
     return Look(
-        (log.time - log.start)[thinned] / 60.0,
+        (log.time - log.start)[thinned] / _MINUTE,
         airspeed[thinned],
         np.asarray(air.pressure_altitude(log.static_pressure))[thinned],
         np.cumsum(log.velocity_north * step)[thinned],
@@ -336,15 +278,12 @@ def _calibrated(request: Request) -> tuple[CalibratedFlight, ...]:
     from pitotbench.bench.questions import calibrate_each, flag_choice, sources_of
     from pitotbench.calibration.options import parse_accuracies
 
-    choices: dict[str, Any] = {"model": request.model} if request.model else {}
-    if request.accuracy:
-        choices["accuracies"] = parse_accuracies(request.accuracy)
-    paths = [each.path for each in request.logs]
+    stated = {"model": request.model, "accuracies": parse_accuracies(request.accuracy)}
+    choices: dict[str, Any] = {name: value for name, value in stated.items() if value}
     logs = [_read(each, request) for each in request.logs]
-    stated = request.mapping
-    mapping = stated.path if stated else None
+    mapping = request.mapping
     flags = [
-        flag_choice("mapping", stated.name if stated else None, "as recognized"),
+        flag_choice("mapping", mapping.name if mapping else None, "as recognized"),
         flag_choice("from", request.begin or None, "the first row"),
         flag_choice("to", request.end or None, "the last row"),
         flag_choice("without", ", ".join(request.without) or None, "none"),
@@ -352,20 +291,19 @@ def _calibrated(request: Request) -> tuple[CalibratedFlight, ...]:
         flag_choice("params", request.autopilot or None, "none"),
         flag_choice("temperature_c", request.temperature or None, "as logged, else a standard day"),
     ]
-    own = [("mapping", mapping, None)] if mapping else []
-    sources = [*sources_of("log", paths, logs), *own]
-    flights = calibrate_each(logs, None, mapping, sources, flags, **choices)
+    sources = [
+        *sources_of("log", [each.path for each in request.logs], logs),
+        *([("mapping", mapping.path, None)] if mapping else []),
+    ]
+    found = calibrate_each(logs, None, mapping.path if mapping else None, sources, flags, **choices)
     names = {each.path.name: each.name for each in request.logs}
-
-    def named(flight: CalibratedFlight) -> CalibratedFlight:
-        made = flight.calibration.provenance
-        inputs = tuple(replace(i, name=names.get(i.name, i.name)) for i in made.inputs)
-        return replace(
-            flight,
-            calibration=replace(flight.calibration, provenance=replace(made, inputs=inputs)),
-        )
-
-    return tuple(map(named, flights))
+    made = found[0].calibration.provenance
+    told = replace(
+        made, inputs=tuple(replace(i, name=names.get(i.name, i.name)) for i in made.inputs)
+    )
+    return tuple(
+        replace(each, calibration=replace(each.calibration, provenance=told)) for each in found
+    )
 
 
 def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings | None:
@@ -376,10 +314,11 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
     return autopilot_settings(flight.calibration, stated_parameters(request.autopilot)[0])
 
 
-def take(request: Request, kind: str) -> Iterator[Download]:
-    """Yield the file of a kind: `page`, `card`, `record`, `parameters` or `json`."""
+def take(request: Request, kind: str) -> Iterator[tuple[str, str]]:
+    """Yield name and text of the file of a kind: `page`, `card`, `record`, `parameters` or `json`."""
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
+    from pitotbench.show.pages import log_page, log_section
     from pitotbench.show.takehome import (
         PARAMETER_FILES,
         calibration_record,
@@ -388,34 +327,35 @@ def take(request: Request, kind: str) -> Iterator[Download]:
     )
 
     flights = _calibrated(request)
-    first = flights[0]
+    first = flights[0].calibration
     names = [request.logs[each.place].name for each in flights]
-    stem = Path(names[0]).name.partition(".")[0]
-    settings = [_settings(request, each) for each in flights]
-    if kind == "json":
-        rows = zip(names, flights, settings, strict=True)
-        documents = [flight_document(Path(n).name, each, found) for n, each, found in rows]
-        text = json_text(documents[0] if len(documents) == 1 else documents)
-        yield Download(f"{stem}.json", text)
-    elif kind == "card":
-        curve = first.calibration.curve
-        yield Download(f"{stem}-card.csv", card_csv(curve, doubts_of(first.calibration)))
-    elif kind == "record":
-        yield Download(
-            f"{stem}-record.html", calibration_record([each.calibration for each in flights])
-        )
-    elif kind == "parameters" and settings[0] is not None:
-        suffix = PARAMETER_FILES[settings[0].autopilot][0]
-        yield Download(stem + suffix, parameter_file(settings[0]))
-    elif kind == "page":
-        from pitotbench.show.pages import log_page, log_section
-
-        sections = [
-            log_section(n, each.log, each.calibration, lines=flight_lines(each), settings=found)
-            for n, each, found in zip(names, flights, settings, strict=True)
-        ]
-        title = f"Pitot-static calibration: {', '.join(dict.fromkeys(names))}"
-        yield Download(f"{stem}.html", log_page(title, sections))
+    found = [_settings(request, each) for each in flights]
+    rows = list(zip(names, flights, found, strict=True))
+    documents = [flight_document(Path(n).name, each, s) for n, each, s in rows]
+    title = f"Pitot-static calibration: {', '.join(dict.fromkeys(names))}"
+    makers: dict[str, tuple[str, Callable[[], str]]] = {
+        "json": (".json", lambda: json_text(documents if len(rows) > 1 else documents[0])),
+        "card": ("-card.csv", lambda: card_csv(first.curve, doubts_of(first))),
+        "record": (
+            "-record.html",
+            lambda: calibration_record([each.calibration for each in flights]),
+        ),
+        "page": (
+            ".html",
+            lambda: log_page(
+                title,
+                [
+                    log_section(n, each.log, each.calibration, AUTO, flight_lines(each), s)
+                    for n, each, s in rows
+                ],
+            ),
+        ),
+    }
+    if (settings := found[0]) is not None:
+        ending = PARAMETER_FILES[settings.autopilot][0]
+        makers["parameters"] = (ending, partial(parameter_file, settings))
+    ending, make = makers[kind]
+    yield Path(names[0]).name.partition(".")[0] + ending, make()
 
 
 def reduce_legs(path: Path, accuracy: str) -> Iterator[LegAnswer]:
@@ -432,7 +372,7 @@ def reduce_legs(path: Path, accuracy: str) -> Iterator[LegAnswer]:
     from pitotbench.units import DEGREE, KNOT
 
     if is_points_table(path):
-        stated = accuracies_of(parse_accuracies(accuracy) if accuracy else None, {})
+        stated = accuracies_of(parse_accuracies(accuracy), {})
         card = reduce_card(*read_points(path), stated)
         doubts = [line for curve in card.curves.values() for line in doubts_of_curve(curve)]
         corrections = [
@@ -440,18 +380,13 @@ def reduce_legs(path: Path, accuracy: str) -> Iterator[LegAnswer]:
             for p in card.points
             if p.correction is not None and p.two_sigma is not None
         ]
-        first = [correction_sentence(corrections)] if corrections else []
-        told = (*first, *card.warnings, *dict.fromkeys(doubts))
-        yield LegAnswer(card, told, "pitotbench fixed-speed legs.csv")
+        answers = [correction_sentence(corrections)] if corrections else []
+        told = (*answers, *card.warnings, *dict.fromkeys(doubts))
+        yield LegAnswer(told, card.points, "pitotbench fixed-speed legs.csv")
         return
     speeds, tracks = read_csv(path).columns
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
-    words = [
-        "pitotbench",
-        "fixed-speed",
-        f"--ground-speed-kt={flags[0]}",
-        f"--track-deg={flags[1]}",
-    ]
-    yield LegAnswer(None, tuple(legs_sentences(answer)), shlex.join(words))
+    command = f"pitotbench fixed-speed --ground-speed-kt={flags[0]} --track-deg={flags[1]}"
+    yield LegAnswer(tuple(legs_sentences(answer)), (), command)

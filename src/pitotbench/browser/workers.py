@@ -3,11 +3,11 @@ process of an older one.
 """
 
 import asyncio
-import contextlib
 import multiprocessing
 import signal
+import time
 from collections.abc import AsyncGenerator, Callable, Iterator
-from contextlib import suppress
+from contextlib import aclosing, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
@@ -15,8 +15,9 @@ from typing import Any
 from pitotbench.browser.work import Refusal, warm
 from pitotbench.records import error_words
 
-_READY = "ready"
 _DONE = "done"
+_LOST = "the computation was ended by the system, probably for its memory: use fewer minutes"
+_TOO_LONG = "no answer within {} s of processor time: use fewer minutes, or a log of fewer rows"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,29 +33,25 @@ def serve(pipe: Connection, limits: Limits) -> None:
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C is for the server, which ends its children
-    with suppress(ImportError):  # Windows has no such limits
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (limits.memory, limits.memory))
+    _limit("RLIMIT_AS", limits.memory)
     warm()
-    pipe.send(_READY)
+    pipe.send(_DONE)
     with suppress(EOFError, OSError):
         while True:
             function, arguments = pipe.recv()
-            _limit_time(limits.seconds)
+            _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
             for reply in _replies(function, arguments):
                 pipe.send(reply)
             pipe.send(_DONE)
 
 
-def _limit_time(seconds: int) -> None:
-    """Give a question its processor time, beyond what this process has used."""
+def _limit(name: str, most: int) -> None:
+    """Give this process a limit, which a later one may exceed. Windows has none."""
     with suppress(ImportError):
         import resource
 
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        limit = int(used.ru_utime + used.ru_stime) + seconds
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
+        limit = getattr(resource, name)
+        resource.setrlimit(limit, (most, resource.getrlimit(limit)[1]))
 
 
 def _replies(
@@ -77,52 +74,46 @@ class Child:
         self._process.start()
         theirs.close()
 
-    async def ready(self) -> None:
-        """Wait until the child has loaded what it needs, or has ended before."""
-        with suppress(EOFError, OSError):
-            await asyncio.to_thread(self._pipe.recv)
+    async def hear(self) -> Any:
+        """Return what the child says next. Raises EOFError or OSError where it has ended."""
+        return await asyncio.to_thread(self._pipe.recv)
 
     async def replies(
         self, function: Callable[..., Any], arguments: tuple[Any, ...]
     ) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question. Raises EOFError or OSError where the child ends."""
+        """Yield the replies to a question. Raises as `hear` does."""
         self._pipe.send((function, arguments))
-        while (reply := await asyncio.to_thread(self._pipe.recv)) != _DONE:
+        while (reply := await self.hear()) != _DONE:
             yield reply
 
-    def code(self) -> int | None:
-        """Return what a process that has closed its pipe ended with; None where it still runs."""
-        self._process.join(1)
-        return self._process.exitcode
-
-    def end(self) -> None:
-        """End the process."""
+    def end(self, wait: float = 0.0) -> int | None:
+        """End the process; return what it had ended with by itself, None where it ran."""
+        self._process.join(wait)
+        code = self._process.exitcode
         self._process.kill()
         self._process.join()
+        return code
 
 
 class Workers:
     """Some children. Who has answered last is asked first: it remembers the log."""
 
     def __init__(self, count: int = 2, limits: Limits | None = None) -> None:
-        self._limits = limits or Limits()
-        self._children: set[Child] = set()
+        self.limits = limits or Limits()
         self._idle: asyncio.LifoQueue[Child] = asyncio.LifoQueue()
-        self._starts: set[asyncio.Task[None]] = set()
+        self._children: dict[Child, asyncio.Task[None]] = {}
         for _ in range(count):
             self._start()
 
     def _start(self) -> None:
-        child = Child(self._limits)
-        self._children.add(child)
+        child = Child(self.limits)
 
         async def join() -> None:
-            await child.ready()
-            self._idle.put_nowait(child)  # one that has ended tells so when it is asked
+            with suppress(EOFError, OSError):  # one that has ended tells so when it is asked
+                await child.hear()
+            self._idle.put_nowait(child)
 
-        task = asyncio.ensure_future(join())
-        self._starts.add(task)
-        task.add_done_callback(self._starts.discard)
+        self._children[child] = asyncio.ensure_future(join())
 
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
         """Yield the replies to a question, which is a generator function of `work`. Whoever stops
@@ -130,30 +121,22 @@ class Workers:
         """
         child, answered = await self._idle.get(), False
         try:
-            async with contextlib.aclosing(child.replies(function, arguments)) as replies:
+            async with aclosing(child.replies(function, arguments)) as replies:
                 async for reply in replies:
                     yield reply
             answered = True
         except (EOFError, OSError):
-            yield Refusal(self._lost(child))
+            late = child.end(wait=1.0) == -getattr(signal, "SIGXCPU", 0)
+            yield Refusal(_TOO_LONG.format(self.limits.seconds) if late else _LOST)
         finally:
             if answered:
                 self._idle.put_nowait(child)
-            elif child in self._children:
-                self._children.discard(child)
+            elif self._children.pop(child, None) is not None:
                 child.end()
                 self._start()
 
-    def _lost(self, child: Child) -> str:
-        if child.code() == -getattr(signal, "SIGXCPU", 0):
-            return (
-                f"no answer within {self._limits.seconds} s of processor time: use fewer minutes, "
-                "or a log with fewer rows"
-            )
-        return "the computation was ended by the system, probably for its memory: use fewer minutes"
-
     def close(self) -> None:
         """End all children."""
-        children, self._children = self._children, set()
+        children, self._children = self._children, {}
         for child in children:
             child.end()

@@ -42,9 +42,8 @@ def run(options: argparse.Namespace) -> int:
 
     if find_spec("bokeh") is None:
         raise BadInputError("the page needs Bokeh: pip install 'pitotbench[open]'")
-    for path in options.logs:
-        if not path.exists():
-            raise BadInputError(f"{path}: there is no such file or folder")
+    if missing := [str(path) for path in options.logs if not path.exists()]:
+        raise BadInputError(f"{missing[0]}: there is no such file or folder")
     if not 0 <= options.port <= _LAST_PORT:
         raise BadInputError(f"--port {options.port}: give 1024 to {_LAST_PORT}, or 0 for any")
     from pitotbench.browser.server import run_page
@@ -53,9 +52,6 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write(printable(line) + "\n")
         sys.stdout.flush()
 
-    def show(address: str) -> None:
-        if not options.no_browser:
-            webbrowser.open(address)
-
+    show = (lambda address: True) if options.no_browser else webbrowser.open
     run_page(options.logs, options.port, show, say)
     return 0

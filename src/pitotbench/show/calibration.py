@@ -147,11 +147,7 @@ class ShortAnswer:
     @property
     def correction_sentence(self) -> str:
         """The corrections of the indicated airspeed in one sentence."""
-        return self.correction_in("kt")
-
-    def correction_in(self, unit: str) -> str:
-        """The same in a unit of speed, such as `kmh`."""
-        return correction_sentence(self.corrections, unit)
+        return correction_sentence(self.corrections)
 
     @property
     def wind_sentence(self) -> str:

@@ -46,7 +46,7 @@ async function act(choice) {
     method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(choice),
   }).catch(() => null);
   if (!reply) say("status", "pitotbench has ended: start it again");
-  else if (!reply.ok) say("status", await reply.text());
+  else if (!reply.ok) say("status", reply.statusText);
 }
 
 // Files
@@ -127,13 +127,14 @@ function flags() {
 
 at("flags").addEventListener("submit", (event) => { event.preventDefault(); flags(); });
 for (const name of ["model", "autopilot"]) at("flags").elements[name].addEventListener("change", flags);
-at("unit").addEventListener("change", () => act({ what: "unit", unit: at("unit").value }));
+const look = () => act({ what: "show", unit: at("unit").value, leave_out: document.querySelector("[value=leave]").checked });
+at("unit").addEventListener("change", look);
 at("whole").addEventListener("click", () => {
   for (const name of ["begin", "end", "without"]) at("flags").elements[name].value = "";
   flags();
 });
 for (const radio of document.getElementsByName("mode")) {
-  radio.addEventListener("change", () => act({ what: "brush", leave_out: radio.value === "leave" }));
+  radio.addEventListener("change", look);
 }
 at("choose").addEventListener("click", () => {
   const marked = document.querySelectorAll("#flights input:checked");
@@ -142,7 +143,7 @@ at("choose").addEventListener("click", () => {
 at("map").addEventListener("click", () => {
   const rows = Array.from(document.querySelectorAll("#columns tbody tr"), (row) => {
     const [ours, unit] = row.querySelectorAll("input");
-    return [row.dataset.theirs, ours.value, unit.value];
+    return [ours.value, unit.value];
   });
   act({ what: "map", rows });
 });
@@ -220,7 +221,6 @@ function draft(found, before) {
   const body = make("tbody");
   for (const [theirs, ours, unit, values, question] of found.rows) {
     const row = make("tr");
-    row.dataset.theirs = theirs;
     const inputs = [["quantities", ours, 22, "ours"], ["units", unit, 7, "unit"]].map(([names, value, size, what]) => {
       const cell = make("td");
       const input = make("input", "", { list: names, size, "aria-label": `${what} for ${theirs}` });
@@ -266,7 +266,7 @@ function show(text) {
   }
   say("command", state.command);
   table("card", answer && answer.card);
-  at("drone").hidden = !(answer && answer.parameters);
+  at("drone").hidden = !(answer && answer.parameters.rows.length);
   table("parameters", answer && answer.parameters);
   list("left", answer ? answer.left : []);
   list("warnings", answer ? answer.warnings : []);

@@ -181,7 +181,9 @@ def test_a_file_that_is_not_taken_leaves_nothing(request_: dict[str, Any], code:
 def test_without_the_cookie_a_large_body_is_not_read() -> None:
     async def visit(server: PageServer, _fetch: Visit) -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-        head = f"POST /upload HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nContent-Length: 900\r\n\r\n"
+        head = (
+            f"POST /upload HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nContent-Length: 900\r\n\r\n"
+        )
         writer.write(head.encode())  # and no body
         line = await asyncio.wait_for(reader.readline(), 30)
         assert b"403" in line
@@ -316,7 +318,14 @@ def test_what_is_no_choice_of_the_page_is_refused(choice: Any) -> None:
 def test_the_script_of_the_page_puts_texts_in_as_text() -> None:
     script = (PAGE / "page.js").read_text(encoding="utf-8")
     assert "textContent" in script
-    for way in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "Function("):
+    for way in (
+        "innerHTML",
+        "outerHTML",
+        "insertAdjacentHTML",
+        "document.write",
+        "eval(",
+        "Function(",
+    ):
         assert way not in script
     page = (PAGE / "page.html").read_text(encoding="utf-8")
     assert "http" not in page  # nothing from another host

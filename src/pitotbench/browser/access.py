@@ -9,7 +9,7 @@ from typing import Any
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.doc_handler import DocHandler
 from tornado.httputil import HTTPHeaders, HTTPServerRequest
-from tornado.web import OutputTransform, RequestHandler, stream_request_body
+from tornado.web import HTTPError, OutputTransform, RequestHandler, stream_request_body
 
 _NEVER = ("/autoload.js", "/metadata", "/favicon.ico")  # Bokeh's, for pages of other hosts
 _CLOSED = "open the address that pitotbench printed"
@@ -74,21 +74,17 @@ class Refused(RequestHandler):
     """Refuses a request before its body is read."""
 
     def initialize(self, words: str, status: int) -> None:
-        self._words, self._status = words, status
+        self.refusal = HTTPError(status, reason=words)
 
     def prepare(self) -> None:
-        self.set_status(self._status)
-        self.finish(self._words)
+        raise self.refusal
 
 
 class Entrance(RequestHandler):
     """Takes the secret out of the address and puts it into a cookie."""
 
-    def initialize(self, access: Access) -> None:
-        self._access = access
-
     def get(self) -> None:
-        access = self._access
+        access: Access = self.settings["access"]
         self.set_cookie(
             access.cookie,
             access.token,
@@ -138,9 +134,13 @@ class Guarded(BokehTornado):  # type: ignore[misc]
     """
 
     def __init__(self, applications: Any, access: Access, **settings: Any) -> None:
-        self._access = access
+        origins = list(access.hosts)
         super().__init__(
-            applications, extra_websocket_origins=list(access.hosts), use_index=False, **settings
+            applications,
+            extra_websocket_origins=origins,
+            use_index=False,
+            access=access,
+            **settings,
         )
         context = {"application_context": self._applications["/"], "bokeh_websocket_path": "/ws"}
         self.add_handlers(".*", [("/", Page, context)])
@@ -148,11 +148,11 @@ class Guarded(BokehTornado):  # type: ignore[misc]
 
     def find_handler(self, request: HTTPServerRequest, **_: Any) -> Any:
         """Return what answers a request: the gate's refusal, the entrance, or the handler."""
-        access = self._access
+        access = self.settings["access"]
         token = request.query_arguments.get("token", [b""])[0].decode("utf-8", "replace")
         words = access.refusal(request)
         if request.path == "/" and access.is_token(token) and words in ("", _CLOSED):
-            return self.get_handler_delegate(request, Entrance, {"access": access})
+            return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
             told = {"words": words or "not here", "status": _FORBIDDEN if words else _NOT_FOUND}
             return self.get_handler_delegate(request, Refused, told)

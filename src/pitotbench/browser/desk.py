@@ -1,5 +1,5 @@
-"""What lies on the desk: the logs, what is asked of them, and the latest answer. It outlives the tabs
-that show it.
+"""What lies on the desk: the logs, what is asked of them, and the latest answer. It outlives the
+tabs that show it.
 """
 
 import asyncio
@@ -27,7 +27,6 @@ from pitotbench.browser.work import (
 )
 from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
-from pitotbench.logbook.points_table import COLUMNS
 from pitotbench.records.log import HeldFlight
 
 _SETTLE = 0.15  # s that a choice must stand before it is computed
@@ -179,18 +178,9 @@ class Desk:
         question = (answer, request, whole != self._looked_at)
         self._answering = self._ask("computing", then, *question, wait=_SETTLE)
 
-    def reduce(self, rows: Sequence[Sequence[str]], by_heading: bool) -> None:
-        """Reduce typed legs: a row has the point, and the columns of a points table; blank rows do
-        not count. Where no airspeed is typed, ground speeds and tracks alone are asked.
-        """
-        typed = [[" ".join(cell.split()).replace(",", ".") for cell in row] for row in rows]
-        typed = [row for row in typed if any(row[1:])]
-        names = [COLUMNS[0], *COLUMNS[2:-1], "heading_deg" if by_heading else COLUMNS[-1]]
-        told = any(cell for row in typed for cell in row[1:-2])
-        # Without points they follow from the airspeeds.
-        first = 0 if told and any(row[0] for row in typed) else 1 if told else len(names) - 2
-        lines = [",".join(row[first:]) for row in (names, *typed)]
-        card = self._card = self.store.write("legs.csv", "\n".join([*lines, ""]))
+    def reduce(self, text: str) -> None:
+        """Reduce typed legs: a card of legs (CSV), or their ground speeds and tracks alone."""
+        card = self._card = self.store.write("legs.csv", text)
 
         def then(reply: LegAnswer | Refusal) -> None:
             self.legs = reply

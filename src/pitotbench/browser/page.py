@@ -1,4 +1,4 @@
-"""The page as a document of Bokeh: three pictures, and the texts of the desk for the page's script."""
+"""The page as a document of Bokeh: three pictures, and the texts of the desk for its script."""
 
 import json
 from collections.abc import Sequence

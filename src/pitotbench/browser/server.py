@@ -38,12 +38,9 @@ _NOT_FOUND = 404
 class Act(RequestHandler):
     """Takes a choice that was made on the page."""
 
-    def initialize(self, desk: Desk) -> None:
-        self._desk = desk
-
     def post(self) -> None:
         try:
-            act(self._desk, json.loads(self.request.body))
+            act(self.settings["desk"], json.loads(self.request.body))
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
             raise HTTPError(_BAD, reason="no choice of this page") from error
 
@@ -64,8 +61,8 @@ def act(desk: Desk, choice: dict[str, Any]) -> None:
             desk.tell()
         case {"what": "map", "rows": rows}:
             desk.read_with([(str(ours).strip(), str(unit).strip()) for ours, unit in rows])
-        case {"what": "legs", "rows": rows, "heading": bool(by_heading)}:
-            desk.reduce([[str(cell) for cell in row] for row in rows], by_heading)
+        case {"what": "legs", "card": str(card)}:
+            desk.reduce(card)
         case _:
             raise ValueError("no choice of this page")
 
@@ -73,11 +70,8 @@ def act(desk: Desk, choice: dict[str, Any]) -> None:
 class Take(RequestHandler):
     """Gives a file to take away."""
 
-    def initialize(self, desk: Desk) -> None:
-        self._desk = desk
-
     async def get(self, kind: str) -> None:
-        found = await self._desk.take(kind)
+        found = await self.settings["desk"].take(kind)
         if found is None:
             raise HTTPError(_NOT_FOUND, reason="there is no such file yet")
         name, text = re.sub(r"[^A-Za-z0-9_.-]", "-", found[0]), found[1]
@@ -99,19 +93,20 @@ class PageServer:
         sockets, self.port = free_port(port)
         self.access = Access(self.port, token_urlsafe())
         self.desk = Desk(Store(), workers or Workers())
-        self._left, self._seen = left, time.monotonic()
-        desk = self.desk
+        self._left, desk = left, self.desk
         application = Application(FunctionHandler(lambda document: open_document(desk, document)))
         self.guarded = Guarded(
             {"/": application},
             self.access,
             secret_key=token_urlsafe().encode(),
             sign_sessions=True,
+            desk=desk,
+            most=most,
             extra_patterns=[
                 (r"/own/(page\.js|page\.css)", StaticFileHandler, {"path": own_folder()}),
-                (r"/upload", Upload, {"store": desk.store, "most": most}),
-                (r"/act", Act, {"desk": desk}),
-                (r"/take/([a-z]+)", Take, {"desk": desk}),
+                (r"/upload", Upload),
+                (r"/act", Act),
+                (r"/take/([a-z]+)", Take),
             ],
         )
         http = HTTPServer(self.guarded)
@@ -119,16 +114,13 @@ class PageServer:
         self._server = BaseServer(IOLoop.current(), self.guarded, http)
         self._server.start()
 
-    def watched(self) -> bool:
-        """Return whether a tab is open, or was a short time ago."""
-        if any(session.connection_count for session in self._server.get_sessions("/")):
-            self._seen = time.monotonic()
-        return time.monotonic() - self._seen < self._left
-
     async def until_left(self) -> None:
         """Wait until nobody has looked at the page for half an hour."""
-        while self.watched():
+        seen = time.monotonic()
+        while time.monotonic() - seen < self._left:
             await asyncio.sleep(min(_LOOK, self._left))
+            if any(session.connection_count for session in self._server.get_sessions("/")):
+                seen = time.monotonic()
 
     def close(self) -> None:
         """End the server and its children, and delete the files."""
@@ -151,7 +143,7 @@ def free_port(port: int) -> tuple[list[socket], int]:
 def run_page(
     places: Sequence[Path], port: int, show: Callable[[str], bool], say: Callable[[str], None]
 ) -> None:
-    """Serve the page with some files until it is left. `show` opens an address; `say` prints a line.
+    """Serve the page with some files until it is left. `show` opens an address; `say` prints.
 
     Raises BadInputError where no port is free, KeyboardInterrupt where it is stopped.
     """
@@ -162,9 +154,7 @@ def run_page(
             if port not in (0, server.port):
                 say(f"port {port} is taken: port {server.port} is used")
             say(f"open this page: {server.access.address}")
-            say(
-                "It is on this computer alone, and ends with Ctrl-C or half an hour after its last tab."
-            )
+            say("It is on this computer alone. Ctrl-C ends it, or half an hour without a tab.")
             show(server.access.address)
             for place in places:
                 names = {"": f"{place}/"} if place.is_dir() else {place.name: str(place)}

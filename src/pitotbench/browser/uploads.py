@@ -93,21 +93,19 @@ def shown_name(name: str) -> str:
 class Upload(RequestHandler):
     """Takes one file, as the body of a request. The gate has looked at the cookie before."""
 
-    def initialize(self, store: Store, most: int = MOST_BYTES) -> None:
-        self._store, self._most = store, most
-        self._path: Path | None = None
+    _path: Path | None = None
 
     def prepare(self) -> None:
         """Refuse a body that is too large, or is no log, before it is read."""
-        headers = self.request.headers
+        headers, most = self.request.headers, self.settings["most"]
         # Without a stated length nothing is taken; of a stated one Tornado reads no byte more.
-        if int(headers.get("Content-Length", self._most + 1)) > self._most:
-            raise HTTPError(_TOO_LARGE, reason=f"more than {self._most >> 20:,} MB: cut the log")
+        if int(headers.get("Content-Length", most + 1)) > most:
+            raise HTTPError(_TOO_LARGE, reason=f"more than {most >> 20:,} MB: cut the log")
         name, drop = unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
-        self._path = self._store.new_path(name, drop)
+        self._path = self.settings["desk"].store.new_path(name, drop)
         if self._path is None:
             raise HTTPError(_UNKNOWN, reason=f"no log: a log ends in {', '.join(ENDINGS)}")
-        self.request.connection.set_max_body_size(self._most)  # type: ignore[union-attr]
+        self.request.connection.set_max_body_size(most)  # type: ignore[union-attr]
         self._file = self._path.open("wb")
 
     def data_received(self, chunk: bytes) -> None:

@@ -114,7 +114,8 @@ class Look:
 @dataclass(frozen=True, slots=True)
 class Answer:
     """The answer of a request: the calibration of its first flight, which flights share it in
-    words, the used spans [s, on the log's clock], and the parameters of an autopilot where they were asked for.
+    words, the used spans [s, on the log's clock], and the autopilot's parameters where they were
+    asked for.
     """
 
     result: Calibration
@@ -315,7 +316,7 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
 
 
 def take(request: Request, kind: str) -> Iterator[tuple[str, str]]:
-    """Yield name and text of the file of a kind: `page`, `card`, `record`, `parameters` or `json`."""
+    """Yield name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`."""
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
     from pitotbench.show.pages import log_page, log_section

@@ -174,11 +174,19 @@ function addLeg() {
 at("typed").replaceChildren(head(LEG), make("tbody"));
 for (let leg = 0; leg < 3; leg += 1) addLeg();
 at("leg").addEventListener("click", addLeg);
+const COLUMNS = ["point", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"];
+
 at("legs").addEventListener("submit", (event) => {
   event.preventDefault();
-  const rows = Array.from(at("typed").querySelectorAll("tbody tr"), (row) =>
-    Array.from(row.querySelectorAll("input"), (input) => input.value));
-  act({ what: "legs", rows, heading: at("direction").value !== "" });
+  const cells = Array.from(at("typed").querySelectorAll("tbody tr"), (row) =>
+    Array.from(row.querySelectorAll("input"), (input) => input.value.trim().replaceAll(",", ".").replaceAll('"', "")));
+  const rows = cells.filter((row) => row.slice(1).some(Boolean));
+  const names = [...COLUMNS, at("direction").value];
+  // Without airspeeds, ground speeds and tracks alone are asked; without points, these follow from the airspeeds.
+  const told = rows.some((row) => row.slice(1, 4).some(Boolean));
+  const first = told ? Number(!rows.some((row) => row[0])) : 4;
+  const lines = [names, ...rows].map((row) => row.slice(first).join(","));
+  act({ what: "legs", card: `${lines.join("\n")}\n` });
 });
 
 // Texts

@@ -16,7 +16,20 @@ import pitotbench
 from pitotbench.cli.app import COMMANDS, command_line
 
 SOURCE = Path(pitotbench.__file__).parent
-SLOW = {"numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jsbsim", "rich", "pydantic", "jinja2"}
+SLOW = {
+    "numpy",
+    "scipy",
+    "pandas",
+    "pyarrow",
+    "matplotlib",
+    "jsbsim",
+    "rich",
+    "pydantic",
+    "jinja2",
+} | {
+    "bokeh",
+    "tornado",
+}
 
 
 def loaded_after(code):
@@ -66,6 +79,12 @@ def test_import_help_and_version_load_no_slow_package(code):
     assert SLOW & loaded == set()
     own = {"pitotbench.cli.app"} | {each.module for each in COMMANDS if f"'{each.name}'" in code}
     assert [each.name for each in COMMANDS if each.module in loaded - own] == []
+
+
+def test_only_the_page_loads_bokeh():
+    loaded = loaded_after(command("calibrate", "no-such-file.csv"))
+    assert "pitotbench.cli.calibrate" in loaded
+    assert {"bokeh", "tornado", "pitotbench.browser"} & loaded == set()
 
 
 def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():

@@ -1,5 +1,6 @@
 """List the flights of a folder or of a .zip file, such as the card of a display."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,24 +9,28 @@ from pitotbench import air
 from pitotbench.logbook.bundle import logs_in, opened
 from pitotbench.logbook.checks import airplane_of, flights_in
 from pitotbench.logbook.columns import START
+from pitotbench.logbook.draft import MissingColumnsError
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
-from pitotbench.records.log import HeldFlight
+from pitotbench.records.log import FlightLog, HeldFlight
 
 
-def flights_of(path: Path) -> list[HeldFlight]:
-    """Return the flights of a folder or a .zip file, and of each file that is none its refusal.
+def flights_of(path: Path, read: Callable[[Path], FlightLog] = read_log) -> list[HeldFlight]:
+    """Return the flights of a file, a folder or a .zip file, and of each file that is none its
+    refusal. `read` reads a file.
 
     Raises BadInputError for a .zip file that cannot be unpacked.
     """
     found = []
     with opened(path) as folder:
-        for file in logs_in(folder):
-            name = str(file.relative_to(folder))
+        for file in logs_in(folder) if folder.is_dir() else [folder]:
+            name = str(file.relative_to(folder)) if file != folder else file.name
             try:
-                log = read_log(file)
+                log = read(file)
             except BadInputError as error:
-                found.append(HeldFlight(name, str(error).removeprefix(f"{file}: ")))
+                words = str(error).removeprefix(f"{file}: ")
+                strange = isinstance(error, MissingColumnsError)
+                found.append(HeldFlight(name, words, strange=strange))
                 continue
             for flight in flights_in(log):
                 speed = air.calibrated_airspeed(np.maximum(flight.impact_pressure, 0.0))

@@ -11,7 +11,7 @@ from pitotbench.simulation.aircraft import PACKAGE, find_aircraft
 
 # Packages whose code shows results and cannot change them. All other code counts: a list of the
 # code that counts would miss a module that a later change adds.
-NOT_DECIDING = ("cli", "show")
+NOT_DECIDING = ("cli", "browser", "show")
 # What flies and calibrates needs neither the reconciler nor most of the bench.
 _NOT_FLYING = (*NOT_DECIDING, "reconciliation", "bench")
 

@@ -15,7 +15,7 @@ from io import TextIOWrapper
 from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError, NoAnswerError, error_words
 from pitotbench.show.columns import printable
 
 # The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and
@@ -71,6 +71,7 @@ COMMANDS = (
         "add_reproduce",
         "run_reproduce",
     ),
+    Command("open", "pitotbench.cli.open", "a page in the browser: drop a log, see the answer"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
     Command(
         "plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"
@@ -295,33 +296,15 @@ def _explain(error: BaseException) -> tuple[int, str]:
         LinAlgError,
     )  # imported only here: NumPy takes longer to load than all the rest
 
-    text = " ".join(str(error).split()) or type(error).__name__
     match error:
-        case BadInputError() | UnknownNameError():
-            return BAD_INPUT, str(error)
-        case NoAnswerError():
-            return NO_ANSWER, str(error)
-        case OSError():
-            return BAD_INPUT, f"{error.filename or 'file'}: {error.strerror or error}"
-        case LinAlgError() | ArithmeticError():
-            return (
-                NO_ANSWER,
-                "the log does not determine an answer: the numbers leave the range of the "
-                "computation; check its clock and its units",
-            )
-        case MemoryError():
-            return (
-                BAD_INPUT,
-                "the memory does not suffice; check the clock of the log, or cut the log",
-            )
-        case RecursionError():
-            return BAD_INPUT, "the input is nested too deeply; write it with fewer levels"
         case KeyboardInterrupt():
+            text = str(error)
             return INTERRUPTED, text if text.startswith("stopped") else "interrupted"
-    return (
-        UNFORESEEN,
-        f"unexpected: {type(error).__name__}: {text}; run again with --debug for the traceback",
-    )
+        case NoAnswerError() | LinAlgError() | ArithmeticError():
+            return NO_ANSWER, error_words(error)
+        case BadInputError() | UnknownNameError() | OSError() | MemoryError() | RecursionError():
+            return BAD_INPUT, error_words(error)
+    return UNFORESEEN, f"{error_words(error)}; run again with --debug for the traceback"
 
 
 # `pitotbench completion`: the script with which a shell completes commands and flags.

@@ -282,19 +282,10 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
 def _document(
     reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
 ) -> object:
-    from pitotbench.show.calibration import calibration_json, flight_json
-    from pitotbench.show.legs import points_json
-    from pitotbench.show.takehome import settings_json
+    from pitotbench.show.takehome import flight_document
 
     documents = [
-        {
-            "log": each.path.name,
-            "origin": _origin(each.flight.log),
-            **calibration_json(each.flight.calibration, limit),
-            **flight_json(each.flight),
-            "fixed_speed": points_json(each.flight.calibration.points),
-            **settings_json(found),
-        }
+        flight_document(each.path.name, each.flight, found, limit)
         for each, found in zip(reduced, settings, strict=True)
     ]
     return documents[0] if len(documents) == 1 else documents

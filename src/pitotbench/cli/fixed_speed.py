@@ -163,7 +163,7 @@ def _of_logs(options: argparse.Namespace) -> None:
 def _of_legs(options: argparse.Namespace) -> None:
     from pitotbench.calibration.leg_points import fixed_speed
     from pitotbench.show.columns import json_text
-    from pitotbench.show.legs import legs_json
+    from pitotbench.show.legs import legs_json, legs_sentences
     from pitotbench.units import DEGREE, KNOT
 
     speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
@@ -173,9 +173,8 @@ def _of_legs(options: argparse.Namespace) -> None:
     if options.json:
         sys.stdout.write(json_text(answer))
         return
-    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
-    sys.stdout.write(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}\n")
-    sys.stdout.write(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°\n")
+    for line in legs_sentences(answer):
+        sys.stdout.write(f"{line}\n")
 
 
 def _numbers(text: str, flag: str) -> "Array":

@@ -95,7 +95,7 @@ def add_temperature(parser: argparse.ArgumentParser) -> None:
 
 
 def add_part(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of a part of a log: `--from` and `--to`."""
+    """Add the flags of a part of a log: `--from`, `--to` and `--without`."""
     parser.add_argument(
         "--from",
         dest="begin",
@@ -105,27 +105,22 @@ def add_part(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00"
     )
+    parser.add_argument(
+        "--without",
+        metavar="MIN:S-MIN:S",
+        action="append",
+        help="leave out the minutes between, such as 14:00-15:30; may be given several times",
+    )
 
 
 def stated_part(options: argparse.Namespace) -> "Part":
-    """Return the part of a log that `--from` and `--to` state [s].
+    """Return the part of a log that `--from`, `--to` and `--without` state [s].
 
     Raises BadInputError for a moment that is none.
     """
-    moments = (("--from", options.begin), ("--to", options.end))
-    begin, end = (None if text is None else _moment(flag, text) for flag, text in moments)
-    return begin, end
+    from pitotbench.logbook.assembly import part_of
 
-
-def _moment(flag: str, text: str) -> float:
-    """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
-    try:
-        parts = [float(part) for part in text.split(":")]
-    except ValueError:
-        parts = []
-    if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
-        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
-    return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
+    return part_of(options.begin, options.end, options.without or ())
 
 
 def add_wind(parser: argparse.ArgumentParser) -> None:
@@ -218,6 +213,7 @@ def read_choices(options: argparse.Namespace) -> "list[Choice]":
         flag_choice("mapping", options.mapping, "as recognized"),
         flag_choice("from", options.begin, "the first row"),
         flag_choice("to", options.end, "the last row"),
+        flag_choice("without", ", ".join(options.without or ()) or None, "none"),
     ]
 
 

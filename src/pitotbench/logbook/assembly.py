@@ -1,16 +1,47 @@
 """Make a checked log of a table under our column names."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
 from pitotbench.logbook.columns import WARNINGS, Table, earlier_warnings
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import Draft, draft_of, require
+from pitotbench.records import BadInputError
 from pitotbench.records.log import START as FIRST_ROW
 from pitotbench.records.log import FlightLog
 
-Part = tuple[float | None, float | None]  # s after the first row, from and to
+Span = tuple[float, float]  # s after the first row
+# From and to, None for an end of the log, and the spans between them that are left out.
+Part = tuple[float | None, float | None, *tuple[Span, ...]]
 WHOLE: Part = (None, None)
+
+
+def part_of(begin: str | None, end: str | None, without: Iterable[str] = ()) -> Part:
+    """Return the part of a log that texts state: two moments such as `12:30`, and spans such as
+    `14:00-15:30` to leave out. Raises BadInputError for a text that is none.
+    """
+    first, last = (
+        None if not text else _moment(flag, text)
+        for flag, text in (("--from", begin), ("--to", end))
+    )
+    spans = []
+    for text in without:
+        low, dash, high = text.partition("-")
+        if not dash:
+            raise BadInputError(f"--without {text!r}: give two moments, such as 14:00-15:30")
+        spans.append((_moment("--without", low), _moment("--without", high)))
+    return first, last, *spans
+
+
+def _moment(flag: str, text: str) -> float:
+    """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
+    try:
+        parts = [float(part) for part in text.split(":")]
+    except ValueError:
+        parts = []
+    if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
+        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
+    return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
 
 
 def log_of(

@@ -2,11 +2,12 @@
 flights these are.
 """
 
+import stat
 import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
@@ -16,6 +17,7 @@ from pitotbench.records import BadInputError
 ZIP = ".zip"
 _MOST_BYTES = 2 << 30  # of an unpacked .zip: more fits no card's month of flights
 _MOST_FILES = 500  # of a folder that are read
+_MOST_MEMBERS = 10_000  # of a .zip
 
 
 def is_bundle(path: Path) -> bool:
@@ -38,24 +40,52 @@ def opened(path: Path) -> Iterator[Path]:
         yield path
         return
     with TemporaryDirectory() as folder:
-        try:
-            with zipfile.ZipFile(packed) as file:
-                size = sum(entry.file_size for entry in file.infolist())
-                if size > _MOST_BYTES:
-                    raise BadInputError(
-                        f"it unpacks to {size >> 20:,} MB: unpack it, and give the logs alone"
-                    )
-                file.extractall(folder)
-        except OSError as error:
-            raise BadInputError(
-                f"cannot be unpacked: {error.strerror or error}; unpack it, and give the folder"
-            ) from error
-        # RuntimeError: a password, or a method of packing that is not known.
-        except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
-            raise BadInputError(
-                "not a complete .zip file, or one with a password: unpack it, and give the folder"
-            ) from error
+        unpack(packed, Path(folder))
         yield Path(folder) / path.relative_to(packed)
+
+
+def unpack(packed: Path, folder: Path) -> None:
+    """Unpack a .zip file into a folder.
+
+    Raises BadInputError for one that is broken, locked, holds more than 10,000 members, a link or a
+    way out of the folder, or unpacks to more than 2 GB, and where the disk does not take it.
+    """
+    try:
+        with zipfile.ZipFile(packed) as file:
+            members = file.infolist()
+            size = sum(entry.file_size for entry in members)
+            if size > _MOST_BYTES:
+                raise BadInputError(
+                    f"it unpacks to {size >> 20:,} MB: unpack it, and give the logs alone"
+                )
+            if len(members) > _MOST_MEMBERS:
+                raise BadInputError(
+                    f"it holds {len(members):,} files, where {_MOST_MEMBERS:,} are the most: give "
+                    "the logs alone"
+                )
+            strange = next(filter(_leads_out, members), None)
+            if strange is not None:
+                raise BadInputError(
+                    f"its member {strange.filename!r} is a link or leads out of the folder: pack "
+                    "the logs alone"
+                )
+            file.extractall(folder)
+    except OSError as error:
+        raise BadInputError(
+            f"cannot be unpacked: {error.strerror or error}; unpack it, and give the folder"
+        ) from error
+    # RuntimeError: a password, or a method of packing that is not known.
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
+        raise BadInputError(
+            "not a complete .zip file, or one with a password: unpack it, and give the folder"
+        ) from error
+
+
+def _leads_out(entry: zipfile.ZipInfo) -> bool:
+    """Return whether a member of a .zip file is a link, or lies outside of the folder."""
+    path = PurePosixPath(entry.filename.replace("\\", "/"))
+    link = stat.S_ISLNK(entry.external_attr >> 16)  # the mode of Unix is in the upper half
+    return link or path.is_absolute() or ".." in path.parts or ":" in str(path)[:2]
 
 
 def logs_in(folder: Path) -> list[Path]:

@@ -81,8 +81,11 @@ class Draft:
             self.channels[name] = values[good]
         self.rows = self.rows[good]
 
-    def keep_part(self, begin: float | None, end: float | None) -> None:
-        """Keep the rows from `begin` to `end` [s] after the first one; None for the log's own end.
+    def keep_part(
+        self, begin: float | None, end: float | None, *without: tuple[float, float]
+    ) -> None:
+        """Keep the rows from `begin` to `end` [s] after the first one, None for the log's own end,
+        but not those inside the spans of `without`.
 
         Raises BadInputError where the log holds no such part.
         """
@@ -90,10 +93,13 @@ class Draft:
         since = self.channels["time"] - self.start
         low, high = begin or 0.0, float(since[-1]) if end is None else end
         rows = (since >= low) & (since <= high)
+        for first, last in without:
+            rows &= (since < first) | (since > last)
         if low >= high or rows.sum() < _FEWEST_ROWS:
             raise BadInputError(
-                f"--from {minutes_text(low)} --to {minutes_text(high)}: the log runs from 0:00 to "
-                f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
+                f"--from {minutes_text(low)} --to {minutes_text(high)}"
+                f"{' and what is left out' if without else ''}: no rows remain; the log runs from "
+                f"0:00 to {minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
             )
         self.keep(rows)
 

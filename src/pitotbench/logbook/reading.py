@@ -49,20 +49,31 @@ def read_log(
     UnknownNameError for a mapping that is not shipped.
     """
     source = Path(path)
-    named = None if mapping is None else find_mapping(mapping)
     try:
-        with opened(source) as place:
-            stated = dict(parameters or {})
-            table = (
-                table_of(_only_log(place, source) if is_bundle(place) else place, stated)
-                if named is None
-                else _advised(read_mapped(place, named, read_table, stated), named)
-            )
-        if temperature_c is not None:
-            table = replace(table, header={**table.header, DAY: temperature_c})
-        return log_of(table, part)
+        return log_of(whole_table(source, mapping, dict(parameters or {}), temperature_c), part)
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
+
+
+def whole_table(
+    source: Path,
+    mapping: Path | str | None = None,
+    parameters: Parameters | None = None,
+    temperature_c: str | None = None,
+) -> Table:
+    """Return the table of a log under our column names, before it is checked. Parameters and errors
+    as of `read_log`, without the file in the message.
+    """
+    named = None if mapping is None else find_mapping(mapping)
+    with opened(source) as place:
+        table = (
+            table_of(_only_log(place, source) if is_bundle(place) else place, parameters)
+            if named is None
+            else _advised(read_mapped(place, named, read_table, parameters), named)
+        )
+    if temperature_c is None:
+        return table
+    return replace(table, header={**table.header, DAY: temperature_c})
 
 
 def _only_log(folder: Path, source: Path) -> Path:

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from pitotbench.catalog import UnknownNameError
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -33,6 +35,28 @@ class OneHeadingError(NoAnswerError):
 
 class UndeterminedError(NoAnswerError):
     """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
+
+
+def error_words(error: BaseException) -> str:
+    """Return what a person is told of an error: its message, where it is one of ours."""
+    from numpy.linalg import LinAlgError  # NumPy takes longer to load than all the rest
+
+    match error:
+        case BadInputError() | NoAnswerError() | UnknownNameError():
+            return str(error)
+        case OSError():
+            return f"{error.filename or 'file'}: {error.strerror or error}"
+        case LinAlgError() | ArithmeticError():
+            return (
+                "the log does not determine an answer: the numbers leave the range of the "
+                "computation; check its clock and its units"
+            )
+        case MemoryError():
+            return "the memory does not suffice; check the clock of the log, or cut the log"
+        case RecursionError():
+            return "the input is nested too deeply; write it with fewer levels"
+    text = " ".join(str(error).split()) or type(error).__name__
+    return f"unexpected: {type(error).__name__}: {text}"
 
 
 # The usual accuracies: 2σ of constant errors of the sensors, which hold where no log, mapping or

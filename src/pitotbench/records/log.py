@@ -225,7 +225,7 @@ class Provenance:
 class HeldFlight:
     """A flight of a folder: its file, and the file's refusal, empty for one that was read. Then its
     moment as the log states it, its airplane, its length [s] and the 5 % and 95 % quantiles of its
-    indicated airspeed [m/s].
+    indicated airspeed [m/s]. `strange`: it was not read for its names, which a mapping can tell.
     """
 
     file: str
@@ -234,6 +234,7 @@ class HeldFlight:
     airplane: str = ""
     seconds: float = 0.0
     airspeeds: tuple[float, float] = (0.0, 0.0)
+    strange: bool = False
 
     def __str__(self) -> str:
         if self.refusal:

@@ -35,7 +35,7 @@ from pitotbench.show.columns import (
 )
 from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
 from pitotbench.timeline import minutes_text
-from pitotbench.units import FOOT, KNOT, MetersPerSecond
+from pitotbench.units import FOOT, KNOT, SUFFIXES, SYMBOLS, MetersPerSecond, Seconds
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -119,6 +119,24 @@ def _handbook_line(curve: ErrorCurve, published: PublishedCurve) -> str:
     )
 
 
+_MOST_DOTS = 900  # of the samples drawn: more make a page slow
+
+
+def samples_of(result: Calibration) -> tuple[Seconds, MetersPerSecond, MetersPerSecond]:
+    """What at most some 900 single samples say: their time [s], indicated airspeed and correction
+    [m/s], which is the curve less the residual, (n,) each. The middle 99 % of them.
+    """
+    curve, residuals = result.curve, result.residuals
+    thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
+    speed = residuals.indicated_airspeed[thinned]
+    data = (
+        np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
+    )
+    low, high = np.quantile(data, [0.005, 0.995])
+    shown = (data >= low) & (data <= high)
+    return residuals.time[thinned][shown], speed[shown], data[shown]
+
+
 _USUAL_KT = (
     100.0,
     130.0,
@@ -135,7 +153,22 @@ class Correction:
     two_sigma_kt: float
 
     def __str__(self) -> str:
-        return f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt".replace("-", "−")
+        return self.words_in("kt").partition(" at ")[0]
+
+    def words_in(self, unit: str) -> str:
+        """The correction and its airspeed in a unit of speed, such as `kmh`."""
+        factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
+        value, bound, speed = (
+            each * factor for each in (self.correction_kt, self.two_sigma_kt, self.indicated_kt)
+        )
+        shown = "KIAS" if unit == "kt" else f"{symbol} indicated"
+        return f"{value:+.2f} ± {bound:.2f} {symbol} at {speed:.0f} {shown}".replace("-", "−")
+
+
+def correction_sentence(corrections: Sequence[Correction], unit: str = "kt") -> str:
+    """Some corrections of the indicated airspeed in one sentence, in a unit of speed."""
+    parts = [each.words_in(unit) for each in corrections]
+    return f"Add {'; '.join(parts)} to the indicated airspeed (± is 2σ)."
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,18 +187,22 @@ class ShortAnswer:
     @property
     def correction_sentence(self) -> str:
         """The corrections of the indicated airspeed in one sentence."""
-        parts = [f"{each} at {each.indicated_kt:.0f} KIAS" for each in self.corrections]
-        return f"Add {'; '.join(parts)} to the indicated airspeed (± is 2σ)."
+        return correction_sentence(self.corrections)
 
     @property
     def wind_sentence(self) -> str:
         """The wind with the larger of its components' bounds, in one sentence."""
-        if self.wind_kt is None:
+        return self.wind_in("kt")
+
+    def wind_in(self, unit: str) -> str:
+        """The same in a unit of speed, such as `kmh`."""
+        if self.wind_kt is None or self.wind_two_sigma_kt is None:
             return "The wind is unknown."
+        factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
         return (
-            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its "
-            "components is known "
-            f"to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
+            f"The wind is {self.wind_kt * factor:.1f} {symbol} from {self.wind_from_deg:03.0f}°; "
+            "each of its components is known "
+            f"to ±{self.wind_two_sigma_kt * factor:.2f} {symbol} (2σ) or better."
         )
 
 

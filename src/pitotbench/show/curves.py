@@ -10,6 +10,7 @@ from pitotbench import air
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
+from pitotbench.show.calibration import samples_of
 from pitotbench.show.legs import method_words
 from pitotbench.show.limits import AUTO, Limit, judgments, limit_for
 from pitotbench.show.markup import Section
@@ -43,7 +44,6 @@ _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
 _MAIN = (5.8, 3.1)  # in, the first picture of a page
 _LIMIT_WITHIN = 1.3  # times what the curve and its samples reach: a limit beyond is not drawn
-_MOST_DOTS = 900  # of the samples drawn: more make a page slow
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
 
@@ -181,18 +181,9 @@ def parts_panel(log: FlightLog, result: Calibration) -> Panel:
 
 
 def draw_data(axes: Axes, result: Calibration) -> None:
-    """Draw what at most some 900 single samples say: the curve less the residual, of which the
-    middle 99 %.
-    """
-    curve, residuals = result.curve, result.residuals
-    thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
-    speed = residuals.indicated_airspeed[thinned]
-    data = (
-        np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
-    )
-    low, high = np.quantile(data, [0.005, 0.995])
-    shown = (data >= low) & (data <= high)
-    axes.plot(speed[shown] / KNOT, data[shown] / KNOT, ".", color=PALE, ms=2.0, zorder=1)
+    """Draw what single samples say."""
+    _, speed, data = samples_of(result)
+    axes.plot(speed / KNOT, data / KNOT, ".", color=PALE, ms=2.0, zorder=1)
     axes.plot(
         [], [], ".", color=GREY, ms=5.0, label="samples without the wind"
     )  # large enough to be seen

@@ -92,6 +92,15 @@ def legs_json(
     }
 
 
+def legs_sentences(answer: dict[str, Any]) -> list[str]:
+    """The plain data of legs that were typed by hand, in words."""
+    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
+    return [
+        f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}",
+        f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°",
+    ]
+
+
 def _off(point: FixedSpeedPoint, curve: ErrorCurve) -> float | None:
     """The difference [kt]; None more than one step beyond the curve's ends."""
     from scipy.interpolate import CubicSpline  # slow to import, and not needed for typed legs

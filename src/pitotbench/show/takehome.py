@@ -16,6 +16,7 @@ from pitotbench import air
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import (
     AutopilotSettings,
+    CalibratedFlight,
     Calibration,
     ErrorCurve,
     Estimate,
@@ -31,13 +32,16 @@ from pitotbench.show.calibration import (
     GEOMETRY,
     GLANCE_COLUMNS,
     HEADINGS,
+    calibration_json,
     condition_lines,
+    flight_json,
     glance_points,
     handbook_lines,
     headline,
     short_answer_of,
 )
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
+from pitotbench.show.legs import points_json
 from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.markup import render
 from pitotbench.show.words import words
@@ -137,6 +141,25 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
         "wash": None
         if wash is None
         else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
+    }
+
+
+def flight_document(
+    name: str,
+    flight: CalibratedFlight,
+    found: AutopilotSettings | None = None,
+    limit: Limit | str | None = AUTO,
+) -> dict[str, Any]:
+    """A calibrated flight of the log of a name as plain data: the document of
+    `pitotbench calibrate --json`. `limit` as for `judgments`.
+    """
+    return {
+        "log": name,
+        "origin": "simulated" if flight.log.simulated else "measured",
+        **calibration_json(flight.calibration, limit),
+        **flight_json(flight),
+        "fixed_speed": points_json(flight.calibration.points),
+        **settings_json(found),
     }
 
 

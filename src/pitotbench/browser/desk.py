@@ -1,0 +1,209 @@
+"""What lies on the desk: the logs, what is asked of them, and the latest answer. It outlives the
+tabs that show it.
+"""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pitotbench.browser.uploads import Store
+from pitotbench.browser.work import (
+    Answer,
+    DraftRow,
+    Found,
+    LegAnswer,
+    LogFile,
+    Look,
+    Refusal,
+    Request,
+    answer,
+    draft,
+    find_flights,
+    mapping_of,
+    reduce_legs,
+    take,
+)
+from pitotbench.browser.workers import Workers
+from pitotbench.logbook.bundle import ZIP
+from pitotbench.records.log import HeldFlight
+
+_SETTLE = 0.15  # s that a choice must stand before it is computed
+FLAGS = ("begin", "end", "model", "accuracy", "temperature", "autopilot")
+
+
+class Desk:
+    """The state of the page, and what changes it. `listeners` are called after each change."""
+
+    def __init__(self, store: Store, workers: Workers) -> None:
+        self.store, self.workers = store, workers
+        self.listeners: set[Callable[[], None]] = set()
+        self.found: list[Found] = []
+        self.unit = "kt"
+        self.leave_out = False  # what is brushed
+        self.legs: LegAnswer | Refusal | None = None
+        self._card: LogFile | None = None
+        self._tasks: dict[asyncio.Task[None], str] = {}  # what runs, in words
+        self._answering: asyncio.Task[None] | None = None
+        self._clear()
+
+    def _clear(self) -> None:
+        """Ask nothing, and show no answer."""
+        self.chosen: tuple[int, ...] = ()
+        self.request: Request | None = None
+        self.refusal = ""
+        self.look: Look | None = None
+        self.answer: Answer | None = None
+        self.draft: tuple[DraftRow, ...] = ()
+        self._looked_at: Request | None = None
+
+    @property
+    def status(self) -> str:
+        """What is computed, in words; empty where nothing is."""
+        return next(reversed(self._tasks.values()), "")
+
+    def tell(self) -> None:
+        """Call the listeners."""
+        for listener in tuple(self.listeners):
+            listener()
+
+    def _ask(
+        self, status: str, then: Callable[[Any], None], *question: Any, wait: float = 0.0
+    ) -> asyncio.Task[None]:
+        """Ask the children a question, and call `then` with each reply."""
+
+        async def work() -> None:
+            await asyncio.sleep(wait)
+            async for reply in self.workers.ask(*question):
+                then(reply)
+                self.tell()
+
+        def over(task: asyncio.Task[None]) -> None:
+            del self._tasks[task]
+            self.tell()
+
+        task = asyncio.ensure_future(work())
+        self._tasks[task] = status
+        task.add_done_callback(over)
+        self.tell()
+        return task
+
+    def add_drop(self, drop: str) -> None:
+        """Look into the files of a drop that has arrived."""
+        names = self.store.names(drop)
+        alone = {path for path in names if path.suffix == ZIP or len(names) == 1}
+        for place in sorted({path if path in alone else path.parent for path in names}):
+            self.add(place, {path.name: name for path, name in names.items()})
+
+    def add(self, place: Path, names: dict[str, str]) -> None:
+        """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`."""
+        shown = names.get(place.name, place.name)
+
+        def then(reply: tuple[Found, ...] | Refusal) -> None:
+            if isinstance(reply, Refusal):
+                refused = HeldFlight(shown, reply.words.replace(str(place), shown))
+                reply = (Found(LogFile(place, shown), refused),)
+            places = range(len(self.found), len(self.found) + len(reply))
+            self.found += reply
+            read = [i for i in places if not self.found[i].flight.refusal]
+            strange = [i for i in places if self.found[i].flight.strange]
+            if read or (strange and self.answer is None):
+                self.choose((read or strange)[:1])
+
+        self._ask(f"reading {shown}", then, find_flights, place, names, self.store.new_folder())
+
+    def choose(self, places: Sequence[int]) -> None:
+        """Choose the logs that are asked, by their places in the list."""
+        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in FLAGS[2:]}
+        self._stop()
+        self._clear()
+        self.chosen = tuple(i for i in dict.fromkeys(places) if 0 <= i < len(self.found))
+        logs = tuple(dict.fromkeys(self.found[i].log for i in self.chosen))
+        refused = [self.found[i] for i in self.chosen if self.found[i].flight.refusal]
+        if logs and not refused:
+            self._answer(Request(logs, **kept))
+        for each in refused[:1]:
+            self.refusal = str(each.flight)
+            if each.flight.strange:
+                self._ask("drafting a mapping", self._drafted, draft, each.log)
+        self.tell()
+
+    def _drafted(self, reply: tuple[DraftRow, ...] | Refusal) -> None:
+        if isinstance(reply, Refusal):
+            self.refusal += f": {reply.words}"
+        else:
+            self.draft = reply
+
+    def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
+        """Read the chosen log by the draft, of whose rows our name and unit were edited."""
+        rows = zip(self.draft, edited, strict=True)
+        self.draft = tuple(replace(row, ours=ours, unit=unit) for row, (ours, unit) in rows)
+        log = self.found[self.chosen[0]].log
+        text = mapping_of(self.draft, f"drafted from {log.name}")
+        self._answer(Request((log,), self.store.write("mapping.toml", text)))
+
+    def change(self, **flags: Any) -> None:
+        """Change flags of the request, such as `begin`, and ask again."""
+        if self.request is not None:
+            self._answer(replace(self.request, **flags))
+
+    def brush(self, begin: str, end: str) -> None:
+        """Use the minutes between two moments alone, or leave them out, as was chosen."""
+        if self.request is not None and self.leave_out:
+            self.change(without=(*self.request.without, f"{begin}-{end}"))
+        else:
+            self.change(begin=begin, end=end)
+
+    def _stop(self) -> None:
+        if self._answering is not None:
+            self._answering.cancel()
+
+    def _answer(self, request: Request) -> None:
+        """Ask for an answer; an older question is given up."""
+        whole = replace(request, begin="", end="", without=(), model="", accuracy="")
+
+        def then(reply: Look | Answer | Refusal) -> None:
+            if isinstance(reply, Look):
+                self.look, self._looked_at = reply, whole
+            elif isinstance(reply, Answer):
+                self.answer = reply
+            else:
+                self.answer, self.refusal = None, reply.words
+                for log in (*request.logs, *filter(None, (request.mapping,))):
+                    self.refusal = self.refusal.replace(str(log.path), log.name)
+
+        self._stop()
+        self.request, self.refusal = request, ""
+        question = (answer, request, whole != self._looked_at)
+        self._answering = self._ask("computing", then, *question, wait=_SETTLE)
+
+    def reduce(self, text: str) -> None:
+        """Reduce typed legs: a card of legs (CSV), or their ground speeds and tracks alone."""
+        card = self._card = self.store.write("legs.csv", text)
+
+        def then(reply: LegAnswer | Refusal) -> None:
+            self.legs = reply
+            if isinstance(reply, Refusal):
+                self.legs = Refusal(reply.words.replace(str(card.path), card.name))
+
+        accuracy = getattr(self.request, "accuracy", "")
+        self._ask("reducing the legs", then, reduce_legs, card.path, accuracy)
+
+    async def take(self, kind: str) -> tuple[str, str] | None:
+        """Return name and text of a file to take away; None where there is none of the kind."""
+        mapping = None if self.request is None else self.request.mapping
+        own = {"legs": self._card, "mapping": mapping}.get(kind)
+        if own is not None:
+            return own.name, own.path.read_text(encoding="utf-8")
+        if self.request is None or self.answer is None:
+            return None
+        (found,) = [each async for each in self.workers.ask(take, self.request, kind)]
+        return None if isinstance(found, Refusal) else found
+
+    def close(self) -> None:
+        """End the children, and delete the files."""
+        for task in tuple(self._tasks):
+            task.cancel()
+        self.workers.close()
+        self.store.close()

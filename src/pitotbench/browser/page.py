@@ -1,0 +1,220 @@
+"""The page as a document of Bokeh: three pictures, and the texts of the desk for its script."""
+
+import json
+from collections.abc import Sequence
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.events import SelectionGeometry
+from bokeh.models import (
+    BoxSelectTool,
+    ColumnDataSource,
+    HoverTool,
+    LinearAxis,
+    Range1d,
+    Span,
+    TapTool,
+    Whisker,
+)
+from bokeh.plotting import figure
+from jinja2 import Template
+
+from pitotbench.browser.desk import Desk
+from pitotbench.browser.words import state_of
+from pitotbench.show.calibration import samples_of
+from pitotbench.timeline import minutes_text
+from pitotbench.units import FOOT, SUFFIXES, SYMBOLS
+
+# Okabe and Ito (2008): colors for all kinds of color vision; the kinds of lines differ as well.
+_BLUE = "#0072B2"
+_ORANGE = "#B36200"  # darker than theirs, for thin lines and numbers on white
+_GREEN = "#009E73"
+_INK = "#222222"
+_GREY = "#777777"
+_TALL = 290  # px
+_FAINT = 0.15
+_ROOM = 50.0  # ft, above and below the heights flown
+_KILOMETER = 1000.0  # m
+_MINUTE = 60.0  # s
+_COLUMNS = {  # of the data of each part of the pictures
+    "flight": ("minute", "speed", "height", "north", "east"),
+    "used": ("begin", "end"),
+    "curve": ("speed", "correction", "low", "high", "bound"),
+    "samples": ("minute", "speed", "correction"),
+    "legs": ("speed", "correction", "low", "high"),
+    "marked": ("minute", "speed", "correction"),
+}
+_FLIGHT = {"minute": "@minute{0.00}", "airspeed": "@speed{0.0} UNIT", "altitude": "@height{0,0} ft"}
+_AT_THE_POINTER = {
+    "time": _FLIGHT,
+    "track": _FLIGHT | {"north": "@north{0.00} km", "east": "@east{0.00} km"},
+    "error": {
+        "indicated": "@speed{0} UNIT",
+        "add": "@correction{+0.00} UNIT",
+        "±2σ": "@bound{0.00} UNIT",
+    },
+}
+_MARK = {"size": 12, "marker": "diamond", "fill_color": _ORANGE, "line_color": _INK}
+_LEG = {"size": 8, "marker": "square", "fill_color": "white", "line_color": _INK}
+_DASHED = {"color": _ORANGE, "line_dash": "dashed", "y_range_name": "height"}
+_GLYPHS: tuple[tuple[str, str, str, tuple[str, ...], dict[str, Any]], ...] = (
+    # picture, kind, data, columns, look; what is drawn later lies above
+    ("time", "vstrip", "used", ("begin", "end"), {"color": _GREEN, "alpha": _FAINT}),
+    ("time", "step", "flight", ("minute", "height"), _DASHED),
+    ("time", "line", "flight", ("minute", "speed"), {"color": _BLUE}),
+    ("time", "scatter", "marked", ("minute", "speed"), _MARK),
+    ("track", "line", "flight", ("east", "north"), {"color": _BLUE}),
+    ("error", "varea", "curve", ("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
+    ("error", "scatter", "samples", ("speed", "correction"), {"color": _GREY, "alpha": 0.4}),
+    ("error", "line", "curve", ("speed", "correction"), {"color": _BLUE, "line_width": 2}),
+    ("error", "scatter", "legs", ("speed", "correction"), _LEG),
+    ("error", "scatter", "marked", ("speed", "correction"), _MARK),
+)
+
+
+def own_folder() -> str:
+    """Return the folder of the page's template, script and style."""
+    return str(resources.files("pitotbench.browser") / "page")
+
+
+def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
+    """Return what the pictures show of a desk, by the names of `_COLUMNS`, in the columns' order;
+    speeds in the unit of the desk, heights in feet, ways in kilometers.
+    """
+    unit = SUFFIXES[desk.unit].factor
+    data: dict[str, tuple[Any, ...]] = {name: ((),) * len(c) for name, c in _COLUMNS.items()}
+    if (look := desk.look) is not None:
+        way = (look.north / _KILOMETER, look.east / _KILOMETER)
+        data["flight"] = (look.minute, look.airspeed / unit, look.height / FOOT, *way)
+    if desk.answer is not None:
+        result = desk.answer.result
+        time, speed, correction = samples_of(result)
+        minutes = (time - result.log_start) / _MINUTE
+        spans = (np.array(desk.answer.spans) - result.log_start) / _MINUTE
+        data["used"] = tuple(spans.T) or data["used"]
+        data["curve"] = _with_bound(result.curve, unit)
+        data["samples"] = (minutes, speed / unit, correction / unit)
+        legs = [_with_bound(point, unit)[:-1] for point in result.points]
+        data["legs"] = tuple(zip(*legs, strict=True)) or data["legs"]
+    return data
+
+
+def _with_bound(curve: Any, unit: float) -> tuple[Any, ...]:
+    """Airspeed, correction, its lower and upper end, and the bound, of a curve or of a point."""
+    value, bound = curve.correction / unit, curve.two_sigma / unit
+    return curve.indicated_airspeed / unit, value, value - bound, value + bound, bound
+
+
+def _figure(x: str, y: str, zoom: str, **settings: Any) -> Any:
+    plot = figure(
+        height=_TALL,
+        sizing_mode="stretch_width",
+        x_axis_label=x,
+        y_axis_label=y,
+        tools=[zoom, "box_zoom", "pan", "reset"],
+        min_border_left=10,
+        **settings,
+    )
+    plot.toolbar.logo = None
+    plot.grid.grid_line_color = "#E8E8E8"
+    return plot
+
+
+class View:
+    """The pictures of a desk in one tab: airspeed and height over `time`, the `track`, and the
+    `error` with its bound.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._shown: tuple[object, ...] = ()
+        self.data = {
+            name: ColumnDataSource({column: [] for column in columns})
+            for name, columns in _COLUMNS.items()
+        }
+        self.height = Range1d()
+        ranges = {"height": self.height}
+        self.time = _figure("time [min]", "", "xwheel_zoom", extra_y_ranges=ranges)
+        self.track = _figure("east [km]", "north [km]", "wheel_zoom", match_aspect=True)
+        self.error = _figure("", "", "wheel_zoom")
+        drawn = {
+            (plot, kind, name): getattr(getattr(self, plot), kind)(
+                *columns, source=self.data[name], **look
+            )
+            for plot, kind, name, columns, look in _GLYPHS
+        }
+        speed, dots = drawn["time", "line", "flight"], drawn["error", "scatter", "samples"]
+        dots.nonselection_glyph = dots.glyph
+        self.time.y_range.renderers = [speed]  # the height has its own
+        brush = BoxSelectTool(dimensions="width", renderers=[], description="brush minutes")
+        self.time.add_tools(brush, HoverTool(renderers=[speed], mode="vline"))
+        self.time.toolbar.active_drag = brush
+        self.track.add_tools(HoverTool(renderers=[drawn["track", "line", "flight"]]))
+        curve = HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline")
+        self.error.add_tools(TapTool(renderers=[dots]), curve)
+        heights = LinearAxis(y_range_name="height", axis_label="pressure altitude [ft]")
+        bars = Whisker(base="speed", lower="low", upper="high", source=self.data["legs"])
+        self.time.add_layout(heights, "right")
+        self.error.add_layout(bars)
+        self.error.add_layout(Span(location=0.0, dimension="width", line_width=0.5))
+        self.data["samples"].selected.on_change("indices", self._tapped)
+        self.time.on_event(SelectionGeometry, self._brushed)
+
+    def render(self) -> None:
+        """Show the desk as it is now; what has not changed stays, with its zoom."""
+        desk = self._desk
+        # A property that nothing draws: the texts are no HTML.
+        self.time.tags = [json.dumps(state_of(desk), allow_nan=False)]
+        shown = (desk.look, desk.answer, desk.unit)
+        if [*map(id, shown)] != [*map(id, self._shown)]:
+            self._shown = shown
+            self.data["samples"].selected.indices = []
+            for name, columns in picture_data(desk).items():
+                self.data[name].data = dict(zip(_COLUMNS[name], columns, strict=True))
+            self._label(SYMBOLS[desk.unit])
+
+    def _label(self, unit: str) -> None:
+        """Name the axes and the numbers at the pointer; give the height its range."""
+        height = np.array([*self.data["flight"].data["height"]] or [0.0])
+        self.height.update(start=float(height.min()) - _ROOM, end=float(height.max()) + _ROOM)
+        self.time.yaxis[0].axis_label = self.error.xaxis.axis_label = f"indicated airspeed [{unit}]"
+        self.error.yaxis.axis_label = f"correction to add [{unit}]"
+        for name, rows in _AT_THE_POINTER.items():
+            told = [(label, text.replace("UNIT", unit)) for label, text in rows.items()]
+            getattr(self, name).select_one(HoverTool).tooltips = told
+
+    def _tapped(self, _attribute: str, _old: object, new: Sequence[int]) -> None:
+        """Light up the tapped sample in both pictures."""
+        held = self.data["samples"].data
+        self.data["marked"].data = {n: np.asarray(v)[list(new[:1])] for n, v in held.items()}
+
+    def _brushed(self, event: Any) -> None:
+        """Use the minutes of the brush, or leave them out."""
+        if event.final and self._desk.look is not None:
+            last = float(self._desk.look.minute[-1])
+            ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
+            begin, end = (minutes_text(_MINUTE * minute) for minute in ends)
+            if begin != end:
+                self._desk.brush(begin, end)
+
+
+def open_document(desk: Desk, document: Document) -> View:
+    """Fill a document of Bokeh with the view of a desk, and keep it so."""
+    view = View(desk)
+    document.title = "pitotbench"
+    page = resources.files("pitotbench.browser") / "page" / "page.html"
+    document.template = Template(page.read_text(encoding="utf-8"))
+    for name in ("time", "track", "error"):
+        model = getattr(view, name)
+        model.name = name
+        document.add_root(model)
+    view.render()
+
+    def listen() -> None:
+        document.add_next_tick_callback(view.render)
+
+    desk.listeners.add(listen)
+    document.on_session_destroyed(lambda _: desk.listeners.discard(listen))
+    return view

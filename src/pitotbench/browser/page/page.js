@@ -1,0 +1,300 @@
+"use strict";
+// The page's own script: files to the server, choices to the server, texts from the server. All that comes is put in as text.
+
+const at = (id) => document.getElementById(id);
+let state = null;
+
+function make(tag, text, attributes = {}) {
+  const element = document.createElement(tag);
+  if (text) element.textContent = text;
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  return element;
+}
+
+function say(id, text) {
+  const element = at(id);
+  if (element.textContent !== text) element.textContent = text;
+  if (element.classList.contains("doubt")) element.hidden = !text;
+}
+
+function list(id, lines) {
+  const element = at(id);
+  element.replaceChildren(...lines.map((line) => make("li", line)));
+  if (element.classList.contains("doubt")) element.hidden = !lines.length;
+}
+
+function head(names) {
+  const row = make("tr");
+  row.append(...names.map((name) => make("th", name, { scope: "col" })));
+  const top = make("thead");
+  top.append(row);
+  return top;
+}
+
+function table(id, found) {
+  const body = make("tbody");
+  for (const cells of found ? found.rows : []) {
+    const row = make("tr");
+    row.append(...cells.map((cell) => make("td", cell)));
+    body.append(row);
+  }
+  at(id).replaceChildren(...(found && found.rows.length ? [head(found.head), body] : []));
+}
+
+async function act(choice) {
+  const reply = await fetch("/act", {
+    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(choice),
+  }).catch(() => null);
+  if (!reply) say("status", "pitotbench has ended: start it again");
+  else if (!reply.ok) say("status", reply.statusText);
+}
+
+// Files
+
+async function* filesOf(entry, folder = "") {
+  if (entry.isFile) {
+    const file = await new Promise((done, failed) => entry.file(done, failed));
+    yield [file, folder + file.name];
+    return;
+  }
+  const reader = entry.createReader();
+  for (;;) {
+    const some = await new Promise((done, failed) => reader.readEntries(done, failed));
+    if (!some.length) return;
+    for (const each of some) yield* filesOf(each, `${folder}${entry.name}/`);
+  }
+}
+
+function send(file, name, drop, line) {
+  return new Promise((done) => {
+    const bar = make("progress", "", { max: file.size || 1, value: 0, "aria-label": name });
+    line.replaceChildren(bar, ` ${name}`);
+    const request = new XMLHttpRequest();
+    request.upload.onprogress = (event) => { bar.value = event.loaded; };
+    request.onloadend = () => {
+      const whole = request.status === 200;
+      if (whole) line.remove();
+      else line.textContent = `${name}: ${request.status ? request.responseText : "was not taken"}`;
+      done(whole);
+    };
+    request.open("POST", "/upload");
+    request.setRequestHeader("X-Name", encodeURIComponent(name));
+    request.setRequestHeader("X-Drop", drop);
+    request.setRequestHeader("Content-Type", "application/octet-stream");
+    request.send(file);
+  });
+}
+
+async function sendAll(pairs) {
+  const drop = Array.from(crypto.getRandomValues(new Uint32Array(3)), (part) => part.toString(36)).join("");
+  at("uploads").replaceChildren();
+  let arrived = 0;
+  for await (const [file, name] of pairs) {
+    if (name.split("/").some((part) => part.startsWith("."))) continue;
+    const line = make("li");
+    at("uploads").append(line);
+    if (await send(file, name, drop, line)) arrived += 1;
+  }
+  if (arrived) await act({ what: "arrived", drop });
+}
+
+const zone = document.documentElement;
+for (const kind of ["dragenter", "dragover"]) {
+  zone.addEventListener(kind, (event) => { event.preventDefault(); at("drop").classList.add("over"); });
+}
+zone.addEventListener("dragleave", (event) => { if (!event.relatedTarget) at("drop").classList.remove("over"); });
+zone.addEventListener("drop", (event) => {
+  event.preventDefault();
+  at("drop").classList.remove("over");
+  const entries = Array.from(event.dataTransfer.items, (item) => item.webkitGetAsEntry()).filter(Boolean);
+  sendAll((async function* () { for (const entry of entries) yield* filesOf(entry); })());
+});
+for (const id of ["files", "folder"]) {
+  at(id).addEventListener("change", () => {
+    sendAll(Array.from(at(id).files, (file) => [file, file.webkitRelativePath || file.name]));
+    at(id).value = "";
+  });
+}
+
+// Choices
+
+function flags() {
+  const form = at("flags");
+  const names = Object.keys(state.flags);
+  act({ what: "flags", flags: Object.fromEntries(names.map((name) => [name, form.elements[name].value])),
+    without: form.elements.without.value });
+}
+
+at("flags").addEventListener("submit", (event) => { event.preventDefault(); flags(); });
+for (const name of ["model", "autopilot"]) at("flags").elements[name].addEventListener("change", flags);
+const look = () => act({ what: "show", unit: at("unit").value, leave_out: document.querySelector("[value=leave]").checked });
+at("unit").addEventListener("change", look);
+at("whole").addEventListener("click", () => {
+  for (const name of ["begin", "end", "without"]) at("flags").elements[name].value = "";
+  flags();
+});
+for (const radio of document.getElementsByName("mode")) {
+  radio.addEventListener("change", look);
+}
+at("choose").addEventListener("click", () => {
+  const marked = document.querySelectorAll("#flights input:checked");
+  act({ what: "choose", places: Array.from(marked, (box) => Number(box.value)) });
+});
+at("map").addEventListener("click", () => {
+  const rows = Array.from(document.querySelectorAll("#columns tbody tr"), (row) => {
+    const [ours, unit] = row.querySelectorAll("input");
+    return [ours.value, unit.value];
+  });
+  act({ what: "map", rows });
+});
+for (const button of document.querySelectorAll("[data-copy]")) {
+  button.addEventListener("click", async () => {
+    await navigator.clipboard.writeText(at(button.dataset.copy).textContent);
+    button.textContent = "Copied";
+    setTimeout(() => { button.textContent = "Copy"; }, 1500);
+  });
+}
+
+// Legs
+
+const LEG = ["point", "KIAS", "pressure altitude [ft]", "air temperature [°C]", "ground speed [kt]", "direction [°]"];
+
+function addLeg() {
+  const body = at("typed").querySelector("tbody");
+  const row = make("tr");
+  const number = body.children.length + 1;
+  for (const name of LEG) {
+    const cell = make("td");
+    cell.append(make("input", "", { size: name === "point" ? 4 : 7, inputmode: "text", "aria-label": `leg ${number}, ${name}` }));
+    row.append(cell);
+  }
+  body.append(row);
+}
+
+at("typed").replaceChildren(head(LEG), make("tbody"));
+for (let leg = 0; leg < 3; leg += 1) addLeg();
+at("leg").addEventListener("click", addLeg);
+const COLUMNS = ["point", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"];
+
+at("legs").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const cells = Array.from(at("typed").querySelectorAll("tbody tr"), (row) =>
+    Array.from(row.querySelectorAll("input"), (input) => input.value.trim().replaceAll(",", ".").replaceAll('"', "")));
+  const rows = cells.filter((row) => row.slice(1).some(Boolean));
+  const names = [...COLUMNS, at("direction").value];
+  // Without airspeeds, ground speeds and tracks alone are asked; without points, these follow from the airspeeds.
+  const told = rows.some((row) => row.slice(1, 4).some(Boolean));
+  const first = told ? Number(!rows.some((row) => row[0])) : 4;
+  const lines = [names, ...rows].map((row) => row.slice(first).join(","));
+  act({ what: "legs", card: `${lines.join("\n")}\n` });
+});
+
+// Texts
+
+function choices(select, names, chosen) {
+  const shown = Object.entries(names);
+  if (select.options.length !== shown.length) {
+    select.replaceChildren(...shown.map(([value, text]) => make("option", text, { value })));
+  }
+  select.value = chosen;
+}
+
+function flights(found, before) {
+  if (before && JSON.stringify([before.flights, before.chosen]) === JSON.stringify([found.flights, found.chosen])) return;
+  const body = make("tbody");
+  found.flights.rows.forEach((cells, place) => {
+    const row = make("tr");
+    const cell = make("td");
+    const box = make("input", "", { type: "checkbox", value: place, "aria-label": `mark ${cells[0]}` });
+    box.checked = found.chosen.includes(place);
+    const open = make("button", found.chosen.includes(place) ? "shown" : "show", { type: "button", "aria-label": `show ${cells[0]}` });
+    open.addEventListener("click", () => act({ what: "choose", places: [place] }));
+    cell.append(box, " ", open);
+    row.append(cell);
+    const refused = found.refused[place];
+    if (refused) row.append(make("td", refused, { colspan: found.flights.head.length }));
+    else row.append(...cells.map((text) => make("td", text)));
+    row.className = (found.chosen.includes(place) ? "chosen" : "") + (refused ? " refused" : "");
+    body.append(row);
+  });
+  at("flights").replaceChildren(...(found.flights.rows.length ? [head(["", ...found.flights.head]), body] : []));
+  at("together").hidden = found.flights.rows.length < 2;
+}
+
+function draft(found, before) {
+  at("draft").hidden = !found;
+  if (!found || (before && JSON.stringify(before) === JSON.stringify(found))) return;
+  at("quantities").replaceChildren(...found.ours.map((name) => make("option", "", { value: name })));
+  at("units").replaceChildren(...found.units.map((name) => make("option", "", { value: name })));
+  const body = make("tbody");
+  for (const [theirs, ours, unit, values, question] of found.rows) {
+    const row = make("tr");
+    const inputs = [["quantities", ours, 22, "ours"], ["units", unit, 7, "unit"]].map(([names, value, size, what]) => {
+      const cell = make("td");
+      const input = make("input", "", { list: names, size, "aria-label": `${what} for ${theirs}` });
+      input.value = value;
+      cell.append(input);
+      return cell;
+    });
+    row.append(make("td", theirs), ...inputs, make("td", values), make("td", question));
+    body.append(row);
+  }
+  at("columns").replaceChildren(head(["their column", "ours (empty: not used)", "unit", "first values", "question"]), body);
+}
+
+const TAKE = { page: "Page (HTML)", card: "Card (CSV)", record: "Record (HTML)", parameters: "Parameters", mapping: "Mapping (TOML)", json: "JSON" };
+
+function show(text) {
+  const before = state;
+  state = JSON.parse(text);
+  const answer = state.answer;
+  say("status", state.status);
+  at("status").classList.toggle("busy", Boolean(state.status));
+  say("refusal", state.refusal);
+  flights(state, before);
+  draft(state.draft, before && before.draft);
+  list("doubts", answer ? answer.doubts : []);
+  const nothing = state.flights.rows.length ? "" : "No log yet. Drop one, or type three legs below.";
+  if (answer || !state.status) say("sentence", answer ? answer.sentence : state.refusal ? "" : nothing);
+  if (answer || !state.status) list("lines", answer ? answer.lines : []);
+  const there = state.command !== "";
+  at("flight").hidden = at("pair").hidden = !there;
+  if (!there) at("more").hidden = true;
+  else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
+  at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
+  const form = at("flags");
+  const changed = !before || JSON.stringify([before.flags, before.without]) !== JSON.stringify([state.flags, state.without]);
+  choices(form.elements.model, Object.fromEntries(state.choices.model.map((n) => [n, n || "usual"])), state.flags.model);
+  choices(form.elements.autopilot, Object.fromEntries(state.choices.autopilot.map((n) => [n, n || "none"])), state.flags.autopilot);
+  choices(at("unit"), state.choices.unit, state.unit);
+  for (const radio of document.getElementsByName("mode")) radio.checked = (radio.value === "leave") === state.leave_out;
+  if (changed) {
+    for (const [name, value] of Object.entries(state.flags)) form.elements[name].value = value;
+    form.elements.without.value = state.without.join(", ");
+  }
+  say("command", state.command);
+  table("card", answer && answer.card);
+  at("drone").hidden = !(answer && answer.parameters.rows.length);
+  table("parameters", answer && answer.parameters);
+  list("left", answer ? answer.left : []);
+  list("warnings", answer ? answer.warnings : []);
+  say("warned", answer ? `Warnings and notices (${answer.warnings.length})` : "Warnings and notices");
+  list("notes", answer ? answer.notes : []);
+  at("take").replaceChildren(...(answer ? answer.take : []).map((kind) => make("a", TAKE[kind], { href: `/take/${kind}`, download: "" })));
+  const legs = state.legs;
+  say("legrefusal", (legs && legs.refusal) || "");
+  list("legsaid", (legs && legs.sentences) || []);
+  table("legtable", legs && legs.table);
+  say("legline", (legs && legs.command) || "");
+  at("legcommand").hidden = !(legs && legs.command);
+  if (legs) at("byhand").open = true;
+}
+
+function listen() {
+  const found = window.Bokeh && Bokeh.documents.length ? Bokeh.documents[0].get_model_by_name("time") : null;
+  if (!found) { setTimeout(listen, 50); return; }
+  const tell = () => { if (found.tags.length) show(found.tags[0]); };
+  found.properties.tags.change.connect(tell);
+  tell();
+}
+listen();

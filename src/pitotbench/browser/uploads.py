@@ -1,0 +1,123 @@
+"""Files that come through the page: streamed into a private folder, under names that we give."""
+
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import unquote
+
+from tornado.web import HTTPError, RequestHandler, stream_request_body
+
+from pitotbench.browser.work import LogFile
+from pitotbench.logbook.bundle import ZIP
+from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
+from pitotbench.logbook.mapping import find_mapping, shipped
+
+MOST_BYTES = 500 << 20  # of a file
+ENDINGS = tuple(dict.fromkeys((*READ_ONLY, *FORMATS, *TOPIC_READERS, ZIP)))
+_MOST_FILES = 10_000  # of one visit
+_LONGEST = 200  # letters of a name that are shown
+_TOO_LARGE = 413
+_UNKNOWN = 415
+
+
+class Store:
+    """A private folder for files, one folder a drop. It is deleted at the end."""
+
+    def __init__(self) -> None:
+        self._own = TemporaryDirectory(prefix="pitotbench-")  # only its owner may enter
+        self._drops: dict[str, dict[Path, str]] = {}
+        self._numbers = count(1)
+
+    def new_path(self, name: str, drop: str) -> Path | None:
+        """Return where a file is to be put that the user knows by a name, in the folder of a drop;
+        None for a file that can be no log, and for one too many.
+
+        The name on the disk is ours. Its ending is one of the known ones; a file that belongs to a
+        log in several files keeps the ending by which its mapping finds it.
+        """
+        ending, number = ending_of(name), next(self._numbers)
+        if not ending or number > _MOST_FILES:
+            return None
+        files = self._drops.setdefault(drop, {})
+        folder = Path(self._own.name) / f"drop{list(self._drops).index(drop)}"
+        folder.mkdir(exist_ok=True)
+        path = folder / f"log{ending}"
+        if ending[0] == "." or path.exists():
+            path = folder / f"log{number}{ending}"
+        files[path] = shown_name(name)
+        return path
+
+    def names(self, drop: str) -> dict[Path, str]:
+        """Return the files of a drop, with the names by which the user knows them."""
+        return {path: name for path, name in self._drops.get(drop, {}).items() if path.exists()}
+
+    def new_folder(self) -> Path:
+        """Return a folder that does not exist yet."""
+        return Path(self._own.name) / f"own{next(self._numbers)}"
+
+    def write(self, name: str, text: str) -> LogFile:
+        """Write a text of ours, such as a mapping, under a name of ours."""
+        folder = self.new_folder()
+        folder.mkdir()
+        (folder / name).write_text(text, encoding="utf-8")
+        return LogFile(folder / name, name)
+
+    def close(self) -> None:
+        """Delete the folder."""
+        self._own.cleanup()
+
+
+def ending_of(name: str) -> str:
+    """Return the ending of a file's name that is known, empty where none is."""
+    low = name.lower()
+    parts = [
+        pattern.removeprefix("*")
+        for mapping in map(find_mapping, shipped())
+        if len(mapping.files) > 1
+        for file in mapping.files
+        for pattern in file.patterns
+    ]
+    known = [*sorted(parts, key=len, reverse=True), "PARM.csv", *ENDINGS]
+    return next((each for each in known if low.endswith(each.lower())), "")
+
+
+def shown_name(name: str) -> str:
+    """Return a file's name as it is shown and written into commands: without what could lead
+    elsewhere, and without control codes.
+    """
+    parts = [part for part in name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
+    return "".join(letter for letter in "/".join(parts) if letter.isprintable())[-_LONGEST:]
+
+
+@stream_request_body
+class Upload(RequestHandler):
+    """Takes one file, as the body of a request. The gate has looked at the cookie before."""
+
+    _path: Path | None = None
+
+    def prepare(self) -> None:
+        """Refuse a body that is too large, or is no log, before it is read."""
+        headers, most = self.request.headers, self.settings["most"]
+        # Without a stated length nothing is taken; of a stated one Tornado reads no byte more.
+        if int(headers.get("Content-Length", most + 1)) > most:
+            raise HTTPError(_TOO_LARGE, reason=f"more than {most >> 20:,} MB: cut the log")
+        name, drop = unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
+        self._path = self.settings["desk"].store.new_path(name, drop)
+        if self._path is None:
+            raise HTTPError(_UNKNOWN, reason=f"no log: a log ends in {', '.join(ENDINGS)}")
+        self.request.connection.set_max_body_size(most)  # type: ignore[union-attr]
+        self._file = self._path.open("wb")
+
+    def data_received(self, chunk: bytes) -> None:
+        """Write what came."""
+        self._file.write(chunk)
+
+    def post(self) -> None:
+        """Close the file. The page tells when all of a drop have arrived."""
+        self._file.close()
+
+    def on_connection_close(self) -> None:
+        """Delete what came of a file that is broken off."""
+        if self._path is not None and not self._file.closed:
+            self._file.close()
+            self._path.unlink()

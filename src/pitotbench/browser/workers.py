@@ -1,0 +1,142 @@
+"""Child processes that compute for the page, each warm and with limits; a newer question ends the
+process of an older one.
+"""
+
+import asyncio
+import multiprocessing
+import signal
+import time
+from collections.abc import AsyncGenerator, Callable, Iterator
+from contextlib import aclosing, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from pitotbench.browser.work import Refusal, warm
+from pitotbench.records import error_words
+
+_DONE = "done"
+_LOST = "the computation was ended by the system, probably for its memory: use fewer minutes"
+_TOO_LONG = "no answer within {} s of processor time: use fewer minutes, or a log of fewer rows"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a child may use: bytes of addresses, and seconds of processor time for one question."""
+
+    memory: int = 4 << 30
+    seconds: int = 300
+
+
+def serve(pipe: Connection, limits: Limits) -> None:
+    """Answer questions from a pipe until it is closed. The target of a child process."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C is for the server, which ends its children
+    _limit("RLIMIT_AS", limits.memory)
+    warm()
+    pipe.send(_DONE)
+    with suppress(EOFError, OSError):
+        while True:
+            function, arguments = pipe.recv()
+            _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
+            for reply in _replies(function, arguments):
+                pipe.send(reply)
+            pipe.send(_DONE)
+
+
+def _limit(name: str, most: int) -> None:
+    """Give this process a limit, which a later one may exceed. Windows has none."""
+    with suppress(ImportError):
+        import resource
+
+        limit = getattr(resource, name)
+        resource.setrlimit(limit, (most, resource.getrlimit(limit)[1]))
+
+
+def _replies(
+    function: Callable[..., Iterator[object]], arguments: tuple[Any, ...]
+) -> Iterator[Any]:
+    try:
+        yield from function(*arguments)
+    except Exception as error:
+        yield Refusal(error_words(error))
+
+
+class Child:
+    """A process that answers one question at a time."""
+
+    def __init__(self, limits: Limits) -> None:
+        # A fresh interpreter: it holds no socket of the server.
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=serve, args=(theirs, limits), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    async def hear(self) -> Any:
+        """Return what the child says next. Raises EOFError or OSError where it has ended."""
+        return await asyncio.to_thread(self._pipe.recv)
+
+    async def replies(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...]
+    ) -> AsyncGenerator[Any, None]:
+        """Yield the replies to a question. Raises as `hear` does."""
+        self._pipe.send((function, arguments))
+        while (reply := await self.hear()) != _DONE:
+            yield reply
+
+    def end(self, wait: float = 0.0) -> int | None:
+        """End the process; return what it had ended with by itself, None where it ran."""
+        self._process.join(wait)
+        code = self._process.exitcode
+        self._process.kill()
+        self._process.join()
+        return code
+
+
+class Workers:
+    """Some children. Who has answered last is asked first: it remembers the log."""
+
+    def __init__(self, count: int = 2, limits: Limits | None = None) -> None:
+        self.limits = limits or Limits()
+        self._idle: asyncio.LifoQueue[Child] = asyncio.LifoQueue()
+        self._children: dict[Child, asyncio.Task[None]] = {}
+        for _ in range(count):
+            self._start()
+
+    def _start(self) -> None:
+        child = Child(self.limits)
+
+        async def join() -> None:
+            with suppress(EOFError, OSError):  # one that has ended tells so when it is asked
+                await child.hear()
+            self._idle.put_nowait(child)
+
+        self._children[child] = asyncio.ensure_future(join())
+
+    async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
+        """Yield the replies to a question, which is a generator function of `work`. Whoever stops
+        to listen, or is canceled, ends the child; another takes its place.
+        """
+        child, answered = await self._idle.get(), False
+        try:
+            async with aclosing(child.replies(function, arguments)) as replies:
+                async for reply in replies:
+                    yield reply
+            answered = True
+        except (EOFError, OSError):
+            late = child.end(wait=1.0) == -getattr(signal, "SIGXCPU", 0)
+            yield Refusal(_TOO_LONG.format(self.limits.seconds) if late else _LOST)
+        finally:
+            if answered:
+                self._idle.put_nowait(child)
+            elif self._children.pop(child, None) is not None:
+                child.end()
+                self._start()
+
+    def close(self) -> None:
+        """End all children."""
+        children, self._children = self._children, {}
+        for child in children:
+            child.end()

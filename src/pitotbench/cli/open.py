@@ -1,0 +1,57 @@
+"""`pitotbench open`: a page in the browser on which one drops a log and sees the answer."""
+
+import argparse
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+from pitotbench.records import BadInputError
+
+_PORT = 5020
+_LAST_PORT = 65_535
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench open`."""
+    parser.add_argument(
+        "logs",
+        nargs="*",
+        type=Path,
+        metavar="FILE",
+        help="log files, folders or .zip files to begin with; others are dropped on the page",
+    )
+    parser.add_argument(
+        "--port",
+        type=int,
+        default=_PORT,
+        help="port on 127.0.0.1; where it is taken, the next one (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="print the address, and open no browser"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve the page until it is left; return exit code 0.
+
+    Raises BadInputError for a file that is not there, a port that cannot be, and without Bokeh.
+    """
+    import webbrowser
+
+    from pitotbench.show.columns import printable
+
+    if find_spec("bokeh") is None:
+        raise BadInputError("the page needs Bokeh: pip install 'pitotbench[open]'")
+    if missing := [str(path) for path in options.logs if not path.exists()]:
+        raise BadInputError(f"{missing[0]}: there is no such file or folder")
+    if not 0 <= options.port <= _LAST_PORT:
+        raise BadInputError(f"--port {options.port}: give 1024 to {_LAST_PORT}, or 0 for any")
+    from pitotbench.browser.server import run_page
+
+    def say(line: str) -> None:
+        sys.stdout.write(printable(line) + "\n")
+        sys.stdout.flush()
+
+    show = (lambda address: True) if options.no_browser else webbrowser.open
+    run_page(options.logs, options.port, show, say)
+    return 0

@@ -1,0 +1,412 @@
+"""The server of the page without a browser: who is let in, what is taken, and what a child may use."""
+
+import asyncio
+import stat
+import zipfile
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("bokeh", reason="the page needs Bokeh: pip install 'pitotbench[open]'")
+
+from tests.browser import questions
+from tornado.httpclient import AsyncHTTPClient, HTTPResponse
+from tornado.websocket import websocket_connect
+
+from pitotbench.browser import server as page_server
+from pitotbench.browser.desk import Desk
+from pitotbench.browser.server import PageServer, act
+from pitotbench.browser.uploads import Store, ending_of, shown_name
+from pitotbench.browser.words import state_of
+from pitotbench.browser.work import Found, LogFile, Refusal, Request
+from pitotbench.browser.workers import Limits, Workers
+from pitotbench.cli import open as open_command
+from pitotbench.logbook import bundle
+from pitotbench.records import BadInputError
+from pitotbench.records.log import HeldFlight
+
+PAGE = Path(page_server.__file__).parent / "page"
+
+
+class Recorder:
+    """Children that answer nothing, and tell what was asked and what was given up."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[Any, ...]] = []
+        self.over: list[tuple[Any, ...]] = []
+        self.answer: asyncio.Event | None = None
+
+    async def ask(self, *question: Any) -> AsyncIterator[Any]:
+        self.asked.append(question)
+        self.answer = self.answer or asyncio.Event()
+        await self.answer.wait()
+        self.over.append(question)
+        yield Refusal("answered")
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+Visit = Callable[..., Awaitable[HTTPResponse]]
+
+
+def with_server(visit: Callable[[PageServer, Visit], Awaitable[None]], most: int = 1000) -> None:
+    """Run a visit to a server without children. `visit` gets a function that asks it."""
+
+    async def run() -> None:
+        server = PageServer(0, Recorder(), most=most)  # type: ignore[arg-type]
+        client = AsyncHTTPClient(force_instance=True)
+
+        async def fetch(path: str, cookie: bool = True, **settings: Any) -> HTTPResponse:
+            headers = dict(settings.pop("headers", {}))
+            if cookie:
+                headers["Cookie"] = f"{server.access.cookie}={server.access.token}"
+            return await client.fetch(
+                f"http://127.0.0.1:{server.port}{path}",
+                headers=headers, raise_error=False, follow_redirects=False, **settings,
+            )  # fmt: skip
+
+        try:
+            await visit(server, fetch)
+        finally:
+            client.close()
+            server.close()
+
+    asyncio.run(run())
+
+
+def test_the_secret_moves_from_the_address_into_a_cookie() -> None:
+    async def visit(server: PageServer, fetch: Visit) -> None:
+        found = await fetch(f"/?token={server.access.token}", cookie=False)
+        assert (found.code, found.headers["Location"]) == (302, "/")
+        cookie = found.headers["Set-Cookie"]
+        assert "HttpOnly" in cookie
+        assert "SameSite=Strict" in cookie
+        page = await fetch("/")
+        assert page.code == 200
+        assert server.access.token.encode() not in page.body
+        policy = page.headers["Content-Security-Policy"]
+        assert policy.startswith("default-src 'none'; script-src 'self' 'nonce-")
+        assert "unsafe-eval" not in policy
+        assert page.headers["Referrer-Policy"] == "no-referrer"
+
+    with_server(visit)
+
+
+@pytest.mark.parametrize("path", ["/", "/static/js/bokeh.min.js", "/own/page.js", "/take/json"])
+def test_who_does_not_hold_the_secret_sees_nothing(path: str) -> None:
+    async def visit(server: PageServer, fetch: Visit) -> None:
+        refused = [
+            await fetch(path, cookie=False),
+            await fetch(f"{path}?token=wrong", cookie=False),
+            await fetch(path, cookie=False, headers={"Cookie": f"{server.access.cookie}=wrong"}),
+            await fetch(path, headers={"Host": f"evil.example:{server.port}"}),
+            await fetch(path, headers={"Host": "127.0.0.1:1"}),
+            await fetch(path, headers={"Origin": "http://evil.example"}),
+            await fetch(path, headers={"Origin": "null"}),
+        ]
+        assert [each.code for each in refused] == [403] * len(refused)
+        own = f"http://localhost:{server.port}"
+        assert (await fetch(path, headers={"Origin": own})).code != 403
+
+    with_server(visit)
+
+
+def test_the_secret_in_the_address_does_not_help_another_host() -> None:
+    async def visit(server: PageServer, fetch: Visit) -> None:
+        address = f"/?token={server.access.token}"
+        for headers in ({"Host": "evil.example"}, {"Origin": "http://evil.example"}):
+            assert (await fetch(address, cookie=False, headers=headers)).code == 403
+
+    with_server(visit)
+
+
+@pytest.mark.parametrize("path", ["/autoload.js?bokeh-autoload-element=a", "/metadata"])
+def test_what_bokeh_offers_to_other_pages_is_closed(path: str) -> None:
+    async def visit(_server: PageServer, fetch: Visit) -> None:
+        assert (await fetch(path)).code == 404
+
+    with_server(visit)
+
+
+def test_the_websocket_has_the_same_gate() -> None:
+    async def visit(server: PageServer, _fetch: Visit) -> None:
+        with pytest.raises(Exception, match="403"):
+            await websocket_connect(f"ws://127.0.0.1:{server.port}/ws")
+
+    with_server(visit)
+
+
+def upload(name: str, body: bytes = b"a,b\n1,2\n", **headers: str) -> dict[str, Any]:
+    return {"method": "POST", "body": body, "headers": {"X-Name": name, "X-Drop": "d", **headers}}
+
+
+def test_an_uploaded_file_gets_our_name_and_goes_at_the_end() -> None:
+    kept: list[Path] = []
+
+    async def visit(server: PageServer, fetch: Visit) -> None:
+        name = "..%2F..%2Fetc%2F%3Cb%3Eflight.csv"
+        assert (await fetch("/upload", **upload(name))).code == 200
+        ((path, shown),) = server.desk.store.names("d").items()
+        assert path.read_bytes() == b"a,b\n1,2\n"
+        assert path.name.startswith("log")
+        assert path.name.endswith(".csv")
+        assert shown == "etc/<b>flight.csv"
+        assert stat.S_IMODE(path.parents[1].stat().st_mode) == 0o700
+        kept.append(path)
+
+    with_server(visit)
+    assert not kept[0].parents[1].exists()
+
+
+@pytest.mark.parametrize(
+    ("request_", "code"),
+    [
+        (upload("flight.csv", bytes(1001)), 413),
+        (upload("flight.exe"), 415),
+        (upload("flight"), 415),
+        (upload("flight.csv", **{"Origin": "http://evil.example"}), 403),
+    ],
+)
+def test_a_file_that_is_not_taken_leaves_nothing(request_: dict[str, Any], code: int) -> None:
+    async def visit(server: PageServer, fetch: Visit) -> None:
+        assert (await fetch("/upload", **request_)).code == code
+        assert server.desk.store.names("d") == {}
+
+    with_server(visit)
+
+
+def test_without_the_cookie_a_large_body_is_not_read() -> None:
+    async def visit(server: PageServer, _fetch: Visit) -> None:
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        head = (
+            f"POST /upload HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nContent-Length: 900\r\n\r\n"
+        )
+        writer.write(head.encode())  # and no body
+        line = await asyncio.wait_for(reader.readline(), 30)
+        assert b"403" in line
+        writer.close()
+
+    with_server(visit)
+
+
+def test_files_of_one_log_keep_the_endings_by_which_they_are_found() -> None:
+    store = Store()
+    names = ["a/differential_pressure_0.csv", "a/sensor_gps_0.csv", "b.csv", "c.ULG", "d.csv.gz"]
+    paths = [store.new_path(name, "drop") for name in names]
+    assert [path.name for path in paths if path][:2] == [
+        "logdifferential_pressure_0.csv",
+        "logsensor_gps_0.csv",
+    ]
+    assert [ending_of(name) for name in names[2:]] == [".csv", ".ulg", ".csv.gz"]
+    assert len({path.parent for path in paths if path}) == 1
+    assert shown_name("a\x1b[2J\u202eb.csv") == "a[2Jb.csv"
+    store.close()
+
+
+def zipped(path: Path, members: dict[str, bytes], link: bool = False) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, data in members.items():
+            entry = zipfile.ZipInfo(name)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (stat.S_IFLNK | 0o777 if link else 0o600) << 16
+            file.writestr(entry, data)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("members", "link", "words"),
+    [
+        ({"../flight.csv": b"a"}, False, "leads out"),
+        ({"a/../../flight.csv": b"a"}, False, "leads out"),
+        ({"/etc/flight.csv": b"a"}, False, "leads out"),
+        ({"..\\flight.csv": b"a"}, False, "leads out"),
+        ({"c:\\flight.csv": b"a"}, False, "leads out"),
+        ({"flight.csv": b"/etc/passwd"}, True, "link"),
+        ({f"{i}.csv": b"" for i in range(10_001)}, False, "10,001 files"),
+    ],
+    ids=["up", "up inside", "root", "backslash", "drive", "link", "many"],
+)
+def test_a_zip_that_leads_out_or_is_a_bomb_is_refused(
+    tmp_path: Path, members: dict[str, bytes], link: bool, words: str
+) -> None:
+    path = zipped(tmp_path / "card.zip", members, link)
+    with pytest.raises(BadInputError, match=words):
+        bundle.unpack(path, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_zip_that_unpacks_to_too_much_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bundle, "_MOST_BYTES", 1 << 20)
+    path = zipped(tmp_path / "card.zip", {"flight.csv": bytes((1 << 20) + 1)})
+    assert path.stat().st_size < 1 << 14
+    with pytest.raises(BadInputError, match="unpacks to 1 MB"):
+        bundle.unpack(path, tmp_path / "out")
+
+
+def found(name: str, refusal: str = "") -> Found:
+    return Found(LogFile(Path(f"/nowhere/{name}"), name), HeldFlight(name, refusal))
+
+
+def test_a_newer_choice_gives_an_older_question_up() -> None:
+    async def run() -> None:
+        workers = Recorder()
+        desk = Desk(Store(), workers)  # type: ignore[arg-type]
+        desk.found = [found("a.csv")]
+        desk.choose([0])
+        await asyncio.sleep(0.3)  # it is asked
+        for minute in range(50):
+            desk.brush(f"{minute}:00", f"{minute + 5}:00")
+        await asyncio.sleep(0.3)
+        assert workers.answer is not None
+        workers.answer.set()
+        await asyncio.sleep(0.1)
+        # The first one was asked and given up, those between never asked, the last one answered.
+        assert [each[1].begin for each in workers.asked] == ["", "49:00"]
+        assert [each[1].begin for each in workers.over] == ["49:00"]
+        assert desk.status == ""
+        desk.close()
+
+    asyncio.run(run())
+
+
+def test_the_desk_outlives_the_tab() -> None:
+    """A tab that comes back asks for the state: it holds the choices, as texts alone."""
+
+    async def run() -> None:
+        desk = Desk(Store(), Recorder())  # type: ignore[arg-type]
+        desk.found = [found("<img src=x>.csv"), found("b.csv", "is empty")]
+        desk.choose([0])
+        flags = {"begin": "1:00", "end": "", "model": "quadratic", "accuracy": "", "temperature": "",
+                 "autopilot": ""}  # fmt: skip
+        act(desk, {"what": "flags", "flags": flags, "without": "3:00-4:00, 5:00-6:00"})
+        act(desk, {"what": "show", "unit": "kmh", "leave_out": True})
+        state = state_of(desk)
+        assert (state["flags"], state["unit"], state["leave_out"]) == (flags, "kmh", True)
+        assert state["without"] == ["3:00-4:00", "5:00-6:00"]
+        assert state["flights"]["rows"][0][0] == "<img src=x>.csv"
+        assert state["command"] == (
+            "pitotbench calibrate '<img src=x>.csv' --from 1:00 --model quadratic "
+            "--without 3:00-4:00 --without 5:00-6:00"
+        )
+        act(desk, {"what": "choose", "places": [1]})
+        assert state_of(desk)["refusal"] == "b.csv: not read: is empty"
+        desk.close()
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [{}, {"what": "rm"}, {"what": "choose"}, {"what": "flags", "flags": {}, "without": ""},
+     {"what": "show", "unit": "furlong", "leave_out": False}, {"what": "choose", "places": ["x"]}, []],
+)  # fmt: skip
+def test_what_is_no_choice_of_the_page_is_refused(choice: Any) -> None:
+    async def visit(_server: PageServer, fetch: Visit) -> None:
+        import json
+
+        answer = await fetch("/act", method="POST", body=json.dumps(choice))
+        assert answer.code == 400
+
+    with_server(visit)
+
+
+def test_the_script_of_the_page_puts_texts_in_as_text() -> None:
+    script = (PAGE / "page.js").read_text(encoding="utf-8")
+    assert "textContent" in script
+    for way in (
+        "innerHTML",
+        "outerHTML",
+        "insertAdjacentHTML",
+        "document.write",
+        "eval(",
+        "Function(",
+    ):
+        assert way not in script
+    page = (PAGE / "page.html").read_text(encoding="utf-8")
+    assert "http" not in page  # nothing from another host
+    assert "onclick" not in page
+
+
+async def told(workers: Workers, *question: Any) -> list[Any]:
+    return [reply async for reply in workers.ask(*question)]
+
+
+def test_a_child_that_exceeds_its_limits_ends_and_another_answers() -> None:
+    pytest.importorskip("resource", reason="this system has no limits for processes")
+
+    async def run() -> None:
+        workers = Workers(1, Limits(memory=2 << 30, seconds=1))
+        try:
+            (late,) = await told(workers, questions.spin)
+            assert isinstance(late, Refusal)
+            assert late.words.startswith("no answer within 1 s")
+            assert await told(workers, questions.echo, "again") == ["again"]
+            (large,) = await told(workers, questions.grow)
+            assert isinstance(large, Refusal)
+            assert "memory" in large.words
+            assert await told(workers, questions.echo, "again") == ["again"]
+        finally:
+            workers.close()
+
+    asyncio.run(run())
+
+
+def test_a_canceled_question_ends_its_child() -> None:
+    async def run() -> None:
+        workers = Workers(1)
+        try:
+            assert await told(workers, questions.echo, "warm") == ["warm"]
+            (child,) = workers._children
+            task = asyncio.ensure_future(told(workers, questions.spin))
+            await asyncio.sleep(0.2)
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+            assert child._process.exitcode is not None
+            assert await told(workers, questions.echo, "next") == ["next"]
+        finally:
+            workers.close()
+
+    asyncio.run(run())
+
+
+def test_a_taken_port_is_passed_over() -> None:
+    (first,), port = page_server.free_port(0)
+    (second,), next_port = page_server.free_port(port)
+    assert first.getsockname()[0] == second.getsockname()[0] == "127.0.0.1"
+    assert next_port > port
+    first.close()
+    second.close()
+
+
+def test_a_page_that_nobody_looks_at_ends() -> None:
+    async def run() -> None:
+        server = PageServer(0, Recorder(), left=0.05)  # type: ignore[arg-type]
+        await asyncio.wait_for(server.until_left(), 30)
+        server.close()
+
+    asyncio.run(run())
+
+
+def test_without_bokeh_the_command_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    import argparse
+
+    monkeypatch.setattr(open_command, "find_spec", lambda name: None)
+    parser = argparse.ArgumentParser()
+    open_command.add(parser)
+    with pytest.raises(BadInputError, match=r"pip install 'pitotbench\[open\]'"):
+        open_command.run(parser.parse_args([]))
+
+
+def test_a_request_is_the_command_that_gives_the_same() -> None:
+    log, mapping = LogFile(Path("/tmp/1.csv"), "my log.csv"), LogFile(Path("/tmp/m.toml"), "m.toml")
+    asked = Request((log,), mapping, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4")
+    assert asked.command() == (
+        "pitotbench calibrate 'my log.csv' --mapping m.toml --from 1:00 --to 2:00 --model auto "
+        "--accuracy none --temperature-c '18±2@ground' --params px4"
+    )

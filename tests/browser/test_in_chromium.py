@@ -1,0 +1,317 @@
+"""The page in a real browser: it says what the commands say, and asks no other host."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("bokeh", reason="the page needs Bokeh: pip install 'pitotbench[open]'")
+
+from tests.browser.chromium import Browser, Served, child_environment, program
+from tests.shared_data import real_log
+
+from pitotbench import Case, fly
+from pitotbench.logbook.csv import read_csv
+from pitotbench.logbook.formats import write_log
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+
+LEGS = [  # KIAS, pressure altitude [ft], air temperature [°C], ground speed [kt], track [°]
+    ["90", "3000", "9", "100", "0"],
+    ["90", "3000", "9", "87", "120"],
+    ["90", "3000", "9", "95", "240"],
+]
+HEADINGS = (
+    "indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt,track_deg"
+)
+
+
+def command(*arguments: str | Path) -> Any:
+    """The document that a command prints."""
+    done = subprocess.run(
+        [sys.executable, "-m", "pitotbench", *map(str, arguments), "--json"],
+        capture_output=True, text=True, check=True, env=child_environment(),
+    )  # fmt: skip
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A simulated flight, as a file."""
+    program()
+    folder = tmp_path_factory.mktemp("flight")
+    flight = fly(Case(maneuver="circle", turbulence="light"))
+    path = folder / "flight one.csv"
+    write_log(record(flight, data_system("5/1"), 1), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Served]:
+    program()
+    page = Served()
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def browser(served: Served, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("browser")) as tab:
+        tab.open(served.address)
+        yield tab
+
+
+@pytest.fixture
+def dropped(browser: Browser, log: Path) -> Browser:
+    """The page with the answer for the whole simulated log."""
+    if not browser.run("state.flights.rows.length"):
+        browser.drop([log])
+        browser.until("state.command !== ''")
+    elif browser.run("state.flags.begin + state.flags.end + state.without.join()"):
+        browser.run("document.getElementById('whole').click()")
+        browser.until("state.flags.begin + state.flags.end + state.without.join() === ''")
+    browser.answered()
+    return browser
+
+
+def download(browser: Browser, kind: str) -> str:
+    """The text of a file to take away, by the cookie of the page."""
+    return str(browser.run(f"fetch('/take/{kind}').then((reply) => reply.text())"))
+
+
+def same(page: Any, other: Any) -> None:
+    """The curve, the wind and the warnings of two documents agree to the last digit."""
+    for name in ("curve", "wind", "parts", "samples", "disagreements", "limits", "warnings"):
+        assert page[name] == other[name], name
+
+
+def test_a_dropped_log_has_the_answer_of_the_command(dropped: Browser, log: Path) -> None:
+    state = dropped.answered()
+    answer = command("calibrate", log)
+    page = json.loads(download(dropped, "json"))
+    same(page, answer)
+    assert page["log"] == log.name
+    first = answer["curve"][0]
+    assert f"{first['correction_kt']:+.2f}".replace("-", "−") in state["answer"]["sentence"]
+    assert state["command"] == "pitotbench calibrate 'flight one.csv'"
+    assert (
+        dropped.run("document.getElementById('sentence').textContent")
+        == state["answer"]["sentence"]
+    )
+    assert dropped.run("document.querySelector('[aria-live] #sentence') !== null")
+
+
+def test_the_card_is_that_of_the_command(dropped: Browser, log: Path, tmp_path: Path) -> None:
+    command("calibrate", log, "--card", tmp_path / "card.csv")
+    assert download(dropped, "card") == (tmp_path / "card.csv").read_text(encoding="utf-8")
+    table = read_csv(tmp_path / "card.csv")
+    assert len(table) >= len(dropped.answered()["answer"]["card"]["rows"]) > 2
+
+
+def test_page_and_record_are_self_contained_pages(dropped: Browser, log: Path) -> None:
+    for kind in ("page", "record"):
+        text = download(dropped, kind)
+        assert text.startswith("<!DOCTYPE html>") or text.startswith("<!doctype html>")
+        assert log.name in text
+
+
+def test_brushed_minutes_have_the_answer_of_from_and_to(dropped: Browser, log: Path) -> None:
+    end = dropped.box("time")["end"]
+    dropped.brush(0.1 * end, 0.7 * end)
+    dropped.until("state.flags.begin !== ''")
+    state = dropped.answered()
+    begin, last = state["flags"]["begin"], state["flags"]["end"]
+    assert f"--from {begin} --to {last}" in state["command"]
+    same(
+        json.loads(download(dropped, "json")),
+        command("calibrate", log, "--from", begin, "--to", last),
+    )
+
+
+def test_minutes_are_left_out_as_by_without(dropped: Browser, log: Path) -> None:
+    dropped.run("document.querySelector('[value=leave]').click()")
+    dropped.until("state.leave_out")
+    end = dropped.box("time")["end"]
+    dropped.brush(0.4 * end, 0.55 * end)
+    dropped.until("state.without.length === 1")
+    state = dropped.answered()
+    document = json.loads(download(dropped, "json"))
+    same(document, command("calibrate", log, "--without", state["without"][0]))
+    assert document["samples"] < command("calibrate", log)["samples"]
+    dropped.run("document.querySelector('[value=use]').click()")
+    dropped.until("!state.leave_out")
+
+
+def test_typed_minutes_do_as_well_as_the_brush(dropped: Browser) -> None:
+    dropped.run(
+        "(() => { const form = document.getElementById('flags'); form.elements.begin.value = '1:00';"
+        "form.elements.end.value = '4:00'; form.requestSubmit(); })()"
+    )
+    dropped.until("state.flags.end === '4:00'")
+    assert "--from 1:00 --to 4:00" in dropped.answered()["command"]
+
+
+def test_a_wrong_flag_is_refused_in_the_words_of_the_command(dropped: Browser) -> None:
+    for text, words in (("soon", "--from 'soon': give minutes and seconds"), ("", "")):
+        dropped.run(
+            f"(() => {{ const form = document.getElementById('flags'); "
+            f"form.elements.begin.value = {text!r}; form.requestSubmit(); }})()"
+        )
+        dropped.until(f"state.flags.begin === {text!r}")
+        assert dropped.answered()["refusal"].startswith(words)
+
+
+def test_speeds_are_shown_in_other_units(dropped: Browser) -> None:
+    knots = dropped.answered()["answer"]
+    dropped.run(
+        "(() => { const unit = document.getElementById('unit'); unit.value = 'kmh';"
+        "unit.dispatchEvent(new Event('change')); })()"
+    )
+    dropped.until("state.unit === 'kmh'")
+    state = dropped.answered()["answer"]
+    assert "km/h" in state["sentence"]
+    assert state["card"]["head"][0] == "IAS [km/h]"
+    for row, other in zip(state["card"]["rows"], knots["card"]["rows"], strict=True):
+        assert float(row[1]) == pytest.approx(1.852 * float(other[1]), abs=0.15)
+    assert "km/h" in dropped.run(
+        "Bokeh.documents[0].get_model_by_name('error').below[0].axis_label"
+    )
+    dropped.run(
+        "(() => { const unit = document.getElementById('unit'); unit.value = 'kt';"
+        "unit.dispatchEvent(new Event('change')); })()"
+    )
+    dropped.until("state.unit === 'kt'")
+
+
+def test_a_reloaded_tab_finds_its_choices(dropped: Browser, served: Served) -> None:
+    dropped.run(
+        "(() => { const form = document.getElementById('flags'); form.elements.model.value = 'quadratic';"
+        "form.requestSubmit(); })()"
+    )
+    dropped.until("state.flags.model === 'quadratic'")
+    before = dropped.answered()
+    dropped.open(f"http://{served.host}/")
+    assert dropped.answered() == before
+    assert dropped.run("document.getElementById('flags').elements.model.value") == "quadratic"
+    assert dropped.run("location.search") == ""
+    dropped.run(
+        "(() => { const form = document.getElementById('flags'); form.elements.model.value = '';"
+        "form.requestSubmit(); })()"
+    )
+    dropped.until("state.flags.model === ''")
+    dropped.answered()
+
+
+def test_a_tapped_sample_lights_up_in_the_flight(dropped: Browser) -> None:
+    dropped.run(
+        "Bokeh.documents[0].get_model_by_name('error').renderers.map((each) => each.data_source)"
+        ".find((each) => each.columns().includes('minute') && each.get_length() > 1)"
+        ".selected.indices = [5]"
+    )
+    lit = (
+        "(() => { const source = Bokeh.documents[0].get_model_by_name('time').renderers"
+        ".map((each) => each.data_source).find((each) => each.columns().includes('correction'));"
+        "return source.get_length() === 1 && [source.get_array('minute')[0], source.get_array('speed')[0]];"
+        "})()"
+    )
+    minute, speed = dropped.until(lit)
+    assert 0.0 < minute < dropped.box("time")["end"]
+    assert 60.0 < speed < 250.0
+
+
+def test_three_typed_legs_have_the_answer_of_the_command(browser: Browser, tmp_path: Path) -> None:
+    browser.run(
+        f"(() => {{ document.getElementById('byhand').open = true; const legs = {json.dumps(LEGS)};"
+        "const rows = document.querySelectorAll('#typed tbody tr'); legs.forEach((leg, i) => leg.forEach("
+        "(text, j) => { rows[i].querySelectorAll('input')[j + 1].value = text; }));"
+        "document.getElementById('legs').requestSubmit(); })()"
+    )
+    legs = browser.until("state.legs && !state.status && state.legs")
+    card = tmp_path / "legs.csv"
+    card.write_text(download(browser, "legs"), encoding="utf-8")
+    assert card.read_text(encoding="utf-8").splitlines()[0] == HEADINGS
+    (point,) = command("fixed-speed", card)["points"]
+    assert f"{point['correction_kt']:+.2f}".replace("-", "−") in legs["sentences"][0]
+    row = dict(zip(legs["table"]["head"], legs["table"]["rows"][0], strict=True))
+    assert float(row["KTAS [kt]"]) == pytest.approx(point["true_airspeed_kt"], abs=0.05)
+    assert browser.run("document.querySelectorAll('#legtable tbody tr').length") == 1
+
+
+def test_a_log_of_unknown_names_is_read_by_its_edited_draft(
+    browser: Browser, log: Path, tmp_path: Path
+) -> None:
+    lines = log.read_text(encoding="utf-8").splitlines()
+    head = next(i for i, line in enumerate(lines) if not line.startswith("#"))
+    lines[head] = ",".join(
+        f"q{i}" if i == 1 else f"my {name}" for i, name in enumerate(lines[head].split(","))
+    )
+    strange = tmp_path / "strange.csv"
+    strange.write_text("\n".join(lines[head:]) + "\n", encoding="utf-8")
+    theirs = log.read_text(encoding="utf-8").splitlines()[head].split(",")
+    browser.choose_files([strange])
+    browser.until("state.flights.rows.length === 2 && !state.status")
+    browser.run("document.querySelectorAll('#flights button')[1].click()")
+    draft = browser.until("state.chosen[0] === 1 && !state.status && state.draft")
+    assert [row[0] for row in draft["rows"]] == lines[head].split(",")
+    quantity, _, unit = theirs[1].rpartition("_")
+    browser.run(
+        "(() => { const inputs = document.querySelectorAll('#columns tbody tr')[1].querySelectorAll('input');"
+        f"inputs[0].value = {quantity!r}; inputs[1].value = {unit!r}; document.getElementById('map').click(); }})()"
+    )
+    browser.until("state.command.includes('--mapping mapping.toml')")
+    state = browser.answered()
+    assert state["answer"], state["refusal"]
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text(download(browser, "mapping"), encoding="utf-8")
+    same(json.loads(download(browser, "json")), command("calibrate", strange, "--mapping", mapping))
+    browser.run("document.querySelectorAll('#flights button')[0].click()")
+    browser.until("state.chosen[0] === 0")
+    browser.answered()
+
+
+def test_names_from_outside_are_text(browser: Browser, tmp_path: Path) -> None:
+    if os.name == "nt":
+        pytest.skip("no such names on Windows")
+    evil = tmp_path / "<img src=x onerror=document.title='evil'>.csv"
+    evil.write_text("a\n1\n", encoding="utf-8")
+    count = browser.run("state.flights.rows.length")
+    browser.choose_files([evil])
+    browser.until(f"state.flights.rows.length > {count} && !state.status")
+    assert evil.name in browser.run("document.getElementById('flights').innerText")
+    assert browser.run("document.querySelectorAll('img').length") == 0
+    assert browser.run("document.title") == "pitotbench"
+
+
+def test_the_page_asks_no_other_host_and_breaks_no_rule(dropped: Browser, served: Served) -> None:
+    kinds = (f"http://{served.host}/", f"ws://{served.host}/", "data:", "blob:")
+    assert [each for each in dropped.requested if not each.startswith(kinds)] == []
+    assert len([each for each in dropped.requested if each.startswith("ws:")]) >= 1
+    assert dropped.wrong == []
+
+
+def test_the_page_is_usable_on_a_phone(dropped: Browser) -> None:
+    dropped.resize(400, 800)
+    wide = "document.documentElement.scrollWidth <= 400"
+    assert dropped.until(wide)
+    dropped.resize(1200, 900)
+
+
+@pytest.mark.parametrize("name", ["c172s-g1000-2011.csv.gz", "pa28-gifd-2024.csv.gz"])
+def test_a_real_log_has_the_answer_of_the_command(
+    name: str, browser: Browser, tmp_path: Path
+) -> None:
+    path = real_log("garmin", name)
+    count = browser.run("state.flights.rows.length")
+    shutil.copy(path, tmp_path / name)  # the browser reads it from a folder of its own
+    browser.drop([tmp_path / name])
+    browser.until(f"state.flights.rows.length > {count} && state.command.endsWith({name!r})")
+    state = browser.answered()
+    answer = command("calibrate", path)
+    assert state["answer"]["warnings"] == answer["warnings"]
+    same(json.loads(download(browser, "json")), answer)

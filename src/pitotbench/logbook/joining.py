@@ -29,10 +29,11 @@ from pitotbench.logbook.derived import components
 from pitotbench.logbook.formats import INSTANCE, topics_of
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.records import BadInputError
-from pitotbench.units import Array, from_si, to_si
+from pitotbench.units import Array, Booleans, from_si, to_si
 
 ReadTable = Callable[[Path], Table]
 Parameters = dict[str, float]
+FRESH = "gps_fresh"
 
 
 def read_mapped(
@@ -201,7 +202,9 @@ def first_of_each(table: Table) -> Table:
 def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     """Bring other tables to the times of the base. Rows that some table does not cover are dropped.
 
-    Raises BadInputError where the tables do not overlap in time.
+    The fixes of a receiver are held from the row of one to that of the next, and `gps_fresh` marks
+    these rows, as in a log of one table: a velocity interpolated to each row would count as a fix
+    each. Raises BadInputError where the tables do not overlap in time.
     """
     time = _time(base)
     clocks = [_time(table) for table, _ in others]
@@ -217,13 +220,39 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     warnings = list(base.warnings)
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
+        fresh, held = np.ones(len(time[inside]), dtype=np.bool_), slice(None)
+        if join == "linear" and any(map(_is_velocity, table.names)) and FRESH not in names:
+            fresh, held = _fixes(time[inside], clock)
+            names.append(FRESH)
+            columns.append(fresh)
         for name, column in zip(table.names, table.columns, strict=True):
             # The clock of another file has served; the joined table has the clock of the base.
             if not name.startswith("time_"):
                 names.append(name)
-                columns.append(_at(time[inside], clock, name, column, join))
+                columns.append(_at(time[inside], clock, name, column, join)[held])
     header = {key: value for table, _ in others for key, value in table.header.items()}
     return Table(tuple(names), tuple(columns), {**header, **base.header}, tuple(warnings))
+
+
+def _is_velocity(name: str) -> bool:
+    parsed = parse_column(name)
+    return parsed is not None and parsed[0].name == "velocity_north"
+
+
+def _fixes(time: Array, clock: Array) -> tuple[Booleans, NDArray[np.intp]]:
+    """Return the rows at `time`, (n,), that are nearest to a fix of a receiver at `clock`, and the
+    last such row for each row, (n,).
+    """
+    rows, fresh = np.arange(len(time)), np.zeros(len(time), dtype=np.bool_)
+    fresh[_nearest(clock, time)] = True
+    fresh[0] = True  # which the first fix precedes
+    return fresh, np.maximum.accumulate(np.where(fresh, rows, 0))
+
+
+def _nearest(time: Array, clock: Array) -> NDArray[np.intp]:
+    """Return the place in `clock`, (m,), that is nearest to each `time`, (n,)."""
+    after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
+    return after - (time - clock[after - 1] < clock[after] - time)
 
 
 def _time(table: Table) -> Array:
@@ -256,10 +285,6 @@ def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Colu
             turned = np.unwrap(to_si(column, parsed[1]))
             return from_si(np.interp(time, clock, turned) % (2.0 * np.pi), parsed[1])
         return np.interp(time, clock, numbers(name, column))
-    after: NDArray[np.intp] = np.searchsorted(clock, time, side="right")
-    last = np.maximum(after - 1, 0)
-    if join != "nearest":
-        return column[last]
-    following = np.minimum(after, len(clock) - 1)
-    nearer = np.where(clock[following] - time < time - clock[last], following, last)
-    return column[nearer]
+    if join == "nearest":
+        return column[_nearest(time, clock)]
+    return column[np.maximum(np.searchsorted(clock, time, side="right") - 1, 0)]

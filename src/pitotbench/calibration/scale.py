@@ -12,7 +12,7 @@ from pitotbench.calibration.reduction import reduce_log
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Calibration, Disagreement, Scale
+from pitotbench.records.calibration import Calibration, Disagreement, RecordedAutopilot, Scale
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array
 
@@ -152,8 +152,10 @@ def _factor_words(scale: Scale) -> str:
 
 def _settings(result: Calibration, scale: Scale) -> str:
     """The factor as the parameter of an autopilot."""
-    held = {} if result.autopilot is None else result.autopilot.parameters
-    for autopilot in AUTOPILOTS.values():
+    recorded = result.autopilot or RecordedAutopilot({})
+    held = recorded.parameters
+    for kind in AUTOPILOTS.values():
+        autopilot = kind.of_sensor(recorded.sensor)
         if (old := held.get(autopilot.gain)) is not None and old > 0.0:
             ratio = autopilot.ratio_of(old)
             low, new, high = (

@@ -11,6 +11,7 @@ from pitotbench.cli.shared_flags import (
     add_mapping,
     add_part,
     add_record,
+    add_sensor,
     add_table,
     add_temperature,
     mapping_source,
@@ -52,6 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add_mapping(parser)
     add_part(parser)
     add_temperature(parser)
+    add_sensor(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument(
         "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
@@ -217,7 +219,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
     _, stated = _stated_autopilot(options)
     part = stated_part(options)
-    logs = read_logs(options.logs, options.mapping, stated, options.temperature_c, part)
+    logs = read_logs(
+        options.logs, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
+    )
     if (
         options.params
         and not options.separately
@@ -238,6 +242,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         *read_choices(options),
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
         flag_choice("params", options.params, "none"),
+        flag_choice(
+            "airspeed_sensor", options.airspeed_sensor and str(options.airspeed_sensor), "the first"
+        ),
         flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
     ]
     return [

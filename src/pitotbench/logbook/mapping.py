@@ -32,13 +32,15 @@ class MappedFile:
     """One file of a log: its name patterns, how it is brought onto the time base (see `JOINS`), its
     columns.
 
-    The first pattern for which there is a file counts. An `optional` file may be absent.
+    The first pattern for which there is a file counts. An `optional` file may be absent. `another`
+    airspeed sensor has the columns of the first file, and stands in its place where it is asked for.
     """
 
     patterns: tuple[str, ...]
     join: str
     columns: tuple[Renamed, ...]
     optional: bool = False
+    another: bool = False
 
     @property
     def pattern(self) -> str:
@@ -107,6 +109,8 @@ def parse_mapping(name: str, text: str) -> Mapping:
     if bool(document.columns) == bool(document.files) and not document.refuse:
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
     for file in document.files:
+        if not file.columns and not file.another:
+            raise BadInputError(f"mapping {name}: the file {file.file!r} has no columns: name them")
         if file.join not in JOINS:
             raise BadInputError(
                 f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}"
@@ -115,8 +119,9 @@ def parse_mapping(name: str, text: str) -> Mapping:
         MappedFile(
             (f.file,) if isinstance(f.file, str) else tuple(f.file),
             f.join,
-            _renamed(f.columns),
-            f.optional,
+            _renamed(document.files[0].columns if f.another else f.columns),
+            f.optional or f.another,
+            f.another,
         )
         for f in document.files
     ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
@@ -158,7 +163,8 @@ def _document() -> Any:
         file: str | list[str] = "*"
         join: str = "last"
         optional: bool = False
-        columns: dict[str, str | Target]
+        another: bool = False
+        columns: dict[str, str | Target] = {}
 
     class Document(BaseModel):
         model_config = ConfigDict(extra="forbid")

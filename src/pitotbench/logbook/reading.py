@@ -19,6 +19,7 @@ from pitotbench.logbook.columns import (
 from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
+from pitotbench.logbook.sensors import of_sensor
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -33,6 +34,7 @@ def read_log(
     parameters: abc.Mapping[str, float] | None = None,
     temperature_c: str | None = None,
     part: Part = WHOLE,
+    airspeed_sensor: int | None = None,
 ) -> FlightLog:
     """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
     a .zip (`card.zip/flight.csv`).
@@ -41,7 +43,8 @@ def read_log(
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
     log was flown, by name, in place of those that it holds. `temperature_c` states the temperature
-    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Only the `part` is read and
+    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Of several airspeed sensors that
+    of the number `airspeed_sensor` is read, counted from 1; the first for None. Only the `part` is read and
     judged: from so many seconds after the first row to so many, None for an end of the log. The
     entry `warnings` of `log.header` lists, with row numbers, what was dropped and what looks wrong.
 
@@ -54,10 +57,13 @@ def read_log(
         with opened(source) as place:
             stated = dict(parameters or {})
             table = (
-                table_of(_only_log(place, source) if is_bundle(place) else place, stated)
+                table_of(
+                    _only_log(place, source) if is_bundle(place) else place, stated, airspeed_sensor
+                )
                 if named is None
-                else _advised(read_mapped(place, named, read_table, stated), named)
+                else _advised(read_mapped(place, named, read_table, stated, airspeed_sensor), named)
             )
+            table = of_sensor(table, airspeed_sensor)
         if temperature_c is not None:
             table = replace(table, header={**table.header, DAY: temperature_c})
         return log_of(table, part)
@@ -79,11 +85,14 @@ def _only_log(folder: Path, source: Path) -> Path:
     )
 
 
-def table_of(path: Path, stated: Parameters | None = None) -> Table:
+def table_of(
+    path: Path, stated: Parameters | None = None, airspeed_sensor: int | None = None
+) -> Table:
     """Return the table of a file under our column names as far as they are known, without a mapping
     by the user.
 
-    The `stated` parameters of an autopilot replace those in the header. Raises BadInputError for a
+    The `stated` parameters of an autopilot replace those in the header; of a log in several files
+    the table has the `airspeed_sensor`. Raises BadInputError for a
     file that cannot be read.
     """
     topics = topics_of(path)
@@ -103,7 +112,7 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
     if topics is None and len(known.files) == 1:
         table = mapped(table, name)
     else:
-        table = _advised(read_mapped(path, known, read_table, stated), known)
+        table = _advised(read_mapped(path, known, read_table, stated, airspeed_sensor), known)
     note = f"recognized as {known.title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
 

@@ -62,22 +62,22 @@ def read_mapped(
     if files and files[0]:
         held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
-    several: dict[str, Any] = {}
-    sensor = 1
+    sensor, told = 1, list[str]()
     if len(mapping.files) > 1:
         sensor, base, told = chosen(_airspeed_sensors(mapping.files, tables), number)
-        several = {SENSOR: sensor} if told else {}
         tables[0] = replace(base, warnings=(*base.warnings, *told))
     for entry, table in zip(mapping.files, tables, strict=True):
         if table is None or entry.another:  # an optional file that is absent, or another sensor
             continue
         with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
-            shown = as_shown(_first_sensor(table), {**held, **(stated or {})}, sensor)
+            shown = as_shown(
+                next(iter(_sensors(table).values()), table), {**held, **(stated or {})}, sensor
+            )
             renamed = rename(shown, entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
     joined = found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
-    more = {**({PARAMETERS: stated} if stated else {}), **several}
-    return replace(joined, header={**more, **joined.header})
+    known = {**({PARAMETERS: stated} if stated else {}), **({SENSOR: sensor} if told else {})}
+    return replace(joined, header={**known, **joined.header})
 
 
 _INSTANCE = "I"  # the field of a DataFlash message that numbers the sensors of one kind
@@ -94,10 +94,6 @@ def _sensors(table: Table) -> dict[int, Table]:
         int(each) + 1: replace(table, columns=tuple(c[instance == each] for c in table.columns))
         for each in np.unique(instance[np.isfinite(instance)])
     }
-
-
-def _first_sensor(table: Table) -> Table:
-    return next(iter(_sensors(table).values()), table)
 
 
 def _airspeed_sensors(
@@ -264,7 +260,11 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
         held = np.arange(int(inside.sum()))
-        if join == "linear" and any(map(_is_velocity, table.names)) and FRESH not in names:
+        if (
+            join == "linear"
+            and any(name.startswith("velocity_north_") for name in table.names)
+            and FRESH not in names
+        ):
             fresh, held = _fixes(time[inside], clock)
             names.append(FRESH)
             columns.append(fresh)
@@ -275,11 +275,6 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
                 columns.append(_at(time[inside], clock, name, column, join)[held])
     header = {key: value for table, _ in others for key, value in table.header.items()}
     return Table(tuple(names), tuple(columns), {**header, **base.header}, tuple(warnings))
-
-
-def _is_velocity(name: str) -> bool:
-    parsed = parse_column(name)
-    return parsed is not None and parsed[0].name == "velocity_north"
 
 
 def _fixes(time: Array, clock: Array) -> tuple[Booleans, NDArray[np.intp]]:

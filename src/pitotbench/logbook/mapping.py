@@ -33,7 +33,7 @@ class MappedFile:
     columns.
 
     The first pattern for which there is a file counts. An `optional` file may be absent. `another`
-    airspeed sensor has the columns of the first file, and stands in its place where it is asked for.
+    airspeed sensor stands in the place of the first file where it is asked for.
     """
 
     patterns: tuple[str, ...]
@@ -109,8 +109,6 @@ def parse_mapping(name: str, text: str) -> Mapping:
     if bool(document.columns) == bool(document.files) and not document.refuse:
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
     for file in document.files:
-        if not file.columns and not file.another:
-            raise BadInputError(f"mapping {name}: the file {file.file!r} has no columns: name them")
         if file.join not in JOINS:
             raise BadInputError(
                 f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}"
@@ -119,7 +117,7 @@ def parse_mapping(name: str, text: str) -> Mapping:
         MappedFile(
             (f.file,) if isinstance(f.file, str) else tuple(f.file),
             f.join,
-            _renamed(document.files[0].columns if f.another else f.columns),
+            _renamed(f.columns),
             f.optional or f.another,
             f.another,
         )
@@ -164,7 +162,7 @@ def _document() -> Any:
         join: str = "last"
         optional: bool = False
         another: bool = False
-        columns: dict[str, str | Target] = {}
+        columns: dict[str, str | Target]
 
     class Document(BaseModel):
         model_config = ConfigDict(extra="forbid")

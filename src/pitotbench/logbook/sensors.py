@@ -29,17 +29,12 @@ def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[in
             )
         )
     name, found = sensors[taken]
-    other = next((each for each in sorted(sensors) if each != taken), None)
-    if other is None:
-        return taken, found, []
-    return (
-        taken,
-        found,
-        [
-            f"the log holds {len(sensors)} airspeed sensors ({names}): this is {name}; "
-            f"--airspeed-sensor {other} takes {sensors[other][0]}"
-        ],
-    )
+    told = [
+        f"the log holds {len(sensors)} airspeed sensors ({names}): this is {name}; "
+        f"--airspeed-sensor {other} takes {sensors[other][0]}"
+        for other in sorted(sensors.keys() - {taken})[:1]
+    ]
+    return taken, found, told
 
 
 def of_sensor(table: Table, number: int | None) -> Table:
@@ -51,22 +46,20 @@ def of_sensor(table: Table, number: int | None) -> Table:
     if SENSOR in table.header:
         return table
     found = [(*numbered(name), name) for name in table.names]
-    sensors: dict[int, tuple[str, None]] = {}
-    for plain, each, name in found:
-        if plain.startswith(_SHOWS):
-            sensors.setdefault(each, (name, None))
+    sensors = {
+        each: (name, None) for plain, each, name in reversed(found) if plain.startswith(_SHOWS)
+    }
     if not sensors:
         return table
     taken, _, told = chosen(sensors, number)
-    if len(sensors) == 1:
+    if not told:
         return table
-    statics = any(each == taken and plain.startswith(_STATIC) for plain, each, _ in found)
-    kept: dict[str, int] = {}
-    for place, (plain, each, _) in enumerate(found):
-        of_all = not plain.startswith((*_SHOWS, _STATIC))
-        shared = each == 1 and plain.startswith(_STATIC) and not statics
-        if of_all or shared or each == taken:
-            kept[plain] = place
+    static = any(each == taken and plain.startswith(_STATIC) for plain, each, _ in found)
+    kept = {
+        plain: place
+        for place, (plain, each, _) in enumerate(found)
+        if each == taken or (each == 1 and not plain.startswith((*_SHOWS, *[_STATIC] * static)))
+    }
     return replace(
         table,
         names=tuple(kept),

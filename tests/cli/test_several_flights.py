@@ -6,12 +6,15 @@ import json
 from contextlib import redirect_stdout
 from dataclasses import replace
 from io import StringIO
+from pathlib import Path
+from shutil import make_archive
 
 import numpy as np
 import pytest
 
 from pitotbench import FlightLog, write_log
 from pitotbench.bench.flights import sense, true_correction
+from pitotbench.bench.questions import options_of
 from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import DONE, main
@@ -131,3 +134,53 @@ def test_models_are_weighed_for_each_flight_alone(flights):
     found = calibrate_flights([after(*flights, PAUSE)], CalibrationOptions(model="auto"))
     assert [each.joined for each in found] == [1, 1]
     assert all(any("its own curve" in text for text in each.calibration.warnings) for each in found)
+
+
+@pytest.fixture
+def card(flights, tmp_path):
+    """A folder with two flights, a text and a broken log."""
+    folder = tmp_path / "card"
+    (folder / "day 2").mkdir(parents=True)
+    for name, log in zip(("one.csv", "day 2/two.csv"), flights, strict=True):
+        write_log(log, folder / name)
+    (folder / "broken.csv").write_text("time_s,impact_pressure_pa\n0,1\n")
+    (folder / "remarks.md").write_text("no log")
+    return folder
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_folder_gives_what_its_logs_give_together(packed, card, flights, capsys):
+    given = Path(make_archive(str(card), "zip", card)) if packed else card
+    assert main(["calibrate", str(given), "--json"]) == DONE
+    out, told = capsys.readouterr()
+    documents = json.loads(out)
+    assert [each["log"] for each in documents] == ["two.csv", "one.csv"]
+    assert "3 logs, 2 with an answer" in told
+    lines = told.splitlines()[:3]
+    assert [line.split(":")[0] for line in lines] == ["broken.csv", "two.csv", "one.csv"]
+    assert "left out: missing columns" in lines[0]
+    assert all("KIAS" in line and "±" in line for line in lines[1:])
+    together = calibrate_flights([flights[1], flights[0]], options_of())[0].calibration.curve
+    found = [point["correction_kt"] for point in documents[0]["curve"]]
+    np.testing.assert_allclose(found, together.correction_kt, atol=1e-6)
+
+
+def test_flights_of_two_airplanes_in_a_folder_have_a_curve_each(card, flights, capsys):
+    (card / "broken.csv").unlink()
+    other = replace(flights[0], header={"airplane": "N2"})
+    write_log(replace(flights[1], header={"airplane": "N1"}), card / "day 2/two.csv")
+    write_log(other, card / "one.csv")
+    assert main(["calibrate", str(card), "--json"]) == DONE
+    documents = json.loads(capsys.readouterr().out)
+    alone = calibrate_flights([other], options_of())[0].calibration.curve
+    found = [point["correction_kt"] for point in documents[1]["curve"]]
+    np.testing.assert_allclose(found, alone.correction_kt, atol=1e-6)
+
+
+def test_a_folder_without_an_answer_says_why_of_each(card, capsys):
+    for name in ("one.csv", "day 2/two.csv"):
+        (card / name).write_text("time_s,altitude_m\n0,1\n1,2\n")
+    assert main(["calibrate", str(card)]) == 2
+    told = capsys.readouterr().err
+    assert "none of its logs has an answer" in told
+    assert told.count("left out: missing columns") == 3

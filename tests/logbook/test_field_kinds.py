@@ -418,8 +418,15 @@ def test_a_folder_and_a_zip_list_their_flights(tmp_path, capsys):
         assert held[-1].refusal
         assert main(["inspect", str(place)]) == 0
         assert "2021-06-05 14:00:00" in capsys.readouterr().out
-        assert main(["calibrate", str(place)]) == 2
-        assert f"name one, such as {place / 'log.csv'}" in capsys.readouterr().err
+        assert main(["calibrate", str(place), "--json"]) == 0
+        out, told = capsys.readouterr()
+        assert "3 logs, 2 with an answer" in told
+        assert "notes.txt: left out" in told
+        # Two recorders have a curve each; the Dynon's file holds two flights.
+        counts = [each["flight"]["flights_of_the_curve"] for each in json.loads(out)]
+        assert counts == [1, 2, 2]
+        with pytest.raises(BadInputError, match="name one, such as"):
+            read_log(place)
     member = read_log(packed / "log.csv")
     np.testing.assert_array_equal(member.impact_pressure, read_log(first).impact_pressure)
     assert main(["calibrate", str(packed / "log.csv"), "--json"]) == 0

@@ -136,6 +136,21 @@ def test_topics_of_a_ulog_are_joined_and_a_missing_one_is_named(tmp_path):
         read_log(path, mapping="seaway")
 
 
+def test_the_heading_of_px4_is_interpolated_through_south(tmp_path):
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
+    held, path = topics(), tmp_path / "log.ulg"
+    clock = held["differential_pressure"][1][:, 0]
+    track = clock / 20.0  # as of the fixes; the heading has a clock half a second early
+    held["vehicle_local_position"] = (
+        "float heading;",
+        np.column_stack([clock - 0.5, (track - 0.025 + np.pi) % (2.0 * np.pi) - np.pi]),
+    )
+    path.write_bytes(foreign.ulog_bytes(held))
+    log = read_log(path)
+    for of in (np.sin, np.cos):
+        np.testing.assert_allclose(of(log.heading), of(log.time / 20.0), atol=1e-5)
+
+
 def test_mat_files_of_version_7_3(tmp_path):
     pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
     for place, name in (("", "flat"), ("fdata/", "struct")):

@@ -110,7 +110,14 @@ def test_several_files(tmp_path, join):
         "last": np.argmin(np.where(distance < -1e-9, np.inf, distance), axis=1),
         "nearest": np.argmin(np.abs(distance), axis=1),
     }
-    expected = north[pick[join]] if join in pick else np.interp(log.time, clock, north)
+    if join in pick:
+        expected = north[pick[join]]
+    else:  # each fix once, at the row next to it, and held to the next one
+        fresh = np.flatnonzero(log.gps_fresh)
+        assert len(fresh) == len(clock)
+        assert np.all(np.abs(distance[fresh]).min(axis=1) < 0.05 + 1e-6)
+        held = fresh[np.searchsorted(fresh, np.arange(len(log.time)), side="right") - 1]
+        expected = np.interp(log.time[held], clock, north)
     ties = np.abs(np.abs(distance).min(axis=1) - 0.25) < 1e-6
     np.testing.assert_allclose(log.velocity_north[~ties], expected[~ties], rtol=1e-9)
 
@@ -125,6 +132,16 @@ def test_joins(join, expected):
     np.testing.assert_allclose(join_tables(base, [(other, join)]).column("altitude_m"), expected)
     with pytest.raises(BadInputError, match="do not overlap in time"):
         join_tables(base, [(Table(("time_s",), (np.array([10.0, 11.0]),)), join)])
+
+
+def test_fixes_at_the_rate_of_the_air_data_or_faster_are_all_fresh():
+    """A receiver that is not slower gives each row a fix of its own, interpolated to it."""
+    base = Table(("time_s",), (np.array([0.0, 1.0, 2.0]),))
+    clock = np.arange(0.0, 2.4, 0.4)
+    fixes = Table(("time_s", "velocity_north_mps"), (clock, 10.0 * clock))
+    joined = join_tables(base, [(fixes, "linear")])
+    np.testing.assert_allclose(joined.column("velocity_north_mps"), [0.0, 10.0, 20.0])
+    assert joined.column("gps_fresh").all()
 
 
 def test_the_folder_serves_for_the_file_where_it_holds_each_once(tmp_path):

@@ -17,7 +17,7 @@ from pitotbench.calibration.options import AUTO
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
-from pitotbench.logbook.columns import PARAMETERS
+from pitotbench.logbook.columns import PARAMETERS, SENSOR
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import (
@@ -139,7 +139,8 @@ def _judged(calibration: Calibration, log: FlightLog, options: CalibrationOption
     calibration = with_display_steps(calibration, log)
     held = log.header.get(PARAMETERS)
     if isinstance(held, Mapping) and all(isinstance(value, int | float) for value in held.values()):
-        recorded = RecordedAutopilot(held, wash_of(calibration.residuals, log))
+        wash, sensor = wash_of(calibration.residuals, log), log.header.get(SENSOR, 1)
+        recorded = RecordedAutopilot(held, wash, sensor if isinstance(sensor, int) else 1)
         calibration = replace(calibration, autopilot=recorded)
     require_useful(calibration)
     curve = calibration.curve

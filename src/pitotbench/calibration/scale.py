@@ -12,7 +12,7 @@ from pitotbench.calibration.reduction import reduce_log
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Calibration, Disagreement, Scale
+from pitotbench.records.calibration import Calibration, Disagreement, RecordedAutopilot, Scale
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array
 
@@ -21,7 +21,8 @@ from pitotbench.units import Array
 class ScaleLimits:
     """Where a factor is found anew and told; ratios of the airspeed without unit."""
 
-    refined: float = 0.02  # from 1, beyond which the factor has a fit of its own
+    refined: float = 0.02  # from 1; a factor that may lie beyond has a fit of its own
+    slowest: float = 5.0  # m/s over the ground, of the rows of that fit: an autopilot's in flight
     told: float = 0.05  # from 1, beyond which it is told: usual position errors are below
     zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
     gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
@@ -56,7 +57,9 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
     if result.wind is None or any(each.code == BROKEN for each in result.warnings):
         return result  # what is broken explains a factor
     scale = _of_curve(result)
-    if abs(scale.factor - 1.0) > LIMITS.refined:
+    # Where a temperature is assumed, the mean of the curve depends on the law that was chosen.
+    assumed = log.air_temperature is None and log.total_temperature is None
+    if assumed or abs(scale.factor - 1.0) + scale.two_sigma > LIMITS.refined:
         scale = _refined(scale, log, options)
     known = abs(scale.factor - 1.0) > scale.two_sigma
     scale = replace(scale, units=tuple(_meanings(result, scale, log)) if known else ())
@@ -95,7 +98,9 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
     stated = accuracies_of(options.accuracies, log.header)
     zero = replace(stated, impact_pressure_zero_pa=LIMITS.zero)
     try:
-        found = reduce_log(log, replace(options, model="bias", method="covering", accuracies=zero))
+        plain = replace(options, model="bias", method="covering", accuracies=zero)
+        slowest = max(options.ground_speed_min, LIMITS.slowest)
+        found = reduce_log(log, replace(plain, ground_speed_min=slowest))
     except NoAnswerError:
         return scale
     answer, names = found.answer, [each.name for each in found.nuisances]
@@ -107,8 +112,9 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
         return air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
 
     k, z = (float(answer.mean[place]) for place in places)
-    if abs(np.log(np.mean(ratios(k, 0.0)))) < LIMITS.gain * abs(np.log(np.mean(ratios(k, z)))):
-        z, places = 0.0, places[:1]  # the difference is the zero's, which the curve holds
+    by_gain, whole = (abs(np.log(np.mean(ratios(k, offset)))) for offset in (0.0, z))
+    if whole > LIMITS.told and by_gain < LIMITS.gain * whole:
+        z, places = 0.0, places[:1]  # what would be told is the zero's, which the curve holds
     here = ratios(k, z)
     toward = np.zeros((1, len(answer.mean)))
     moved = (k + _STEP, z), (k, z + _STEP)
@@ -146,8 +152,10 @@ def _factor_words(scale: Scale) -> str:
 
 def _settings(result: Calibration, scale: Scale) -> str:
     """The factor as the parameter of an autopilot."""
-    held = {} if result.autopilot is None else result.autopilot.parameters
-    for autopilot in AUTOPILOTS.values():
+    recorded = result.autopilot or RecordedAutopilot({})
+    held = recorded.parameters
+    for kind in AUTOPILOTS.values():
+        autopilot = kind.of_sensor(recorded.sensor)
         if (old := held.get(autopilot.gain)) is not None and old > 0.0:
             ratio = autopilot.ratio_of(old)
             low, new, high = (

@@ -11,6 +11,7 @@ from pitotbench.cli.shared_flags import (
     add_mapping,
     add_part,
     add_record,
+    add_sensor,
     add_table,
     add_temperature,
     mapping_source,
@@ -18,13 +19,14 @@ from pitotbench.cli.shared_flags import (
     read_logs,
     require_page,
     require_table,
+    say,
     stated_accuracies,
     stated_part,
     tell,
     write_page,
     write_table,
 )
-from pitotbench.records import BadInputError
+from pitotbench.records import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -44,7 +46,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="LOG",
-        help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)",
+        help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     )
     parser.add_argument(
         "--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)"
@@ -52,6 +54,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     add_mapping(parser)
     add_part(parser)
     add_temperature(parser)
+    add_sensor(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument(
         "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
@@ -161,6 +164,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.show.limits import limit_named
     from pitotbench.show.takehome import PARAMETER_FILES, parameter_file
 
+    _take_bundles(options)
     require_page(options.report, _inputs(options))
     autopilot, _ = _stated_autopilot(options)
     if options.parameter_file is not None and not autopilot:
@@ -203,6 +207,50 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _take_bundles(options: argparse.Namespace) -> None:
+    """Put those logs of a folder or of a .zip file that have an answer in its place, and tell in a
+    line what each came to. They get one curve, or one each where they are of several airplanes or recorders.
+
+    Raises BadInputError where none has an answer.
+    """
+    from pitotbench.bench.fleet import progress
+    from pitotbench.bench.questions import options_of
+    from pitotbench.logbook.bundle import held_in
+    from pitotbench.logbook.checks import airplane_of
+    from pitotbench.logbook.columns import MAPPING, PARAMETERS
+
+    paths = [held for path in options.logs for held in held_in(path)]
+    if options.mapping is not None or paths == options.logs:
+        return
+    options_of((), options.mapping, **_choices(options))  # a wrong flag is no fault of a log
+    found: dict[Path, FlightLog] = {}
+    with progress("calibrating", len(paths)) as step:
+        for path in paths:
+            try:
+                first = _reduced(argparse.Namespace(**{**vars(options), "logs": [path]}))[0].flight
+                found[path], curve = first.log, first.calibration.curve
+                place = len(curve.indicated_airspeed) // 2
+                say(
+                    f"{path.name}: {curve.correction_kt[place]:+.2f} ± "
+                    f"{curve.two_sigma_kt[place]:.2f} kt at "
+                    f"{curve.indicated_airspeed_kt[place]:.0f} KIAS"
+                )
+            except (BadInputError, NoAnswerError) as error:
+                say(f"{path.name}: left out: {str(error).removeprefix(f'{path}: ')}")
+            step()
+    say(f"{len(paths)} logs, {len(found)} with an answer")
+    if not found:
+        raise BadInputError(f"{options.logs[0]}: none of its logs has an answer: see above")
+    options.logs = list(found)
+    kinds = {
+        (airplane_of(log), *(str(log.header.get(name)) for name in (MAPPING, PARAMETERS)))
+        for log in found.values()
+    }  # another recorder shows another airspeed
+    options.separately |= (
+        len(kinds) > 1 or options_of(found.values(), **_choices(options)).model == "auto"
+    )
+
+
 def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
     from pitotbench.show.takehome import calibration_record
 
@@ -231,7 +279,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     published = published_of(options.handbook)  # and a wrong table
     _, stated = _stated_autopilot(options)
     part = stated_part(options)
-    logs = read_logs(options.logs, options.mapping, stated, options.temperature_c, part)
+    logs = read_logs(
+        options.logs, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
+    )
     if (
         options.params
         and not options.separately
@@ -253,6 +303,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
         flag_choice("params", options.params, "none"),
         flag_choice("handbook", options.handbook and options.handbook.name, "none"),
+        flag_choice(
+            "airspeed_sensor", options.airspeed_sensor and str(options.airspeed_sensor), "the first"
+        ),
         flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
     ]
     return [

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
     add_mapping,
+    add_sensor,
     read_logs,
     require_page,
     tell,
@@ -22,6 +23,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     )
     add_mapping(parser)
+    add_sensor(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with pictures (HTML)")
 
@@ -41,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
         if len(held) > 1:
             tell(options, lambda: held_json(held), lambda console: print_held(held, console))
             return 0
-    (log,) = read_logs([options.log], options.mapping)
+    (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
     found = inspect(log, options.mapping)
 
     def page() -> str:

@@ -37,6 +37,7 @@ def read_logs(
     parameters: Mapping[str, float] | None = None,
     temperature_c: str | None = None,
     part: "Part" = (None, None),
+    airspeed_sensor: int | None = None,
 ) -> "list[FlightLog]":
     """Read logs, or the same part of each. Raises BadInputError as `read_log` does, with the offer
     to draft a mapping for unknown names.
@@ -47,7 +48,7 @@ def read_logs(
     logs = []
     for path in paths:
         try:
-            logs.append(read_log(path, mapping, parameters, temperature_c, part))
+            logs.append(read_log(path, mapping, parameters, temperature_c, part, airspeed_sensor))
         except MissingColumnsError as error:
             raise BadInputError(f"{error}" if mapping else _no_log(path, error)) from error
     return logs
@@ -91,6 +92,16 @@ def add_temperature(parser: argparse.ArgumentParser) -> None:
         help="temperature of the day [°C], lapsed with height, for a log without a probe of the "
         "air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a standard "
         "day, 10 K off at most)",
+    )
+
+
+def add_sensor(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the airspeed sensor: `--airspeed-sensor`."""
+    parser.add_argument(
+        "--airspeed-sensor",
+        type=int,
+        metavar="N",
+        help="which airspeed sensor of a log with several, from 1 (default: the first)",
     )
 
 

@@ -17,7 +17,13 @@ from pitotbench import air
 from pitotbench.catalog import Catalog, explain
 from pitotbench.logbook.columns import PARAMETERS, Table, numbers
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.calibration import AutopilotSettings, Calibration, ErrorCurve, Setting
+from pitotbench.records.calibration import (
+    AutopilotSettings,
+    Calibration,
+    ErrorCurve,
+    RecordedAutopilot,
+    Setting,
+)
 from pitotbench.units import Array
 
 _DENSITY = 1.225  # kg/m³, the constant of both autopilots
@@ -35,7 +41,8 @@ _IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie cl
 
 @dataclass(frozen=True, slots=True)
 class Autopilot:
-    """An autopilot: what it is called, its two parameters, and the way between ratio R [m²/s² per
+    """An autopilot: what it is called, how the parameters of a sensor begin (empty where each has a
+    name of its own), its two parameters, and the way between ratio R [m²/s² per
     Pa] and gain.
 
     `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
@@ -45,24 +52,47 @@ class Autopilot:
     """
 
     title: str
+    prefix: str
     gain: str
     offset: str
     prefixes: tuple[str, ...]
     ratio_of: Callable[[float], float]
     gain_of: Callable[[float], float]
     pressures: Mapping[str, str]
-    refuse: Callable[[Mapping[str, float]], str]
+    refuse: Callable[[Mapping[str, float], str], str]
     switches: tuple[tuple[str, float, str], ...]
 
+    def of_sensor(self, number: int) -> "Autopilot":
+        """Return the autopilot with the names of the parameters of another sensor, from 2 on."""
+        if number == 1:
+            return self
+        prefix = f"ARSPD{number}_" if self.prefix else ""
 
-def _refuse_ardupilot(held: Mapping[str, float]) -> str:
-    kind = _NO_PRESSURE.get(int(held.get("ARSPD_TYPE", 1)))
+        def own(name: str) -> str:
+            name = name.replace("ASPD_SCALE_1", f"ASPD_SCALE_{number}")
+            return name.replace(self.prefix, prefix, 1) if prefix else name
+
+        return replace(
+            self,
+            prefix=prefix,
+            gain=own(self.gain),
+            offset=own(self.offset),
+            prefixes=tuple(map(own, self.prefixes)),
+            pressures={name: own(offset) for name, offset in self.pressures.items()},
+            switches=tuple((own(name), value, why) for name, value, why in self.switches),
+        )
+
+
+def _refuse_ardupilot(held: Mapping[str, float], prefix: str) -> str:
+    kind = _NO_PRESSURE.get(int(held.get(f"{prefix}TYPE", 1)))
     return (
-        "" if kind is None else f"ARSPD_TYPE {held['ARSPD_TYPE']:g} is {kind}: no ratio acts on it"
+        ""
+        if kind is None
+        else f"{prefix}TYPE {held[f'{prefix}TYPE']:g} is {kind}: no ratio acts on it"
     )
 
 
-def _refuse_px4(held: Mapping[str, float]) -> str:
+def _refuse_px4(held: Mapping[str, float], _: str) -> str:
     why = (
         "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), "
         "not by the formula"
@@ -74,7 +104,7 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
     "autopilot",
     {
         "ardupilot": Autopilot(
-            "ArduPilot", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
+            "ArduPilot", "ARSPD_", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
             {"DiffPress": "", "RawPress": "ARSPD_OFFSET"}, _refuse_ardupilot,
             (
                 ("ARSPD_SKIP_CAL", 1.0, "else each start measures the offset anew and replaces it"),
@@ -82,7 +112,7 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
             ),
         ),
         "px4": Autopilot(
-            "PX4", "ASPD_SCALE_1", "SENS_DPRES_OFF", ("ASPD_SCALE_", "SENS_DPRES_", "SENS_EN_SDP3X"),
+            "PX4", "", "ASPD_SCALE_1", "SENS_DPRES_OFF", ("ASPD_SCALE_", "SENS_DPRES_", "SENS_EN_SDP3X"),
             lambda scale: _PX4_GAIN * scale**2, lambda ratio: float(np.sqrt(ratio / _PX4_GAIN)),
             # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it
             # comes afterwards.
@@ -93,18 +123,20 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
 )  # fmt: skip
 
 
-def as_shown(table: Table, values: Mapping[str, Any]) -> Table:
+def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
     """Return a table of an autopilot's log with the airspeed parameters that it was flown with.
 
-    `values` are all parameters that are known of the flight, by name. A pressure that the autopilot
+    `values` are all parameters that are known of the flight, by name, of which those of the
+    `sensor` act on it. A pressure that the autopilot
     logs before its ratio acts on it, known by its column, becomes the impact pressure [Pa] of the
     airspeed that was shown, √(R·d). A table without such a column, or without a known ratio, stays
     as it is.
     """
-    for autopilot in AUTOPILOTS.values():
+    for kind in AUTOPILOTS.values():
+        autopilot = kind.of_sensor(sensor)
         raw = autopilot.pressures.keys() & set(table.names)
         held = {n: float(f"{v:.7g}") for n, v in values.items() if n.startswith(autopilot.prefixes)}
-        used = _as_used(table, held) if raw else {}
+        used = _as_used(table, held, autopilot.prefix) if raw else {}
         if autopilot.gain not in used:
             continue
         ratio, columns = autopilot.ratio_of(used[autopilot.gain]), []
@@ -112,7 +144,7 @@ def as_shown(table: Table, values: Mapping[str, Any]) -> Table:
             if n in raw:
                 pressure = numbers(n, column)
                 if offset := autopilot.pressures[n]:
-                    pressure = _sign(used) * (pressure - used.get(offset, 0.0))
+                    pressure = _sign(used, autopilot.prefix) * (pressure - used.get(offset, 0.0))
                 # The impact pressure of √(R·d); a negative d, near rest, in proportion.
                 flying = air.impact_pressure(np.sqrt(ratio * np.maximum(pressure, 0.0)))
                 column = np.where(pressure > 0.0, flying, 0.5 * _DENSITY * ratio * pressure)
@@ -136,17 +168,17 @@ def as_shown(table: Table, values: Mapping[str, Any]) -> Table:
     return table
 
 
-def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
+def _as_used(table: Table, held: dict[str, float], prefix: str) -> dict[str, float]:
     """Return the parameters with what ArduPilot's messages say of them: the offset in use, which
     tube led, and the ratio where it is not known.
     """
     used = dict(held)
     if {"Offset", "RawPress"} <= set(table.names):
-        used["ARSPD_OFFSET"] = float(np.median(numbers("Offset", table.column("Offset"))))
-        order = used.get("ARSPD_TUBE_ORDR", used.get("ARSPD_TUBE_ORDER", _EITHER))
+        used[f"{prefix}OFFSET"] = float(np.median(numbers("Offset", table.column("Offset"))))
+        order = used.get(f"{prefix}TUBE_ORDR", used.get(f"{prefix}TUBE_ORDER", _EITHER))
         if order == _EITHER and np.median(numbers("RawPress", table.column("RawPress"))) < 0.0:
-            used["ARSPD_TUBE_ORDR"] = _SWAPPED
-    if "ARSPD_RATIO" not in used and {"Airspeed", "DiffPress"} <= set(table.names):
+            used[f"{prefix}TUBE_ORDR"] = _SWAPPED
+    if f"{prefix}RATIO" not in used and {"Airspeed", "DiffPress"} <= set(table.names):
         speed, pressure = (numbers(n, table.column(n)) for n in ("Airspeed", "DiffPress"))
         flown = (speed > 0.0) & (pressure > 0.0)
         ratios = speed[flown] ** 2 / pressure[flown]
@@ -154,13 +186,13 @@ def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
         # Both are noisy, and the airspeed is smoothed; but one that is not of this pressure, as of
         # another sensor, is in no proportion to it.
         if ratio and np.median(np.abs(ratios - ratio)) < _IN_PROPORTION * ratio:
-            used["ARSPD_RATIO"] = float(f"{ratio:.4g}")
+            used[f"{prefix}RATIO"] = float(f"{ratio:.4g}")
     return used
 
 
-def _sign(held: Mapping[str, float]) -> float:
+def _sign(held: Mapping[str, float], prefix: str) -> float:
     """−1 where the tubes are swapped, else 1."""
-    order = held.get("ARSPD_TUBE_ORDR", held.get("ARSPD_TUBE_ORDER"))
+    order = held.get(f"{prefix}TUBE_ORDR", held.get(f"{prefix}TUBE_ORDER"))
     return -1.0 if order == _SWAPPED else 1.0
 
 
@@ -199,9 +231,10 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
     """
     if name not in AUTOPILOTS:
         raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
-    autopilot = AUTOPILOTS[name]
-    held = {} if result.autopilot is None else result.autopilot.parameters
-    fixed = name == "ardupilot" and held.get("ARSPD_TYPE") == _WITHOUT_OFFSET
+    recorded = result.autopilot or RecordedAutopilot({})
+    autopilot, held = AUTOPILOTS[name].of_sensor(recorded.sensor), recorded.parameters
+    prefix = autopilot.prefix
+    fixed = bool(prefix) and held.get(f"{prefix}TYPE") == _WITHOUT_OFFSET
     _require(autopilot, held, () if fixed else (autopilot.offset,))
     curve = result.curve
     if len(curve.indicated_airspeed) < _FEWEST:
@@ -221,17 +254,16 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
         )
     ]  # fmt: skip
     if not fixed:
-        before, change = held[autopilot.offset], _sign(held) * fit.offset
+        before, change = held[autopilot.offset], _sign(held, prefix) * fit.offset
         moved = f"{'plus' if change > 0.0 else 'less'} {abs(change):.3g} Pa"
         found = f"old value {moved}, where the corrected airspeed is zero"
         settings.append(
             Setting(autopilot.offset, before + change, fit.offset_two_sigma, before, found)
         )
     for switch, value, reason in autopilot.switches:
-        if not (fixed and switch == "ARSPD_SKIP_CAL"):
+        if not (fixed and switch == f"{prefix}SKIP_CAL"):
             settings.append(Setting(switch, value, None, held.get(switch), reason))
-    wash = None if result.autopilot is None else result.autopilot.wash
-    return AutopilotSettings(name, tuple(settings), fit.calibrated, fit.bound, wash)
+    return AutopilotSettings(name, tuple(settings), fit.calibrated, fit.bound, recorded.wash)
 
 
 def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, ...]) -> None:
@@ -248,7 +280,7 @@ def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, .
         raise BadInputError(
             f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above zero"
         )
-    if reason := autopilot.refuse(held):
+    if reason := autopilot.refuse(held, autopilot.prefix):
         raise BadInputError(
             f"{reason}; calibrate without --params and correct the airspeed by the card"
         )

@@ -88,6 +88,19 @@ def _leads_out(entry: zipfile.ZipInfo) -> bool:
     return link or path.is_absolute() or ".." in path.parts or ":" in str(path)[:2]
 
 
+def held_in(path: Path) -> list[Path]:
+    """Return the paths at which the logs of a folder or of a .zip file are read; of a log, and of a
+    bundle that holds one, its own.
+
+    Raises as `opened` and `logs_in` do.
+    """
+    if not is_bundle(path):
+        return [path]
+    with opened(path) as folder:
+        found = [path / each.relative_to(folder) for each in logs_in(folder)]
+    return found if len(found) > 1 else [path]
+
+
 def logs_in(folder: Path) -> list[Path]:
     """Return the files of a folder, and of those in it, that may be logs, in the order of their
     names. Of a log in several files, as one table a topic, it is the first file of its mapping.

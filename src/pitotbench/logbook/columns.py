@@ -278,6 +278,20 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
     )
 
 
+# A log may hold several airspeed sensors: `impact_pressure_2_pa` is the second one's.
+_NUMBERED = re.compile(
+    "((?:impact|total|static)_pressure|(?:indicated|calibrated)_airspeed)_([2-9])((?:_[a-z0-9]+)?)"
+)
+
+
+def numbered(name: str) -> tuple[str, int]:
+    """Return a column's name without the number of its airspeed sensor, and the number; 1 of the
+    first sensor, and of any other column.
+    """
+    found = _NUMBERED.fullmatch(name)
+    return (found[1] + found[3], int(found[2])) if found else (name, 1)
+
+
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch or a slip
 
 
@@ -299,6 +313,7 @@ AIR_DATA = "air_data"  # header entry: the air data computer whose output is cal
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
 DAY = "temperature_c"  # header entry: the stated temperature of the day, such as "18±2@ground"
 PARAMETERS = "parameters"  # header entry: the airspeed parameters with which an autopilot showed the log's airspeed
+SENSOR = "airspeed_sensor"  # header entry: the number of the sensor of a log that holds several
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 

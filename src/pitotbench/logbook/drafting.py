@@ -48,6 +48,7 @@ _SYSTEMS = frozenset((
     "gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor",
     "primary", "true", "efis", "fms", "0", "1", "2",
 ))  # fmt: skip
+_COUNTED = _SYSTEMS | {"ias", "kias", "cas", "kcas", "airspeed", "aspd"}
 # Words of what is set, wanted or estimated, not measured on the airplane, or of what no log needs.
 _NOT_MEASURED = frozenset((
     "sel", "selected", "target", "cmd", "command", "commanded", "desired", "bug", "setpoint", "error", "err",
@@ -239,8 +240,8 @@ _ANGLE_WORDS = frozenset(("course", "track", "trk", "heading", "hdg", "cog"))
 
 def _plain_words(text: str) -> list[str]:
     words = [part for token in re.split(r"[^A-Za-z0-9°]+", text) if token for part in _parts(token)]
-    # The second box of a kind is of that kind: dadc2.
-    return [bare if (bare := word.rstrip("0123456789")) in _SYSTEMS else word for word in words]
+    # The second box of a kind is of that kind, and so is what it shows: dadc2, IAS2.
+    return [bare if (bare := word.rstrip("0123456789")) in _COUNTED else word for word in words]
 
 
 def _parts(token: str) -> list[str]:
@@ -432,13 +433,17 @@ def draft_mapping(table: Table) -> DraftedMapping:
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     fitted = judged(table, fitted)  # now that more units are known
     beside = {guess.quantity: guess.theirs for guess in fitted}
-    lines = tuple(
-        DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside))
-        for guess in fitted
+    lines = (
+        *(
+            DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside))
+            for guess in fitted
+        ),
+        *_more_sensors(fitted, offered),
     )
     if not refusal and not _missing(chosen):
         refusal = _trial(table, fitted)[1]
-    unused = tuple(name for name in table.names if name not in {guess.theirs for guess in fitted})
+    used = {line.guess.theirs for line in lines}
+    unused = tuple(name for name in table.names if name not in used)
     ranges = tuple(_range_of(table.column(name)) for name in unused)
     return DraftedMapping(lines, _missing(chosen), unused, refusal, ranges)
 
@@ -567,6 +572,20 @@ def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
         and other.theirs != guess.theirs
         and other.score > guess.score - 0.15
     ]
+
+
+def _more_sensors(fitted: Sequence[Guess], offered: Sequence[list[Guess]]) -> Iterator[DraftedLine]:
+    """Yield a line for each column that seems to be another sensor's airspeed or pressure."""
+    used, count = {guess.theirs for guess in fitted}, 1
+    for first in fitted:
+        for other in (guess for options in offered for guess in options):
+            wanted = first.quantity in _AIRSPEEDS and other.quantity == first.quantity
+            if wanted and other.theirs not in used and other.score >= _SURE:
+                used.add(other.theirs)
+                count += 1
+                unit = first.units[0] if first.units[0] in other.units else other.units[0]
+                numbered = replace(other, quantity=f"{first.quantity}_{count}", units=(unit,))
+                yield DraftedLine(numbered, unit, f"is this a sensor beside {first.theirs!r}?")
 
 
 def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:

@@ -100,16 +100,13 @@ def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str
 # The tables of a log's topics by name, and the parameters of the autopilot by name.
 Topics = tuple[dict[str, Table], dict[str, Any]]
 
-INSTANCE = "I"  # the field that numbers sensors of one kind
 _MAGIC, _TEXT = b"\xa3\x95", b"FMT,"  # begins every message, and a log of messages as text
 
 
 def read_messages(path: Path, topics: Sequence[str]) -> Topics:
-    """Return the tables of some kinds of message, or of all for none, and the log's parameters.
+    """Return the tables of some kinds of message and the log's parameters.
 
-    Kinds that the log lacks are left out. Of a message that several sensors send, only the first
-    sensor's are kept. Values are in the units
-    that the log states for its fields (a latitude in degrees, not in 1e-7 of them). Raises
+    Kinds that the log lacks are left out. Values are in the units that the log states for its fields (a latitude in degrees, not in 1e-7 of them). Raises
     BadInputError where pymavlink is not installed or the file is not a DataFlash log.
     """
     try:
@@ -130,12 +127,10 @@ def read_messages(path: Path, topics: Sequence[str]) -> Topics:
         with _heard(said):
             read = DFReader_text if begin == _TEXT else DFReader_binary
             log = read(str(path), zero_time_base=True)
-            while (
-                message := log.recv_match(type=[*topics, "PARM"] if topics else None)
-            ) is not None:
+            while (message := log.recv_match(type=[*topics, "PARM"])) is not None:
                 if message.get_type() == "PARM":
                     held[message.Name] = message.Value
-                elif getattr(message, INSTANCE, 0) == 0:
+                else:
                     rows.setdefault(message.get_type(), []).append(message)
         ends = [
             log.offsets[kind][-1] + form.len
@@ -195,8 +190,8 @@ def _damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
 
 
 def read_topics(path: Path, topics: Sequence[str]) -> Topics:
-    """Return the tables of some topics, or of all for none, and the log's parameters; topics that
-    the log lacks are left out.
+    """Return the tables of some topics and the log's parameters; topics that the log lacks are left
+    out.
 
     Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
     Raises BadInputError where pyulog is not installed or the file is not a ULog.
@@ -207,7 +202,7 @@ def read_topics(path: Path, topics: Sequence[str]) -> Topics:
         raise BadInputError(
             "reading a ULog needs pyulog: pip install 'pitotbench[logs]'"
         ) from error
-    wanted = [re.sub(r"_\d+$", "", topic) for topic in topics] or None
+    wanted = [re.sub(r"_\d+$", "", topic) for topic in topics]
     said: list[str] = []
     try:
         with _Watched(FileIO(path)) as file, _heard(said):
@@ -251,8 +246,7 @@ ReadTopics = Callable[[Path, Sequence[str]], Topics]
 class TopicReader:
     """How the files of one suffix are read, and the shipped mapping that suits them.
 
-    `read_named` returns those of the wanted topics that are there; with no names, all that are
-    there.
+    `read_named` returns those of the wanted topics that are there.
     """
 
     kind: str

@@ -2,7 +2,7 @@
 time base.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -16,31 +16,40 @@ from pitotbench.logbook.autopilot import as_shown
 from pitotbench.logbook.columns import (
     PARAMETERS,
     QUANTITIES,
+    SENSOR,
     Column,
     Table,
     almost_numbers,
     clock_seconds,
     is_clock,
+    numbered,
     numbers,
     parse_column,
     plain_name,
 )
 from pitotbench.logbook.derived import components
-from pitotbench.logbook.formats import INSTANCE, topics_of
+from pitotbench.logbook.formats import topics_of
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
+from pitotbench.logbook.sensors import chosen
 from pitotbench.records import BadInputError
-from pitotbench.units import Array, from_si, to_si
+from pitotbench.units import Array, Booleans, from_si, to_si
 
 ReadTable = Callable[[Path], Table]
 Parameters = dict[str, float]
+FRESH = "gps_fresh"
 
 
 def read_mapped(
-    path: Path, mapping: Mapping, read_table: ReadTable, stated: Parameters | None = None
+    path: Path,
+    mapping: Mapping,
+    read_table: ReadTable,
+    stated: Parameters | None = None,
+    number: int | None = None,
 ) -> Table:
     """Read the table of a log, from one file or several, with the columns that a mapping names.
 
-    `read_table` reads one file. The pressures of an autopilot are those of the airspeed that it
+    `read_table` reads one file. Of several airspeed sensors the table has that of the `number`,
+    counted from 1, the first for None. The pressures of an autopilot are those of the airspeed that it
     showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
     Raises BadInputError for a file or column that is missing or ambiguous.
     """
@@ -49,26 +58,56 @@ def read_mapped(
     tables, held = topics.read(path, mapping.files) if topics else ([], {})
     for file in files:
         with _within(file.name if file else ""):
-            tables.append(_first_sensor(read_table(file)) if file else None)
+            tables.append(read_table(file) if file else None)
     if files and files[0]:
         held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
+    sensor, told = 1, list[str]()
+    if len(mapping.files) > 1:
+        sensor, base, told = chosen(_airspeed_sensors(mapping.files, tables), number)
+        tables[0] = replace(base, warnings=(*base.warnings, *told))
     for entry, table in zip(mapping.files, tables, strict=True):
-        if table is None:  # of an optional file that is absent
+        if table is None or entry.another:  # an optional file that is absent, or another sensor
             continue
         with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
-            renamed = rename(as_shown(table, {**held, **(stated or {})}), entry)
+            shown = as_shown(
+                next(iter(_sensors(table).values()), table), {**held, **(stated or {})}, sensor
+            )
+            renamed = rename(shown, entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
     joined = found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
-    return replace(joined, header={PARAMETERS: stated, **joined.header}) if stated else joined
+    known = {**({PARAMETERS: stated} if stated else {}), **({SENSOR: sensor} if told else {})}
+    return replace(joined, header={**known, **joined.header})
 
 
-def _first_sensor(table: Table) -> Table:
-    """Return the rows of the first sensor of a table of DataFlash messages, as of such a log."""
-    if not {"TimeUS", INSTANCE} <= set(table.names):
-        return table
-    first = numbers(INSTANCE, table.column(INSTANCE)) == 0.0
-    return replace(table, columns=tuple(column[first] for column in table.columns))
+_INSTANCE = "I"  # the field of a DataFlash message that numbers the sensors of one kind
+
+
+def _sensors(table: Table) -> dict[int, Table]:
+    """Return the rows of each sensor of a table of DataFlash messages by number from 1; the whole
+    table as the first for another.
+    """
+    if not {"TimeUS", _INSTANCE} <= set(table.names):
+        return {1: table}
+    instance = numbers(_INSTANCE, table.column(_INSTANCE))
+    return {
+        int(each) + 1: replace(table, columns=tuple(c[instance == each] for c in table.columns))
+        for each in np.unique(instance[np.isfinite(instance)])
+    }
+
+
+def _airspeed_sensors(
+    files: Sequence[MappedFile], tables: Sequence[Table | None]
+) -> dict[int, tuple[str, Table]]:
+    """Return the airspeed sensors of a log in several files, each with its name, by number."""
+    found: dict[int, tuple[str, Table]] = {}
+    for entry, table in zip(files, tables, strict=True):
+        if table is not None and (entry is files[0] or entry.another):
+            name, held = entry.pattern.removeprefix("*").removesuffix(".csv"), _sensors(table)
+            for number, each in held.items():
+                place = number if entry is files[0] else 1 + max(found, default=0)
+                found[place] = (f"{name}[{number - 1}]" if _INSTANCE in table.names else name, each)
+    return found
 
 
 def _parameters_beside(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
@@ -139,24 +178,25 @@ def rename(table: Table, entry: MappedFile) -> Table:
     A missing column gives a warning where it is neither essential nor optional. Raises
     BadInputError where an essential column is missing or the mapping names an unknown quantity.
     """
-    quantities: dict[Renamed, Channel] = {}
+    quantities: dict[Renamed, tuple[Channel, int]] = {}
     for target in entry.columns:
-        bare = QUANTITIES.get(target.name)  # without a unit: its values tell it (`fill_units`)
-        parsed = (bare, "") if bare else parse_column(target.name)
+        plain, sensor = numbered(target.name)
+        bare = QUANTITIES.get(plain)  # without a unit: its values tell it (`fill_units`)
+        parsed = (bare, "") if bare else parse_column(plain)
         if parsed is None:
             raise BadInputError(
                 f"the mapping names {target.name!r}, which is no column of a flight log"
             )
-        quantities[target] = parsed[0]
+        quantities[target] = parsed[0], sensor
     table = first_of_each(table)
     here = {plain_name(n): n for n in reversed(table.names)} | {n: n for n in table.names}
     present = {quantities[target] for target in entry.columns if plain_name(target.theirs) in here}
-    found: dict[Channel, tuple[str, Column]] = {}
+    found: dict[tuple[Channel, int], tuple[str, Column]] = {}
     lost, words = [], []
     for target, quantity in quantities.items():
         theirs = here.get(target.theirs, here.get(plain_name(target.theirs), target.theirs))
         if theirs not in table.names and (
-            target.optional or quantity in present or not quantity.essential
+            target.optional or quantity in present or not quantity[0].essential
         ):
             if not target.optional and quantity not in present:
                 lost.append(target.theirs)
@@ -165,7 +205,7 @@ def rename(table: Table, entry: MappedFile) -> Table:
         if quantity in found:
             continue
         values = almost_numbers(column) if column.dtype.kind == "O" else None
-        if values is not None and quantity.kind == "number":
+        if values is not None and quantity[0].kind == "number":
             words.append(theirs)
             column = values
         if target.factor != 1.0 or target.offset != 0.0:
@@ -201,7 +241,9 @@ def first_of_each(table: Table) -> Table:
 def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     """Bring other tables to the times of the base. Rows that some table does not cover are dropped.
 
-    Raises BadInputError where the tables do not overlap in time.
+    The fixes of a receiver are held from the row of one to that of the next, and `gps_fresh` marks
+    these rows, as in a log of one table: a velocity interpolated to each row would count as a fix
+    each. Raises BadInputError where the tables do not overlap in time.
     """
     time = _time(base)
     clocks = [_time(table) for table, _ in others]
@@ -217,13 +259,38 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     warnings = list(base.warnings)
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
+        held = np.arange(int(inside.sum()))
+        if (
+            join == "linear"
+            and any(name.startswith("velocity_north_") for name in table.names)
+            and FRESH not in names
+        ):
+            fresh, held = _fixes(time[inside], clock)
+            names.append(FRESH)
+            columns.append(fresh)
         for name, column in zip(table.names, table.columns, strict=True):
             # The clock of another file has served; the joined table has the clock of the base.
             if not name.startswith("time_"):
                 names.append(name)
-                columns.append(_at(time[inside], clock, name, column, join))
+                columns.append(_at(time[inside], clock, name, column, join)[held])
     header = {key: value for table, _ in others for key, value in table.header.items()}
     return Table(tuple(names), tuple(columns), {**header, **base.header}, tuple(warnings))
+
+
+def _fixes(time: Array, clock: Array) -> tuple[Booleans, NDArray[np.intp]]:
+    """Return the rows at `time`, (n,), that are nearest to a fix of a receiver at `clock`, and the
+    last such row for each row, (n,).
+    """
+    rows, fresh = np.arange(len(time)), np.zeros(len(time), dtype=np.bool_)
+    fresh[_nearest(clock, time)] = True
+    fresh[0] = True  # which the first fix precedes
+    return fresh, np.maximum.accumulate(np.where(fresh, rows, 0))
+
+
+def _nearest(time: Array, clock: Array) -> NDArray[np.intp]:
+    """Return the place in `clock`, (m,), that is nearest to each `time`, (n,)."""
+    after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
+    return after - (time - clock[after - 1] < clock[after] - time)
 
 
 def _time(table: Table) -> Array:
@@ -256,10 +323,6 @@ def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Colu
             turned = np.unwrap(to_si(column, parsed[1]))
             return from_si(np.interp(time, clock, turned) % (2.0 * np.pi), parsed[1])
         return np.interp(time, clock, numbers(name, column))
-    after: NDArray[np.intp] = np.searchsorted(clock, time, side="right")
-    last = np.maximum(after - 1, 0)
-    if join != "nearest":
-        return column[last]
-    following = np.minimum(after, len(clock) - 1)
-    nearer = np.where(clock[following] - time < time - clock[last], following, last)
-    return column[nearer]
+    if join == "nearest":
+        return column[_nearest(time, clock)]
+    return column[np.maximum(np.searchsorted(clock, time, side="right") - 1, 0)]

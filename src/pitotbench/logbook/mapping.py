@@ -32,13 +32,15 @@ class MappedFile:
     """One file of a log: its name patterns, how it is brought onto the time base (see `JOINS`), its
     columns.
 
-    The first pattern for which there is a file counts. An `optional` file may be absent.
+    The first pattern for which there is a file counts. An `optional` file may be absent. `another`
+    airspeed sensor stands in the place of the first file where it is asked for.
     """
 
     patterns: tuple[str, ...]
     join: str
     columns: tuple[Renamed, ...]
     optional: bool = False
+    another: bool = False
 
     @property
     def pattern(self) -> str:
@@ -116,7 +118,8 @@ def parse_mapping(name: str, text: str) -> Mapping:
             (f.file,) if isinstance(f.file, str) else tuple(f.file),
             f.join,
             _renamed(f.columns),
-            f.optional,
+            f.optional or f.another,
+            f.another,
         )
         for f in document.files
     ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
@@ -158,6 +161,7 @@ def _document() -> Any:
         file: str | list[str] = "*"
         join: str = "last"
         optional: bool = False
+        another: bool = False
         columns: dict[str, str | Target]
 
     class Document(BaseModel):

@@ -19,6 +19,7 @@ from pitotbench.logbook.columns import (
 from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
+from pitotbench.logbook.sensors import of_sensor
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -33,6 +34,7 @@ def read_log(
     parameters: abc.Mapping[str, float] | None = None,
     temperature_c: str | None = None,
     part: Part = WHOLE,
+    airspeed_sensor: int | None = None,
 ) -> FlightLog:
     """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
     a .zip (`card.zip/flight.csv`).
@@ -41,7 +43,8 @@ def read_log(
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
     log was flown, by name, in place of those that it holds. `temperature_c` states the temperature
-    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Only the `part` is read and
+    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Of several airspeed sensors that
+    of the number `airspeed_sensor` is read, counted from 1; the first for None. Only the `part` is read and
     judged: from so many seconds after the first row to so many, None for an end of the log. The
     entry `warnings` of `log.header` lists, with row numbers, what was dropped and what looks wrong.
 
@@ -50,7 +53,8 @@ def read_log(
     """
     source = Path(path)
     try:
-        return log_of(whole_table(source, mapping, dict(parameters or {}), temperature_c), part)
+        stated = dict(parameters or {})
+        return log_of(whole_table(source, mapping, stated, temperature_c, airspeed_sensor), part)
     except BadInputError as error:
         raise type(error)(f"{source}: {error}") from error
 
@@ -60,6 +64,7 @@ def whole_table(
     mapping: Path | str | None = None,
     parameters: Parameters | None = None,
     temperature_c: str | None = None,
+    airspeed_sensor: int | None = None,
 ) -> Table:
     """Return the table of a log under our column names, before it is checked. Parameters and errors
     as of `read_log`, without the file in the message.
@@ -67,10 +72,13 @@ def whole_table(
     named = None if mapping is None else find_mapping(mapping)
     with opened(source) as place:
         table = (
-            table_of(_only_log(place, source) if is_bundle(place) else place, parameters)
+            table_of(
+                _only_log(place, source) if is_bundle(place) else place, parameters, airspeed_sensor
+            )
             if named is None
-            else _advised(read_mapped(place, named, read_table, parameters), named)
+            else _advised(read_mapped(place, named, read_table, parameters, airspeed_sensor), named)
         )
+        table = of_sensor(table, airspeed_sensor)
     if temperature_c is None:
         return table
     return replace(table, header={**table.header, DAY: temperature_c})
@@ -90,11 +98,14 @@ def _only_log(folder: Path, source: Path) -> Path:
     )
 
 
-def table_of(path: Path, stated: Parameters | None = None) -> Table:
+def table_of(
+    path: Path, stated: Parameters | None = None, airspeed_sensor: int | None = None
+) -> Table:
     """Return the table of a file under our column names as far as they are known, without a mapping
     by the user.
 
-    The `stated` parameters of an autopilot replace those in the header. Raises BadInputError for a
+    The `stated` parameters of an autopilot replace those in the header; of a log in several files
+    the table has the `airspeed_sensor`. Raises BadInputError for a
     file that cannot be read.
     """
     topics = topics_of(path)
@@ -114,7 +125,7 @@ def table_of(path: Path, stated: Parameters | None = None) -> Table:
     if topics is None and len(known.files) == 1:
         table = mapped(table, name)
     else:
-        table = _advised(read_mapped(path, known, read_table, stated), known)
+        table = _advised(read_mapped(path, known, read_table, stated, airspeed_sensor), known)
     note = f"recognized as {known.title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
 

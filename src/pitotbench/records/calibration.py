@@ -379,8 +379,8 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class RecordedAutopilot:
-    """The airspeed parameters that a log was flown with, by name, and the wash of a propeller that
-    it shows.
+    """The airspeed parameters that a log was flown with, by name, the wash of a propeller that it
+    shows, and the number of the sensor.
 
     `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
     is infinite
@@ -390,6 +390,7 @@ class RecordedAutopilot:
 
     parameters: Mapping[str, float]
     wash: Estimate | None = None
+    sensor: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,7 @@ def write_ulog(columns: Mapping[str, Array], path: Path) -> None:
             clock[fresh],
             [*velocity, columns["altitude_m"][fresh]],
         ),
+        "vehicle_local_position": ("heading", clock, [columns["heading_rad"]]),
     }
     parts = [_HEAD, _message("B", bytes(40))]
     for key, value in _PARAMETERS.items():

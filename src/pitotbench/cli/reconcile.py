@@ -71,6 +71,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"
     )
     parser.add_argument(
+        "--close",
+        metavar="NAME",
+        help="patch the airplane as ./aircraft/<aircraft>+NAME, judge the log again with it, and "
+        "so on until nothing more closes",
+    )
+    parser.add_argument(
         "--no-cache",
         action="store_true",
         help="fly the null flights of the card anew, and do not keep them",
@@ -125,9 +131,10 @@ def _run_terms(options: argparse.Namespace) -> int:
 
     if options.aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
-    if options.apply:
+    if options.apply or options.close:
+        flag = "--apply" if options.apply else "--close"
         raise BadInputError(
-            "--apply is not for terms: overlay.xml of --out holds what is added to the file"
+            f"{flag} is not for terms: overlay.xml of --out holds what is added to the file"
         )
     if options.record:
         raise BadInputError("--record is not for terms: report.html of --out holds their account")
@@ -161,8 +168,14 @@ def _check_variant(options: argparse.Namespace) -> None:
         raise BadInputError(
             "--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft"
         )
+    if options.apply is not None and options.close is not None:
+        raise BadInputError("--apply and --close both write the patched aircraft: give one of them")
     if options.apply is not None:
         require_free(options.aircraft, options.apply)
+    if options.close is not None:
+        from pitotbench.bench.closing import require_closable
+
+        require_closable(options.aircraft, options.close)
 
 
 def _check_folder(options: argparse.Namespace) -> None:
@@ -208,6 +221,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         progress=say,
         mapping=options.mapping,
         keep=not options.no_cache,
+        close=options.close,
     )
     return replace(outcome, provenance=_provenance(options, logs)) if options.record else outcome
 

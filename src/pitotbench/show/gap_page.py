@@ -10,11 +10,20 @@ from matplotlib.colors import SymLogNorm
 from matplotlib.patches import Rectangle
 
 from pitotbench.effects import effect_of
-from pitotbench.records.gap import Account, FlownAgain, GapMap, History, TellingChannel, Trace
+from pitotbench.records.gap import (
+    Account,
+    Closing,
+    FlownAgain,
+    GapMap,
+    History,
+    TellingChannel,
+    Trace,
+)
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check, Closure, Located
 from pitotbench.show.columns import html_table
 from pitotbench.show.gap_words import (
+    closing_sentences,
     closure_percent,
     evidence_words,
     features_limit,
@@ -47,6 +56,7 @@ from pitotbench.show.verdict import (
     FLIGHT_COLUMNS,
     TOLERANCE_COLUMNS,
     candidate_columns,
+    closing_columns,
     kind_words,
     noticed,
     pilot_words,
@@ -425,8 +435,14 @@ def account_page(account: Account) -> str:
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
         patch=account.patch if account.entries else "",
         fly=flying_words(account),
+        closed=closing_sentences(account.closing) if account.closing else [],
+        table=_closed_table(account.closing) if account.closing else "",
         version=page_version(),
     )
+
+
+def _closed_table(closing: Closing) -> str:
+    return html_table(closing_columns(closing), (*closing.patched, *closing.told))
 
 
 def flying_words(account: Account) -> list[str]:

@@ -6,7 +6,8 @@ from typing import Any
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS, OWN_TERMS, effect_of
-from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
+from pitotbench.effects.stability import CHANGE
+from pitotbench.records.gap import Account, Closing, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
     Check,
@@ -19,6 +20,7 @@ from pitotbench.records.verdict import (
 )
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
 from pitotbench.show.gap_words import (
+    closing_sentences,
     evidence_words,
     features_limit,
     reported_rivals,
@@ -205,6 +207,56 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
+# The table in which a closed loop ends: the gaps that were patched, then those that are told.
+
+
+def _of_file(closing: Closing, gap: Gap, times: bool) -> str:
+    """The coefficient of the model's file, without or with what was measured; empty for an effect
+    that the model lacks.
+    """
+    name, sizes = gap.causes[0].name, {size.name: size for size in gap.causes[0].sizes}
+    if name not in closing.coefficients or CHANGE not in sizes:
+        return ""
+    (value, unit), change = closing.coefficients[name], sizes[CHANGE]
+    if not times:
+        return with_unit(f"{value:.4g}", unit)
+    measured, bound = value * (1.0 + change.value), abs(value) * change.two_sigma
+    return with_unit(f"{measured:.4g} ± {bound:.2g}", unit)
+
+
+def closing_columns(closing: Closing) -> list[Column[Gap]]:
+    """The columns of the gaps of a closed loop."""
+
+    def measured(gap: Gap) -> str:
+        sizes = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
+        return "; ".join([text for text in (_of_file(closing, gap, True), *sizes) if text])
+
+    return [
+        Column("part", lambda gap: gap.part or "no part of the table"),
+        Column("coefficient or effect", lambda gap: words(gap.causes[0].name)),
+        Column("the model's", lambda gap: _of_file(closing, gap, False) or "none"),
+        Column("measured (± is 2σ)", measured),
+        Column("", lambda gap: closing.coefficients.get(gap.causes[0].name), key="model"),
+        Column("", lambda gap: gap in closing.patched, key="patched"),
+        Column("closes held out", lambda gap: gap.closes_held_out, "%", ".0%"),
+        Column("done", lambda gap: "patched" if gap in closing.patched else "told"),
+        Column("not told from", lambda gap: ", ".join(words(c.name) for c in gap.causes[1:])),
+    ]
+
+
+def closing_json(closing: Closing) -> dict[str, Any]:
+    """A closed loop as plain data; a row of its table is a gap, with what was done."""
+    rows = (*closing.patched, *closing.told)
+    extra = json_rows(closing_columns(closing), rows)
+    return {
+        "aircraft": closing.aircraft if closing.closed else None,
+        "closed_held_out": list(closing.closed),
+        "closure_holdout": closing.closure_holdout,
+        "table": [gap_json(gap) | more for gap, more in zip(rows, extra, strict=True)],
+        "left": verdict_json(closing.verdict),
+    }
+
+
 _PLACES = 6
 
 
@@ -233,6 +285,12 @@ def print_account(account: Account, console: Console) -> None:
             print_table(TOLERANCE_COLUMNS, flown.tolerances, console, title)
             if flown.pilot:
                 console.print(outside(pilot_words(flown)), soft_wrap=True)
+    if closing := account.closing:
+        console.print()
+        for sentence in closing_sentences(closing):
+            console.print(outside(sentence), soft_wrap=True)
+        rows = (*closing.patched, *closing.told)
+        print_table(closing_columns(closing), rows, console, "the gaps, closed")
     _print_remarks(verdict, console)
 
 
@@ -312,6 +370,7 @@ def account_json(account: Account) -> dict[str, Any]:
         "null_flights": account.null_flights,
         "flights": [flight_json(flight) for flight in account.flights],
         "warnings": list(account.warnings),
+        "closed": account.closing and closing_json(account.closing),
     }
 
 

@@ -1,5 +1,6 @@
 """Close the loop: patch the airplane, judge its logs again with the patch, and tell what is left."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -14,17 +15,15 @@ from pitotbench.bench.workflow import (
     bounds_of,
     entries,
     fly_again,
+    judge_laid,
     patch_of,
 )
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.stability import CHANGE
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.patches import Patch
-from pitotbench.reconciliation.regression import Fitted
 from pitotbench.reconciliation.term_regression import terms_of
-from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, hold_out, judge
-from pitotbench.records import BadInputError
+from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, largest_gap
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Closing
 from pitotbench.records.log import FlightLog
@@ -43,17 +42,6 @@ ROUNDS = 5
 LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not worth a patch
 
 
-def require_closable(aircraft: str, name: str) -> None:
-    """Raise BadInputError where no airplane of a name can be written: without a model, or where the
-    name is taken.
-    """
-    if aircraft == "none":
-        raise BadInputError(
-            "--close patches an airplane, and --aircraft none has none: name the aircraft"
-        )
-    require_free(aircraft, name)
-
-
 def close_loop(
     found: FullReconciliation,
     name: str,
@@ -68,48 +56,48 @@ def close_loop(
     and with all that was found. Returns the reconciliation with its `closing`, and with the patch of
     all rounds. Raises BadInputError where the name is taken.
     """
-    aircraft, logs, judged = found.account.aircraft, found.logs, found.judged
-    require_closable(aircraft, name)
-    say = progress or (lambda text: None)
-    first, patched, closed = judged, dict[str, Gap](), list[float]()
-    held, unheld = judged.verdict.closure_holdout, None
+    aircraft, log = found.account.aircraft, found.account.log
+    require_free(aircraft, name)
+    say, airplane = progress or (lambda text: None), f"{aircraft}+{name}"
+    logs, first, main = found.logs, found.judged, largest_gap(found.judged.shown)
+    judged, patched, closed = first, dict[str, Gap](), [0.0]
+    held, after = first.verdict.closure_holdout, None
+    date = datetime.now(UTC).strftime("%Y-%m-%d")
     with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
         for number in range(1, ROUNDS + 1):
-            new = [gap for gap in _shares(judged, first) if _is_lasting(gap)]
+            new = [gap for gap in _shares(judged, main) if _is_lasting(gap)]
             growth = sum(gap.closes_held_out for gap in new)
             if growth < LEAST_GROWTH:
                 break
-            patched, closed = (
-                _joined([*patched.values(), *new]),
-                [*closed, sum([*closed[-1:], growth])],
-            )
-            patch = _patch(found, judged, list(patched.values()))
-            _write(found, name, patch, list(patched.values()), closed[-1])
-            unheld = judged.verdict.closure_holdout
-            say(f"round {number}: judging again with {aircraft}+{name}")
-            logs, judged = _judged_again(logs, f"{aircraft}+{name}", holdout)
+            patched, after = _joined([*patched.values(), *new]), judged.verdict.closure_holdout
+            closed.append(closed[-1] + growth)
+            gaps = [*patched.values()]
+            origin = {"log": log, "closed_held_out": closed[-1], "two_sigma": bounds_of(gaps)}
+            patch = patch_of(judged, log, date, gaps)
+            install_variant(aircraft, name, entries(patch), origin, anew=True)
+            say(f"round {number}: judging again with {airplane}")
+            logs, judged = _judged_again(logs, airplane, holdout)
             step()
-    told = [gap for gap in _shares(judged, first) if gap.causes]
-    every = [*patched.values(), *(gap for gap in told if not _is_lasting(gap))]
-    patch = _patch(found, judged, every)
-    main = _main(first)
-    of_main = found.logs[first.shown.index(main)]
+    told = [gap for gap in _shares(judged, main) if gap.causes]
+    beside = [gap for gap in told if not _is_lasting(gap)]
+    patch = patch_of(judged, log, date, [*patched.values(), *beside])
     account = replace(
         found.account,
         patch=patch.text,
         entries=patch.entries,
         closing=Closing(
-            f"{aircraft}+{name}",
-            tuple(closed),
+            airplane,
+            tuple(closed[1:]),
             tuple(patched.values()),
             tuple(told),
-            _coefficients(aircraft, main, patched),
+            _coefficients(aircraft, main, patched.values()),
             judged.verdict,
-            Closure(held.before, unheld.after, held.noise).share if held and unheld else None,
+            Closure(held.before, after.after, held.noise).share if held and after else None,
         ),
     )
     if refly:
         say("flying the card again")
+        of_main = next(each for each, own in zip(found.logs, first.shown, strict=True) if own is main)
         card = as_the_log_shows(of_main.card, main)
         account = replace(account, flown=fly_again(of_main.log, card, entries(patch)))
     return replace(found, account=account, patch=patch)
@@ -121,17 +109,10 @@ def _is_lasting(gap: Gap) -> bool:
     return isinstance(effect, AircraftEffect) and not effect.part_of
 
 
-def _main(judged: Judged) -> ShownFlight:
-    """The flight with the largest gap."""
-    return max(judged.shown, key=lambda each: each.closure.before - each.closure.noise)
-
-
-def _shares(judged: Judged, first: Judged) -> list[Gap]:
+def _shares(judged: Judged, main: ShownFlight) -> list[Gap]:
     """The gaps of an answer, with what they close as shares of the first explainable gap."""
-    now, whole = (
-        max(1.0, main.closure.before - main.closure.noise) for main in (_main(judged), _main(first))
-    )
-    part = now / whole
+    now = largest_gap(judged.shown).closure
+    part = (now.before - now.noise) / max(1.0, main.closure.before - main.closure.noise)
     return [
         replace(gap, closes=part * gap.closes, closes_held_out=part * gap.closes_held_out)
         for gap in judged.verdict.gaps
@@ -161,26 +142,9 @@ def _added(old: Candidate, new: Candidate) -> Candidate:
     """A cause with the sizes of two rounds; the later bound is that of the sum."""
     sizes = {size.name: size for size in old.sizes}
     for size in new.sizes:
-        before = sizes[size.name].value if size.name in sizes else 0.0
-        sizes[size.name] = Estimate(size.name, before + size.value, size.two_sigma)
+        before = sizes.get(size.name, Estimate(size.name, 0.0, 0.0))
+        sizes[size.name] = replace(size, value=before.value + size.value)
     return replace(new, sizes=tuple(sizes.values()), probability=old.probability, score=old.score)
-
-
-def _patch(found: FullReconciliation, judged: Judged, gaps: Sequence[Gap]) -> Patch:
-    date = datetime.now(UTC).strftime("%Y-%m-%d")
-    return patch_of(judged, found.account.log, date, gaps)
-
-
-def _write(
-    found: FullReconciliation, name: str, patch: Patch, gaps: Sequence[Gap], closed: float
-) -> None:
-    """Write the patched airplane in the place of that of the round before."""
-    provenance = {
-        "log": found.account.log,
-        "closed_held_out": round(closed, 3),
-        "two_sigma": bounds_of(gaps),
-    }
-    install_variant(found.account.aircraft, name, entries(patch), provenance, anew=True)
 
 
 def _judged_again(
@@ -189,49 +153,36 @@ def _judged_again(
     """Judge logs with another airplane and the same floor; without null flights it is the log's
     own, which is lower where less is left.
     """
-    model = aircraft_model(aircraft)
-    again = []
+    model, again = aircraft_model(aircraft), list[JudgedLog]()
     for each in logs:
         layout = lay_out(each.log, model, each.layout.setting)
         floor = for_channels(each.null if each.null.flights else None, layout)
         again.append(replace(each, layout=layout, null=floor))
-
-    def held_out(fitted: Fitted) -> Closure | None:
-        assert holdout is not None
-        return hold_out(holdout, model, again[0].null, fitted, again[0].layout.setting)
-
-    judged = judge(
-        [each.name for each in again],
-        [each.layout for each in again],
-        [each.null for each in again],
-        [each.card.maneuver if each.card else "" for each in again],
-        None if holdout is None else held_out,
-    )
-    return tuple(again), judged
+    return tuple(again), judge_laid(again, model, holdout)
 
 
 def _coefficients(
-    aircraft: str, main: ShownFlight, names: Iterable[str]
-) -> dict[str, tuple[float, str]]:
-    """The coefficients of the unchanged model along a log, of the effects that are terms of its
-    file.
+    aircraft: str, main: ShownFlight, gaps: Iterable[Gap]
+) -> dict[str, tuple[float, Estimate]]:
+    """The coefficients of the unchanged model along a log and the measured ones, of the effects
+    that change terms of its file.
     """
     baseline, model = read_baseline(find_aircraft(aircraft)), main.block.layout.scene.force_model
-    own = [n for n in names if any(p.name == CHANGE for p in effect_of(n).parameters)]
-    if model is None or not own:
+    changes = {g.causes[0].name: s for g in gaps for s in g.causes[0].sizes if s.name == CHANGE}
+    if model is None or not changes:
         return {}
     plant = Plant.load(aircraft, COARSE_RATE, at_once=True)
     forces = measure_forces(plant, model.coarse, [f.name for f in baseline.functions if f.name])
-    found: dict[str, tuple[float, str]] = {}
-    for name in own:
+    found: dict[str, tuple[float, Estimate]] = {}
+    for name, change in changes.items():
         effect = effect_of(name)
-        assert isinstance(effect, AircraftEffect)
-        overlay = effect.overlay({CHANGE: 1.0}, baseline)
-        read = " ".join(
-            [*(f">{s.function}<" for s in overlay.scalings), *(f.value for f in overlay.functions)]
-        )
-        terms = [term for term in terms_of(baseline) if f">{term.function.name}<" in read]
-        each = [coefficient(term, forces, model.coarse) for term in terms]
-        if each:
-            found[name] = (sum(value or 0.0 for value, _ in each), each[0][1])
+        added = effect.overlay({CHANGE: 1.0}, baseline) if isinstance(effect, AircraftEffect) else 0
+        read = set(re.findall(r"[>']([^<>']+)[<']", repr(added)))
+        terms = [term for term in terms_of(baseline) if term.function.name in read]
+        if each := [coefficient(term, forces, model.coarse) for term in terms]:
+            value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
+            found[name] = (
+                value,
+                Estimate(unit, value * (1.0 + change.value), abs(value) * change.two_sigma),
+            )
     return found

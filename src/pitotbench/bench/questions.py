@@ -239,9 +239,10 @@ def reconcile(
     from pitotbench.calibration.reduction import one_thread
 
     if close is not None:
-        from pitotbench.bench.closing import close_loop, require_closable
+        from pitotbench.bench.closing import close_loop
+        from pitotbench.simulation.modified import require_free
 
-        require_closable(aircraft, close)
+        require_free(aircraft, close)
 
     def read(given: Any, role: str, memory: str) -> tuple[list[NamedLog], list[Source]]:
         flat: list[Any] = _flat(given)

@@ -113,19 +113,25 @@ def judge_logs(
     require_one_airplane([each.log for each in logs])
     model = aircraft_model(aircraft)
     laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
+    return laid, judge_laid(laid, model, holdout)
+
+
+def judge_laid(
+    laid: Sequence[JudgedLog], model: AircraftModel | None, holdout: FlightLog | None
+) -> Judged:
+    """Return the answer on logs that are laid out, with their null distributions."""
 
     def held_out(fitted: Fitted) -> Closure | None:
         assert holdout is not None
         return hold_out(holdout, model, laid[0].null, fitted, laid[0].layout.setting)
 
-    judged = judge(
+    return judge(
         [each.name for each in laid],
         [each.layout for each in laid],
         [each.null for each in laid],
         [each.card.maneuver if each.card else "" for each in laid],
         None if holdout is None else held_out,
     )
-    return laid, judged
 
 
 def _judged(

@@ -132,9 +132,8 @@ def _run_terms(options: argparse.Namespace) -> int:
     if options.aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
     if options.apply or options.close:
-        flag = "--apply" if options.apply else "--close"
         raise BadInputError(
-            f"{flag} is not for terms: overlay.xml of --out holds what is added to the file"
+            "--apply and --close are not for terms: overlay.xml of --out holds what is added to the file"
         )
     if options.record:
         raise BadInputError("--record is not for terms: report.html of --out holds their account")
@@ -164,18 +163,11 @@ def _check_variant(options: argparse.Namespace) -> None:
     """Refuse a name that cannot be used, before the log takes minutes to reconcile."""
     from pitotbench.simulation.modified import require_free
 
-    if options.apply is not None and options.aircraft == "none":
-        raise BadInputError(
-            "--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft"
-        )
-    if options.apply is not None and options.close is not None:
+    names = [name for name in (options.apply, options.close) if name is not None]
+    if len(names) > 1:
         raise BadInputError("--apply and --close both write the patched aircraft: give one of them")
-    if options.apply is not None:
-        require_free(options.aircraft, options.apply)
-    if options.close is not None:
-        from pitotbench.bench.closing import require_closable
-
-        require_closable(options.aircraft, options.close)
+    for name in names:
+        require_free(options.aircraft, name)
 
 
 def _check_folder(options: argparse.Namespace) -> None:

@@ -94,10 +94,9 @@ def _beside_patch(layout: Layout, beyond: Evidence) -> Evidence:
     """
     model = layout.scene.force_model
     errors = {} if model is None else model.aircraft.errors
-    keys = [(s.effect, s.parameter) for s in layout.signatures]
-    columns = [i for i, key in enumerate(keys) if key in errors]
-    deviations = [errors[keys[i]] for i in columns]
-    return beyond.given(columns, deviations, range(len(beyond.inner) - 1))[0]
+    keys = ((s.effect, s.parameter) for s in layout.signatures)
+    known = {i: errors[key] for i, key in enumerate(keys) if key in errors}
+    return beyond.given([*known], [*known.values()], range(len(beyond.inner) - 1))[0]
 
 
 def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistribution) -> bool:

@@ -197,8 +197,9 @@ class Closing:
     `closed` is the share of the explainable gap that its patch closes in parts of the logs left
     out, after each round. `patched` are the gaps that were patched, with the sizes of all rounds
     and what they close of the first gap; `told` are those that the logs show beside the patched
-    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` are those
-    of the unchanged model's file, with their units, by effect. `verdict` is the answer with the
+    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` hold, by
+    effect that is a term of the model's file, the model's own and the measured one, which goes by
+    its unit. `verdict` is the answer with the
     patched airplane, `closure_holdout` the share that the patch closes of the held-out log. Without
     a round the airplane is not written.
     """
@@ -207,9 +208,14 @@ class Closing:
     closed: tuple[float, ...]
     patched: tuple[Gap, ...]
     told: tuple[Gap, ...]
-    coefficients: Mapping[str, tuple[float, str]]
+    coefficients: Mapping[str, tuple[float, Estimate]]
     verdict: Verdict
     closure_holdout: float | None = None
+
+    @property
+    def gaps(self) -> tuple[Gap, ...]:
+        """The rows of its table: the gaps that were patched, then those that are told."""
+        return (*self.patched, *self.told)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -12,7 +12,6 @@ from matplotlib.patches import Rectangle
 from pitotbench.effects import effect_of
 from pitotbench.records.gap import (
     Account,
-    Closing,
     FlownAgain,
     GapMap,
     History,
@@ -436,13 +435,9 @@ def account_page(account: Account) -> str:
         patch=account.patch if account.entries else "",
         fly=flying_words(account),
         closed=closing_sentences(account.closing) if account.closing else [],
-        table=_closed_table(account.closing) if account.closing else "",
+        table=html_table(closing_columns(c), c.gaps) if (c := account.closing) else "",
         version=page_version(),
     )
-
-
-def _closed_table(closing: Closing) -> str:
-    return html_table(closing_columns(closing), (*closing.patched, *closing.told))
 
 
 def flying_words(account: Account) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Any
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS, OWN_TERMS, effect_of
-from pitotbench.effects.stability import CHANGE
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Account, Closing, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
@@ -210,33 +210,28 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
 # The table in which a closed loop ends: the gaps that were patched, then those that are told.
 
 
-def _of_file(closing: Closing, gap: Gap, times: bool) -> str:
-    """The coefficient of the model's file, without or with what was measured; empty for an effect
-    that the model lacks.
-    """
-    name, sizes = gap.causes[0].name, {size.name: size for size in gap.causes[0].sizes}
-    if name not in closing.coefficients or CHANGE not in sizes:
-        return ""
-    (value, unit), change = closing.coefficients[name], sizes[CHANGE]
-    if not times:
-        return with_unit(f"{value:.4g}", unit)
-    measured, bound = value * (1.0 + change.value), abs(value) * change.two_sigma
-    return with_unit(f"{measured:.4g} ± {bound:.2g}", unit)
-
-
 def closing_columns(closing: Closing) -> list[Column[Gap]]:
-    """The columns of the gaps of a closed loop."""
+    """The columns of the gaps of a closed loop: of an effect that the model lacks it has nothing, of
+    a term of its file the coefficient.
+    """
+
+    def of_file(gap: Gap) -> tuple[float, Estimate] | None:
+        return closing.coefficients.get(gap.causes[0].name)
 
     def measured(gap: Gap) -> str:
-        sizes = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
-        return "; ".join([text for text in (_of_file(closing, gap, True), *sizes) if text])
+        told = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
+        if found := of_file(gap):
+            number = f"{found[1].value:.4g} ± {found[1].two_sigma:.2g}"
+            told = [with_unit(number, found[1].name), *told]
+        return "; ".join(told)
 
     return [
         Column("part", lambda gap: gap.part or "no part of the table"),
         Column("coefficient or effect", lambda gap: words(gap.causes[0].name)),
-        Column("the model's", lambda gap: _of_file(closing, gap, False) or "none"),
+        Column("the model's", lambda gap: "none" if (f := of_file(gap)) is None else f"{f[0]:.4g}"),
         Column("measured (± is 2σ)", measured),
-        Column("", lambda gap: closing.coefficients.get(gap.causes[0].name), key="model"),
+        Column("", lambda gap: (found := of_file(gap)) and found[0], key="model"),
+        Column("", lambda gap: (found := of_file(gap)) and asdict(found[1]), key="measured"),
         Column("", lambda gap: gap in closing.patched, key="patched"),
         Column("closes held out", lambda gap: gap.closes_held_out, "%", ".0%"),
         Column("done", lambda gap: "patched" if gap in closing.patched else "told"),
@@ -246,13 +241,12 @@ def closing_columns(closing: Closing) -> list[Column[Gap]]:
 
 def closing_json(closing: Closing) -> dict[str, Any]:
     """A closed loop as plain data; a row of its table is a gap, with what was done."""
-    rows = (*closing.patched, *closing.told)
-    extra = json_rows(closing_columns(closing), rows)
+    done = json_rows(closing_columns(closing), closing.gaps)
     return {
         "aircraft": closing.aircraft if closing.closed else None,
         "closed_held_out": list(closing.closed),
         "closure_holdout": closing.closure_holdout,
-        "table": [gap_json(gap) | more for gap, more in zip(rows, extra, strict=True)],
+        "table": [gap_json(gap) | row for gap, row in zip(closing.gaps, done, strict=True)],
         "left": verdict_json(closing.verdict),
     }
 
@@ -289,8 +283,7 @@ def print_account(account: Account, console: Console) -> None:
         console.print()
         for sentence in closing_sentences(closing):
             console.print(outside(sentence), soft_wrap=True)
-        rows = (*closing.patched, *closing.told)
-        print_table(closing_columns(closing), rows, console, "the gaps, closed")
+        print_table(closing_columns(closing), closing.gaps, console, "the gaps, closed")
     _print_remarks(verdict, console)
 
 

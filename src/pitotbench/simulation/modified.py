@@ -89,10 +89,11 @@ def patch_errors(aircraft: str) -> dict[tuple[str, str], float]:
     table = tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
     told = table.get("provenance", {}).get("two_sigma", {})
     acting = {entry["name"] for entry in table["effects"]}
-    found = patch_errors(table["aircraft"])
-    for name in acting & told.keys():
-        found |= {(name, key): 0.5 * float(bound) for key, bound in told[name].items()}
-    return found
+    return patch_errors(table["aircraft"]) | {
+        (name, key): 0.5 * float(bound)
+        for name in acting & told.keys()
+        for key, bound in told[name].items()
+    }
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
@@ -106,9 +107,11 @@ def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
 
 
 def require_free(aircraft: str, variant: str) -> None:
-    """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that
-    is taken.
+    """Raise BadInputError where a variant cannot be written: of no aircraft, with forbidden
+    characters, or with a name that is taken.
     """
+    if aircraft == "none":
+        raise BadInputError("--aircraft none has no aircraft to patch: name the aircraft")
     _require_name(variant)
     if place := known_aircraft().get(f"{aircraft}+{variant}"):
         raise BadInputError(f"{place} is there already; choose another name for the variant")

@@ -1,4 +1,4 @@
-"""Close the loop: patch the airplane, judge its logs again with the patch, and tell what is left."""
+"""Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -52,9 +52,9 @@ def close_loop(
     """Patch the airplane of a reconciliation until nothing more closes held out.
 
     `<aircraft>+<name>` is written whole at the end of each round. `holdout` is the held-out log of
-    the reconciliation. With `refly` the card of the log with the largest gap is flown again, without
-    and with all that was found. Returns the reconciliation with its `closing`, and with the patch of
-    all rounds. Raises BadInputError where the name is taken.
+    the reconciliation. With `refly` the card of the log with the largest gap is flown again,
+    without and with all that was found. Returns the reconciliation with its `closing`, and with the
+    patch of all rounds. Raises BadInputError where the name is taken.
     """
     aircraft, log = found.account.aircraft, found.account.log
     require_free(aircraft, name)
@@ -97,9 +97,9 @@ def close_loop(
     )
     if refly:
         say("flying the card again")
-        of_main = next(each for each, own in zip(found.logs, first.shown, strict=True) if own is main)
-        card = as_the_log_shows(of_main.card, main)
-        account = replace(account, flown=fly_again(of_main.log, card, entries(patch)))
+        each = next(i for i, shown in enumerate(first.shown) if shown is main)
+        card = as_the_log_shows(logs[each].card, main)
+        account = replace(account, flown=fly_again(logs[each].log, card, entries(patch)))
     return replace(found, account=account, patch=patch)
 
 

@@ -133,7 +133,7 @@ def _run_terms(options: argparse.Namespace) -> int:
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
     if options.apply or options.close:
         raise BadInputError(
-            "--apply and --close are not for terms: overlay.xml of --out holds what is added to the file"
+            "--apply and --close are not for terms: overlay.xml of --out holds what is added"
         )
     if options.record:
         raise BadInputError("--record is not for terms: report.html of --out holds their account")

@@ -270,7 +270,7 @@ def closing_sentences(closing: Closing) -> list[str]:
     if not closing.closed:
         return [f"No gap of the airplane is told that closes 1 % held out: {name} is not written."]
     line = f"{name} is the airplane with what was found of it (rounds: {len(closing.closed)}). "
-    line += f"Its patch closes {100.0 * closing.closed[-1]:.0f} % of the explainable gap held out"
+    line += f"Its patch closes {min(100.0, 100.0 * closing.closed[-1]):.0f} % of the gap held out"
     if closing.closure_holdout is not None:
         line += f", and {100.0 * closing.closure_holdout:.0f} % of that of the held-out log"
     if verdict.kind == "no_gap":

@@ -211,9 +211,7 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
 
 
 def closing_columns(closing: Closing) -> list[Column[Gap]]:
-    """The columns of the gaps of a closed loop: of an effect that the model lacks it has nothing, of
-    a term of its file the coefficient.
-    """
+    """The columns of the gaps of a closed loop; of a term of its file a model has a coefficient."""
 
     def of_file(gap: Gap) -> tuple[float, Estimate] | None:
         return closing.coefficients.get(gap.causes[0].name)
@@ -233,7 +231,7 @@ def closing_columns(closing: Closing) -> list[Column[Gap]]:
         Column("", lambda gap: (found := of_file(gap)) and found[0], key="model"),
         Column("", lambda gap: (found := of_file(gap)) and asdict(found[1]), key="measured"),
         Column("", lambda gap: gap in closing.patched, key="patched"),
-        Column("closes held out", lambda gap: gap.closes_held_out, "%", ".0%"),
+        Column("closes held out", lambda gap: min(1.0, gap.closes_held_out), "%", ".0%"),
         Column("done", lambda gap: "patched" if gap in closing.patched else "told"),
         Column("not told from", lambda gap: ", ".join(words(c.name) for c in gap.causes[1:])),
     ]

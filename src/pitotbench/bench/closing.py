@@ -22,6 +22,7 @@ from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.stability import CHANGE
 from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.regression import parted
 from pitotbench.reconciliation.term_regression import terms_of
 from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, largest_gap
 from pitotbench.records.calibration import Estimate
@@ -56,30 +57,33 @@ def close_loop(
     without and with all that was found. Returns the reconciliation with its `closing`, and with the
     patch of all rounds. Raises BadInputError where the name is taken.
     """
-    aircraft, log = found.account.aircraft, found.account.log
+    aircraft, log, say = found.account.aircraft, found.account.log, progress or (lambda text: None)
     require_free(aircraft, name)
-    say, airplane = progress or (lambda text: None), f"{aircraft}+{name}"
-    logs, first, main = found.logs, found.judged, largest_gap(found.judged.shown)
-    judged, patched, closed = first, dict[str, Gap](), [0.0]
-    held, after = first.verdict.closure_holdout, None
-    date = datetime.now(UTC).strftime("%Y-%m-%d")
+    airplane = f"{aircraft}+{name}"
+    logs, judged, main = found.logs, found.judged, largest_gap(found.judged.shown)
+    whole = max(1.0, main.closure.before - main.closure.noise)
+    held, after, date = judged.verdict.closure_holdout, None, datetime.now(UTC).strftime("%Y-%m-%d")
+    patched, closed = dict[str, Gap](), [0.0]
     with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
         for number in range(1, ROUNDS + 1):
-            new = [gap for gap in _shares(judged, main) if _is_lasting(gap)]
-            growth = sum(gap.closes_held_out for gap in new)
-            if growth < LEAST_GROWTH:
+            new = [gap for gap in _shares(judged, whole) if _is_lasting(gap.causes[0].name)]
+            if not new or (growth := _gained(judged) / whole) < LEAST_GROWTH:
                 break
             patched, after = _joined([*patched.values(), *new]), judged.verdict.closure_holdout
             closed.append(closed[-1] + growth)
             gaps = [*patched.values()]
-            origin = {"log": log, "closed_held_out": closed[-1], "two_sigma": bounds_of(gaps)}
-            patch = patch_of(judged, log, date, gaps)
-            install_variant(aircraft, name, entries(patch), origin, anew=True)
+            install_variant(
+                aircraft,
+                name,
+                entries(patch_of(judged, log, date, gaps)),
+                {"log": log, "closed_held_out": closed[-1], "two_sigma": bounds_of(gaps)},
+                anew=True,
+            )
             say(f"round {number}: judging again with {airplane}")
             logs, judged = _judged_again(logs, airplane, holdout)
             step()
-    told = [gap for gap in _shares(judged, main) if gap.causes]
-    beside = [gap for gap in told if not _is_lasting(gap)]
+    told = _shares(judged, whole)
+    beside = (gap for gap in told if not _is_lasting(gap.causes[0].name))
     patch = patch_of(judged, log, date, [*patched.values(), *beside])
     account = replace(
         found.account,
@@ -97,26 +101,42 @@ def close_loop(
     )
     if refly:
         say("flying the card again")
-        each = next(i for i, shown in enumerate(first.shown) if shown is main)
-        card = as_the_log_shows(logs[each].card, main)
+        each = next(i for i, shown in enumerate(found.judged.shown) if shown is main)
+        card = as_the_log_shows(found.logs[each].card, main)
         account = replace(account, flown=fly_again(logs[each].log, card, entries(patch)))
     return replace(found, account=account, patch=patch)
 
 
-def _is_lasting(gap: Gap) -> bool:
-    """Whether a gap is one of the airplane itself, for the whole flight."""
-    effect = effect_of(gap.causes[0].name) if gap.causes else None
+def _is_lasting(name: str) -> bool:
+    """Whether an effect is one of the airplane itself, for the whole flight."""
+    effect = effect_of(name)
     return isinstance(effect, AircraftEffect) and not effect.part_of
 
 
-def _shares(judged: Judged, main: ShownFlight) -> list[Gap]:
-    """The gaps of an answer, with what they close as shares of the first explainable gap."""
+def _shares(judged: Judged, whole: float) -> list[Gap]:
+    """The gaps of an answer, with what each closes beside the others as shares of the first
+    explainable gap.
+    """
     now = largest_gap(judged.shown).closure
-    part = (now.before - now.noise) / max(1.0, main.closure.before - main.closure.noise)
     return [
         replace(gap, closes=part * gap.closes, closes_held_out=part * gap.closes_held_out)
+        for part in ((now.before - now.noise) / whole,)
         for gap in judged.verdict.gaps
+        if gap.causes
     ]
+
+
+def _gained(judged: Judged) -> float:
+    """The fall of the sum of squares by all that lasts in the airplane, in parts of the log with
+    the largest gap to which the sizes were not fitted. Causes that share a gap close it together.
+    """
+    fitted, block = judged.fitted, largest_gap(judged.shown).block
+    own, beside = (
+        [m for m in fitted.members if _is_lasting(parted(m.name)[0]) is lasts]
+        for lasts in (True, False)
+    )
+    shown = fitted.regression.shown_columns
+    return block.equations.held_out_gain(shown(block, own), shown(block, beside))
 
 
 def _joined(gaps: Iterable[Gap]) -> dict[str, Gap]:
@@ -140,11 +160,13 @@ def _joined(gaps: Iterable[Gap]) -> dict[str, Gap]:
 
 def _added(old: Candidate, new: Candidate) -> Candidate:
     """A cause with the sizes of two rounds; the later bound is that of the sum."""
-    sizes = {size.name: size for size in old.sizes}
-    for size in new.sizes:
-        before = sizes.get(size.name, Estimate(size.name, 0.0, 0.0))
-        sizes[size.name] = replace(size, value=before.value + size.value)
-    return replace(new, sizes=tuple(sizes.values()), probability=old.probability, score=old.score)
+    before = {size.name: size for size in old.sizes}
+    added = {
+        size.name: replace(size, value=size.value + getattr(before.get(size.name), "value", 0.0))
+        for size in new.sizes
+    }
+    sizes = tuple((before | added).values())
+    return replace(new, sizes=sizes, probability=old.probability, score=old.score)
 
 
 def _judged_again(

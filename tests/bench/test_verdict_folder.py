@@ -72,6 +72,9 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch):
         ("--apply test", "there already"),
         ("--apply ../pod", "use letters"),
         ("--apply pod --aircraft none", "name"),
+        ("--close test", "choose another name"),
+        ("--close pod --aircraft none", "name the aircraft"),
+        ("--close pod --apply test2", "give one of them"),
     ],
 )
 def test_a_name_that_cannot_be_is_refused_before_the_log_is_read(

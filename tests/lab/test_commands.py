@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -126,19 +127,22 @@ def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monke
         assert getattr(new, name) == pytest.approx(getattr(kept, name), rel=0.02)
 
 
-def test_a_patched_airplane_is_reconciled_and_patched_again(tmp_path, monkeypatch, capsys):
-    """What it hides beside its patch is found and applied; with both in its file no gap is left."""
+def test_a_patched_airplane_is_reconciled_and_its_loop_closes(tmp_path, monkeypatch, capsys):
+    """What it hides beside its patch is found and patched; a new flight shows no gap with it."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
     weak = EffectSpec("power_deficit", {"left_fraction": 0.06, "right_fraction": 0.0})
     install_variant("navajo", "pod", [EffectSpec("belly_pod", {"drag_area_m2": 0.15})])
-    install_variant("navajo+pod", "weak", [weak])
     card = {"maneuver": "circle", "turbulence": "none", "card": {"speeds_kt": [150.0, 110.0]}}
     case = Case(aircraft="navajo+pod", effects=(weak,), **card)
     Path("case.toml").write_text(write_case(case), encoding="utf-8")
     assert bench(["fly", "case.toml", "-o", "log.csv"]) == 0
-    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod", "--apply", "found"]) == 0
-    assert "power deficit (left fraction 0.06" in capsys.readouterr().out
-    assert (tmp_path / "aircraft" / "navajo+pod+found").is_dir()
-    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod+weak"]) == 0
+    assert bench(["reconcile", "log.csv", "--aircraft", "navajo+pod", "--close", "found"]) == 0
+    told = capsys.readouterr().out
+    assert "power deficit (left fraction 0.06" in told
+    assert "Judged again with it, the log shows no significant gap." in told
+    other = replace(case, truth_seed=7, sensor_seed=7)
+    Path("other.toml").write_text(write_case(other), encoding="utf-8")
+    assert bench(["fly", "other.toml", "-o", "other.csv"]) == 0
+    assert bench(["reconcile", "other.csv", "--aircraft", "navajo+pod+found"]) == 0
     assert capsys.readouterr().out.splitlines()[0] == "no significant gap"

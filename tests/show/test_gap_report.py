@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import (
     Account,
     CalibrationChange,
+    Closing,
     Feature,
     FlownAgain,
     FormulaTerm,
@@ -512,3 +514,45 @@ def test_the_record_is_in_the_order_of_a_qualification_test():
     assert dict(re.findall(row, page)) == dict.fromkeys(passed, "passed") | {"saturation": "failed"}
     rows = dict(re.findall(row, doubtful))
     assert (rows[speaks], rows[remains], rows[explained]) == ("failed", "failed", "skipped")
+
+
+SLOPE = Candidate("lift_slope", (Estimate("change", -0.2, 0.02),), 90.0, 0.91)
+LATE = Candidate("gps_latency", (Estimate("latency_s", 0.4, 0.04),), 30.0, 0.91)
+
+
+def closed(*gaps: Candidate, told: tuple[Candidate, ...] = (), kind: str = "no_gap") -> Account:
+    """An account whose loop was closed."""
+    parts = [Gap("drag", 0.9, (each, GEAR), False, True, 0.6, 0.5) for each in (*gaps, *told)]
+    verdict = replace(NAMED, kind=kind, gaps=tuple(parts[len(gaps) :]))
+    coefficients = {"lift_slope": (5.0, Estimate("per rad", 4.0, 0.1))}
+    patched, beside = tuple(parts[: len(gaps)]), tuple(parts[len(gaps) :])
+    shares = (0.5, 0.62) if gaps else ()
+    closing = Closing("navajo+fixed", shares, patched, beside, coefficients, verdict, 0.58)
+    return replace(account(), closing=closing)
+
+
+def test_a_closed_loop_is_one_table_in_text_page_and_data():
+    made = closed(SLOPE, POD, told=(LATE,), kind="named")
+    console = Console(record=True, width=200, file=StringIO())
+    print_account(made, console)
+    page, text = account_page(made), " ".join(console.export_text().split())
+    for each in (page, text):
+        assert "closes 62 % of the gap held out, and 58 % of that of the held-out log" in each
+        assert "4 ± 0.1 per rad; change -0.2 ± 0.02" in each
+        assert "Judged again with it: It is" in each
+        assert "gear not up" in each
+    rows = account_json(made)["closed"]["table"]
+    assert [row["patched"] for row in rows] == [True, True, False]
+    assert rows[0]["model"] == 5.0
+    assert rows[0]["measured"] == {"name": "per rad", "value": 4.0, "two_sigma": 0.1}
+    assert rows[1]["model"] is None
+    assert rows[2]["causes"][0]["name"] == "gps_latency"
+    assert account_json(made)["closed"]["left"]["verdict"] == "named"
+
+
+def test_a_loop_that_patched_nothing_says_so():
+    page = account_page(closed(told=(LATE,), kind="named"))
+    assert "navajo+fixed is not written" in page
+    assert account_json(closed())["closed"]["aircraft"] is None
+    assert account_json(account())["closed"] is None
+    assert "The loop closed" not in account_page(account())

@@ -439,16 +439,9 @@ def _term(
         leaf, unit, old, new = _only_number(edit)
         return TermChange(f"{edit.part} {leaf}".rstrip(), edit.part, unit, old, new, effects)
     term = known[-1]
-    name, unit, told, means = term.name, "", [], []
-    for forces in (before, after):
-        values = _values(term, forces, motion)
-        area, span, chord = forces.wing
-        wing = (area * FOOT**2, span * FOOT, chord * FOOT)
-        value, own = (None, "") if values is None else coefficient_of(term, motion, values, wing)
-        told.append(value)
-        means.append(None if values is None else float(np.mean(values)))
-        unit = own if forces is before else unit
-    old, new = told
+    name, values = term.name, [values_of(term, forces, motion) for forces in (before, after)]
+    (old, unit), (new, _) = (coefficient(term, f, motion) for f in (before, after))
+    means = [None if each is None else float(np.mean(each)) for each in values]
     if old is not None and new is not None and abs(new - old) < 1e-6 * abs(old) and unit:
         # The slope is the same: what changed is the value at no angle or rate.
         (old, new), name, unit = means, f"{name}, its mean", ""
@@ -482,7 +475,17 @@ def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
     return "" if changed is pair[1] else changed.tag, unit, old, new
 
 
-def _values(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
+def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
+    """Return the coefficient of a term over a motion with its unit: a slope, else the mean; None
+    where the model lacks it.
+    """
+    values = values_of(term, forces, motion)
+    area, span, chord = forces.wing
+    wing = (area * FOOT**2, span * FOOT, chord * FOOT)
+    return (None, "") if values is None else coefficient_of(term, motion, values, wing)
+
+
+def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
     """Return the coefficient of a term along a motion: its force or moment over pressure, area and
     length.
     """

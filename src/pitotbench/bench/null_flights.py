@@ -40,6 +40,7 @@ from pitotbench.simulation.modified import (
     loaded_mass,
     loading_of,
     mass_of,
+    patch_errors,
 )
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.sortie import fly
@@ -118,7 +119,8 @@ def aircraft_model(name: str) -> AircraftModel | None:
     controls = tuple(control for control in CONTROLS if control not in missing)
     thrust_known = record is None or record.engine_kind != TURBOPROP
     react, unit_forces = partial(_react, name), partial(_unit_forces, name)
-    return AircraftModel(name, react, unit_forces, read_baseline(folder), controls, thrust_known)
+    baseline, errors = read_baseline(folder), patch_errors(name)
+    return AircraftModel(name, react, unit_forces, baseline, controls, thrust_known, errors)
 
 
 def _react(

@@ -236,6 +236,7 @@ def reconcile(
     progress: Callable[[str], None] | None = None,
     mapping: str | Path | None = None,
     keep: bool = True,
+    close: str | None = None,
 ) -> "FullReconciliation":
     """Find where a simulation and measured logs disagree, and name the effect that the simulation
     lacks.
@@ -246,13 +247,21 @@ def reconcile(
     shrink too; card, what was flown (default: the card in the header of each log); setting, what is
     known of the logs beyond their rows (default: what their mapping advises); refly, whether the
     card is flown again with the named effects; progress, called with a line of text at each step;
-    mapping, as for `calibrate`; keep, whether the cache of null flights is read and written.
+    mapping, as for `calibrate`; keep, whether the cache of null flights is read and written; close,
+    a name: what is found of the airplane is patched into `./aircraft/<aircraft>+<close>`, and the
+    logs are judged again with it, until nothing more closes (`account.closing`).
     Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`
     and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
     for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
     from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread
+
+    if close is not None:
+        from pitotbench.bench.closing import close_loop
+        from pitotbench.simulation.modified import require_free
+
+        require_free(aircraft, close)
 
     def read(given: Any, role: str, memory: str) -> tuple[list[NamedLog], list[Source]]:
         flat: list[Any] = _flat(given)
@@ -279,9 +288,11 @@ def reconcile(
             card,
             progress,
             chosen,
-            refly,
+            refly and close is None,
             keep=keep,
         )
+        if close is not None:
+            found = close_loop(found, close, held[0].log if held else None, progress, refly)
     return replace(found, provenance=made)
 
 

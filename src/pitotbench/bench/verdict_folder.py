@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.bench.model_terms import CorrectedModel
-from pitotbench.bench.workflow import FullReconciliation, entries
+from pitotbench.bench.workflow import FullReconciliation, bounds_of, entries
 from pitotbench.effects import effect_of
 from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError
@@ -102,7 +102,9 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
         "verdict": verdict.kind,
         "closure": round(verdict.closure.share, 3),
     }
-    folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
+    folder = install_variant(
+        aircraft, variant, acting, provenance | {"two_sigma": bounds_of(verdict.gaps)}, shelf
+    )
     not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
     if verdict.kind in SURE and verdict.kind != "named":
@@ -117,15 +119,3 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
 
 def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
     return [e for e in entries(outcome.patch) if effect_of(e.name).acts_on == "aircraft"]
-
-
-def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
-    """Return 2σ of every size of the named effects, by effect and parameter, in the units of the
-    effects table.
-    """
-    causes = [gap.causes[0] for gap in outcome.verdict.gaps if gap.causes]
-    bounds: dict[str, dict[str, float]] = {}
-    for cause in causes:
-        for size in cause.sizes:
-            bounds.setdefault(cause.name, {})[size.name] = float(f"{size.two_sigma:.3g}")
-    return {"two_sigma": bounds}

@@ -58,7 +58,7 @@ from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec,
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog, Provenance
 from pitotbench.records.outputs import PAGES, require_file
-from pitotbench.records.verdict import SURE, Candidate, Closure, JoinedFlight, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Closure, Gap, JoinedFlight, Verdict
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -113,19 +113,25 @@ def judge_logs(
     require_one_airplane([each.log for each in logs])
     model = aircraft_model(aircraft)
     laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
+    return laid, judge_laid(laid, model, holdout)
+
+
+def judge_laid(
+    laid: Sequence[JudgedLog], model: AircraftModel | None, holdout: FlightLog | None
+) -> Judged:
+    """Return the answer on logs that are laid out, with their null distributions."""
 
     def held_out(fitted: Fitted) -> Closure | None:
         assert holdout is not None
         return hold_out(holdout, model, laid[0].null, fitted, laid[0].layout.setting)
 
-    judged = judge(
+    return judge(
         [each.name for each in laid],
         [each.layout for each in laid],
         [each.null for each in laid],
         [each.card.maneuver if each.card else "" for each in laid],
         None if holdout is None else held_out,
     )
-    return laid, judged
 
 
 def _judged(
@@ -318,13 +324,14 @@ def formula_of(judged: Judged) -> FoundFormula | None:
     return FoundFormula(tuple(terms), beside) if terms else None
 
 
-def patch_of(judged: Judged, source: str, date: str) -> Patch:
+def patch_of(judged: Judged, source: str, date: str, told: Sequence[Gap] | None = None) -> Patch:
     """Return the patch of an answer: the most probable cause of each gap, and the terms of a
     formula.
 
-    It is empty where the names were taken back.
+    `told` are its gaps, by default those of the verdict. It is empty where the names were taken
+    back.
     """
-    gaps = [gap for gap in judged.verdict.gaps if gap.causes]
+    gaps = [gap for gap in (judged.verdict.gaps if told is None else told) if gap.causes]
     joined: dict[str, Candidate] = {}
     for gap in gaps:
         first = gap.causes[0]
@@ -366,6 +373,17 @@ def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:
     """Return a patch as effects of a case."""
     return tuple(EffectSpec(name_in_case(name), sizes) for name, sizes in patch.entries)
+
+
+def bounds_of(gaps: Sequence[Gap]) -> dict[str, dict[str, float]]:
+    """Return 2σ of every size of the first cause of each gap, by effect and parameter, in the units
+    of the effects table.
+    """
+    bounds: dict[str, dict[str, float]] = {}
+    for cause in (gap.causes[0] for gap in gaps if gap.causes):
+        for size in cause.sizes:
+            bounds.setdefault(cause.name, {})[size.name] = float(f"{size.two_sigma:.3g}")
+    return bounds
 
 
 # Fly the card of a log again in the simulator, without and with the patch.

@@ -71,6 +71,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"
     )
     parser.add_argument(
+        "--close",
+        metavar="NAME",
+        help="patch the airplane as ./aircraft/<aircraft>+NAME, judge the log again with it, and "
+        "so on until nothing more closes",
+    )
+    parser.add_argument(
         "--no-cache",
         action="store_true",
         help="fly the null flights of the card anew, and do not keep them",
@@ -125,9 +131,9 @@ def _run_terms(options: argparse.Namespace) -> int:
 
     if options.aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
-    if options.apply:
+    if options.apply or options.close:
         raise BadInputError(
-            "--apply is not for terms: overlay.xml of --out holds what is added to the file"
+            "--apply and --close are not for terms: overlay.xml of --out holds what is added"
         )
     if options.record:
         raise BadInputError("--record is not for terms: report.html of --out holds their account")
@@ -157,12 +163,11 @@ def _check_variant(options: argparse.Namespace) -> None:
     """Refuse a name that cannot be used, before the log takes minutes to reconcile."""
     from pitotbench.simulation.modified import require_free
 
-    if options.apply is not None and options.aircraft == "none":
-        raise BadInputError(
-            "--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft"
-        )
-    if options.apply is not None:
-        require_free(options.aircraft, options.apply)
+    names = [name for name in (options.apply, options.close) if name is not None]
+    if len(names) > 1:
+        raise BadInputError("--apply and --close both write the patched aircraft: give one of them")
+    for name in names:
+        require_free(options.aircraft, name)
 
 
 def _check_folder(options: argparse.Namespace) -> None:
@@ -208,6 +213,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         progress=say,
         mapping=options.mapping,
         keep=not options.no_cache,
+        close=options.close,
     )
     return replace(outcome, provenance=_provenance(options, logs)) if options.record else outcome
 

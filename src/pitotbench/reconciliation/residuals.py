@@ -474,7 +474,8 @@ class AircraftModel:
 
     `controls` are the surfaces and throttles that a log must hold so that the force meter can be
     moved along it. Without `thrust_known` its engines do not come to their power on the force
-    meter: thrust is then free, and the readings of the engines are not compared.
+    meter: thrust is then free, and the readings of the engines are not compared. `errors` are the
+    standard deviations of the sizes that were patched into it, by effect and parameter.
     """
 
     name: str
@@ -483,6 +484,7 @@ class AircraftModel:
     baseline: Baseline
     controls: tuple[str, ...] = CONTROLS
     thrust_known: bool = True
+    errors: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

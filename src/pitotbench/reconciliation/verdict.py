@@ -240,7 +240,7 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     all gaps together leave, where nothing speaks against it and no further gap is seen. What is
     told of a probability are two numbers, one on either side of these limits.
     """
-    closure, main = _whole(each.closure for each in shown), _largest(shown)
+    closure, main = _whole(each.closure for each in shown), largest_gap(shown)
     doubts = tuple(each.why for each in objections)
     left, unexplained = 1.0 - closure.share, [p for each in shown for p in each.unexplained]
     outweighed = any(each.outweighs for each in shown)
@@ -404,8 +404,8 @@ def _whole(closures: Iterable[Closure]) -> Closure:
     return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
 
 
-def _largest(shown: Sequence[ShownFlight]) -> ShownFlight:
-    """The flight with the largest gap."""
+def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:
+    """Return the flight with the largest gap."""
     return max(shown, key=lambda each: each.closure.before - each.closure.noise)
 
 

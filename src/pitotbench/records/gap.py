@@ -2,11 +2,12 @@
 for it.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import JoinedFlight, Verdict
+from pitotbench.records.verdict import Gap, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
 # A formula that describes a gap which the table of effects does not explain.
@@ -189,6 +190,34 @@ class FlownAgain:
     pilot: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Closing:
+    """What closing the loop came to: the airplane `aircraft` with what was patched into it.
+
+    `closed` is the share of the explainable gap that its patch closes in parts of the logs left
+    out, after each round. `patched` are the gaps that were patched, with the sizes of all rounds
+    and what they close of the first gap; `told` are those that the logs show beside the patched
+    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` hold, by
+    effect that is a term of the model's file, the model's own and the measured one, which goes by
+    its unit. `verdict` is the answer with the
+    patched airplane, `closure_holdout` the share that the patch closes of the held-out log. Without
+    a round the airplane is not written.
+    """
+
+    aircraft: str
+    closed: tuple[float, ...]
+    patched: tuple[Gap, ...]
+    told: tuple[Gap, ...]
+    coefficients: Mapping[str, tuple[float, Estimate]]
+    verdict: Verdict
+    closure_holdout: float | None = None
+
+    @property
+    def gaps(self) -> tuple[Gap, ...]:
+        """The rows of its table: the gaps that were patched, then those that are told."""
+        return (*self.patched, *self.told)
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Account(Shown):
     """The content of a reconciliation's report.
@@ -198,6 +227,7 @@ class Account(Shown):
     channel of the first picture, and `calibration` what the effects do to a calibration; None
     without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
     describes a gap that the table does not explain; None where there is no such gap, or no formula.
+    `closing` is what closing the loop came to; None where it was not asked for.
     """
 
     log: str
@@ -217,3 +247,4 @@ class Account(Shown):
     telling: TellingChannel | None = None
     calibration: CalibrationChange | None = None
     warnings: tuple[str, ...] = ()
+    closing: Closing | None = None

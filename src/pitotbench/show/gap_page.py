@@ -10,11 +10,19 @@ from matplotlib.colors import SymLogNorm
 from matplotlib.patches import Rectangle
 
 from pitotbench.effects import effect_of
-from pitotbench.records.gap import Account, FlownAgain, GapMap, History, TellingChannel, Trace
+from pitotbench.records.gap import (
+    Account,
+    FlownAgain,
+    GapMap,
+    History,
+    TellingChannel,
+    Trace,
+)
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check, Closure, Located
 from pitotbench.show.columns import html_table
 from pitotbench.show.gap_words import (
+    closing_sentences,
     closure_percent,
     evidence_words,
     features_limit,
@@ -47,6 +55,7 @@ from pitotbench.show.verdict import (
     FLIGHT_COLUMNS,
     TOLERANCE_COLUMNS,
     candidate_columns,
+    closing_columns,
     kind_words,
     noticed,
     pilot_words,
@@ -425,6 +434,8 @@ def account_page(account: Account) -> str:
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
         patch=account.patch if account.entries else "",
         fly=flying_words(account),
+        closed=closing_sentences(account.closing) if account.closing else [],
+        table=html_table(closing_columns(c), c.gaps) if (c := account.closing) else "",
         version=page_version(),
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from pitotbench.effects import EFFECTS, effect_of
-from pitotbench.records.gap import Account, CalibrationChange, Feature, FoundFormula
+from pitotbench.records.gap import Account, CalibrationChange, Closing, Feature, FoundFormula
 from pitotbench.records.verdict import SURE, Candidate, Closure, FreeSize, Gap, Verdict
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 from pitotbench.units import KNOT
@@ -262,6 +262,24 @@ def _closed(account: Account) -> str:
     if verdict.closure_holdout is not None:
         line += f", and {closure_percent(verdict.closure_holdout)} of that of {account.holdout}, which was not used"
     return line + "."
+
+
+def closing_sentences(closing: Closing) -> list[str]:
+    """What closing the loop came to: what was patched, what it closes, and what stays unknown."""
+    verdict, name = closing.verdict, closing.aircraft
+    if not closing.closed:
+        return [f"No gap of the airplane is told that closes 1 % held out: {name} is not written."]
+    line = f"{name} is the airplane with what was found of it (rounds: {len(closing.closed)}). "
+    line += f"Its patch closes {min(100.0, 100.0 * closing.closed[-1]):.0f} % of the gap held out"
+    if closing.closure_holdout is not None:
+        line += f", and {100.0 * closing.closure_holdout:.0f} % of that of the held-out log"
+    if verdict.kind == "no_gap":
+        return [f"{line}.", "Judged again with it, the log shows no significant gap."]
+    lines = [f"{line}.", f"Judged again with it: {_answer(verdict, name)}"]
+    if verdict.located and (verdict.remains or not closing.told):
+        places = [f"{words(p.channel)} {words(p.where)}" for p in verdict.located[:3]]
+        lines.append(f"What stays unknown is largest in {listed(places)}.")
+    return lines
 
 
 BY_CHANCE = (

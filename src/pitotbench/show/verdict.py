@@ -6,7 +6,8 @@ from typing import Any
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS, OWN_TERMS, effect_of
-from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.gap import Account, Closing, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
     Check,
@@ -19,6 +20,7 @@ from pitotbench.records.verdict import (
 )
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
 from pitotbench.show.gap_words import (
+    closing_sentences,
     evidence_words,
     features_limit,
     reported_rivals,
@@ -205,6 +207,48 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
+# The table in which a closed loop ends: the gaps that were patched, then those that are told.
+
+
+def closing_columns(closing: Closing) -> list[Column[Gap]]:
+    """The columns of the gaps of a closed loop; of a term of its file a model has a coefficient."""
+
+    def of_file(gap: Gap) -> tuple[float, Estimate] | None:
+        return closing.coefficients.get(gap.causes[0].name)
+
+    def measured(gap: Gap) -> str:
+        told = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
+        if found := of_file(gap):
+            number = f"{found[1].value:.4g} ± {found[1].two_sigma:.2g}"
+            told = [with_unit(number, found[1].name), *told]
+        return "; ".join(told)
+
+    return [
+        Column("part", lambda gap: gap.part or "no part of the table"),
+        Column("coefficient or effect", lambda gap: words(gap.causes[0].name)),
+        Column("the model's", lambda gap: "none" if (f := of_file(gap)) is None else f"{f[0]:.4g}"),
+        Column("measured (± is 2σ)", measured),
+        Column("", lambda gap: (found := of_file(gap)) and found[0], key="model"),
+        Column("", lambda gap: (found := of_file(gap)) and asdict(found[1]), key="measured"),
+        Column("", lambda gap: gap in closing.patched, key="patched"),
+        Column("closes held out", lambda gap: min(1.0, gap.closes_held_out), "%", ".0%"),
+        Column("done", lambda gap: "patched" if gap in closing.patched else "told"),
+        Column("not told from", lambda gap: ", ".join(words(c.name) for c in gap.causes[1:])),
+    ]
+
+
+def closing_json(closing: Closing) -> dict[str, Any]:
+    """A closed loop as plain data; a row of its table is a gap, with what was done."""
+    done = json_rows(closing_columns(closing), closing.gaps)
+    return {
+        "aircraft": closing.aircraft if closing.closed else None,
+        "closed_held_out": list(closing.closed),
+        "closure_holdout": closing.closure_holdout,
+        "table": [gap_json(gap) | row for gap, row in zip(closing.gaps, done, strict=True)],
+        "left": verdict_json(closing.verdict),
+    }
+
+
 _PLACES = 6
 
 
@@ -233,6 +277,11 @@ def print_account(account: Account, console: Console) -> None:
             print_table(TOLERANCE_COLUMNS, flown.tolerances, console, title)
             if flown.pilot:
                 console.print(outside(pilot_words(flown)), soft_wrap=True)
+    if closing := account.closing:
+        console.print()
+        for sentence in closing_sentences(closing):
+            console.print(outside(sentence), soft_wrap=True)
+        print_table(closing_columns(closing), closing.gaps, console, "the gaps, closed")
     _print_remarks(verdict, console)
 
 
@@ -312,6 +361,7 @@ def account_json(account: Account) -> dict[str, Any]:
         "null_flights": account.null_flights,
         "flights": [flight_json(flight) for flight in account.flights],
         "warnings": list(account.warnings),
+        "closed": account.closing and closing_json(account.closing),
     }
 
 

@@ -1,6 +1,7 @@
 """Put the effects of a case into its aircraft and its air, and load the aircraft to a mass."""
 
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
@@ -17,7 +18,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft, read_baseline
 from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.variant import overlay_text, write_variant
+from pitotbench.simulation.variant import ORIGIN, overlay_text, write_variant
 from pitotbench.units import POUND
 
 
@@ -45,6 +46,7 @@ def install_variant(
     effects: Sequence[EffectSpec],
     provenance: Mapping[str, Any] | None = None,
     shelf: Path | None = None,
+    anew: bool = False,
 ) -> Path:
     """Write an aircraft with effects as a new aircraft, `<aircraft>+<variant>`, and return its
     folder.
@@ -52,7 +54,7 @@ def install_variant(
     The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the
     effects and their origin (`provenance`, any TOML table). Raises BadInputError for effects that
     do not act on an aircraft, for a name with forbidden characters, and for a variant that exists:
-    nothing is overwritten.
+    nothing is overwritten, unless it is to be written `anew`.
     """
     _require_name(variant)
     foreign = [entry.name for entry in effects if effect_of(entry.name).acts_on != "aircraft"]
@@ -63,13 +65,35 @@ def install_variant(
     overlay = _overlay(aircraft, chosen(effects))
     if overlay.is_empty():
         raise BadInputError("a variant needs at least one effect of a size other than zero")
-    folder = write_variant(
-        find_aircraft(aircraft), shelf or OWN.resolve(), f"{aircraft}+{variant}", overlay
-    )
     entries = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
     table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": entries}
-    (folder / "variant.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
-    return folder
+    for of_name in (loaded_mass, loaded_fuel):  # the same name may have had another mass
+        of_name.cache_clear()
+    return write_variant(
+        find_aircraft(aircraft),
+        shelf or OWN.resolve(),
+        f"{aircraft}+{variant}",
+        overlay,
+        origin=tomli_w.dumps(table),
+        anew=anew,
+    )
+
+
+def patch_errors(aircraft: str) -> dict[tuple[str, str], float]:
+    """Return the standard deviations of the sizes of an aircraft's patches, by effect and
+    parameter, as its `variant.toml` tells them; of an aircraft without a patch none.
+    """
+    place = known_aircraft().get(aircraft)
+    if place is None or not (place / ORIGIN).is_file():
+        return {}
+    table = tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
+    told = table.get("provenance", {}).get("two_sigma", {})
+    acting = {entry["name"] for entry in table["effects"]}
+    return patch_errors(table["aircraft"]) | {
+        (name, key): 0.5 * float(bound)
+        for name in acting & told.keys()
+        for key, bound in told[name].items()
+    }
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
@@ -83,9 +107,11 @@ def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
 
 
 def require_free(aircraft: str, variant: str) -> None:
-    """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that
-    is taken.
+    """Raise BadInputError where a variant cannot be written: of no aircraft, with forbidden
+    characters, or with a name that is taken.
     """
+    if aircraft == "none":
+        raise BadInputError("--aircraft none has no aircraft to patch: name the aircraft")
     _require_name(variant)
     if place := known_aircraft().get(f"{aircraft}+{variant}"):
         raise BadInputError(f"{place} is there already; choose another name for the variant")

@@ -13,25 +13,33 @@ from pitotbench.effects.overlay import Expression, FunctionScaling, Overlay, Poi
 from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft import parse_xml
 
+ORIGIN = "variant.toml"  # in the folder of a variant: its effects, and where they come from
 ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
 DYNAMICS = ("lag", "rate_limit", "hysteresis_width", "deadband_width")  # of an actuator
 NOT_YET = 1e9  # s, its value until recording begins
 
 
 def write_variant(
-    original: Path, shelf: Path, name: str, overlay: Overlay, at_once: bool = False
+    original: Path,
+    shelf: Path,
+    name: str,
+    overlay: Overlay,
+    at_once: bool = False,
+    origin: str = "",
+    anew: bool = False,
 ) -> Path:
     """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
 
     With `at_once` the actuators in its file follow their commands without a lag, so that a surface
-    can be put where a log has it.
+    can be put where a log has it. `origin` is the text of its `variant.toml`. With `anew` the file
+    of a variant that is there is replaced, whole or not at all.
 
     The original is copied, never changed, and the file keeps its comments. The original may itself
     be a variant: the new effects are then added to its effects. Raises BadInputError where the
     folder exists.
     """
     folder = shelf / name
-    if folder.exists():
+    if folder.exists() and not anew:
         raise BadInputError(f"{folder} is there already; choose another name for the variant")
     tree = parse_xml(original / f"{original.name}.xml", comments=True)
     _insert(tree.getroot(), overlay)
@@ -45,7 +53,13 @@ def write_variant(
         copy = Path(shutil.copytree(original, Path(scratch) / name))
         (copy / f"{original.name}.xml").unlink()
         tree.write(copy / f"{name}.xml", encoding="unicode")
-        copy.rename(folder)
+        if origin:
+            (copy / ORIGIN).write_text(origin, encoding="utf-8")
+        if folder.exists():  # the rest of the folder is that of the original, as before
+            for file in (ORIGIN, f"{name}.xml"):
+                (copy / file).replace(folder / file)
+        else:
+            copy.rename(folder)
     return folder
 
 

@@ -1,0 +1,210 @@
+"""Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+
+from pitotbench.bench.fleet import progress as progress_bar
+from pitotbench.bench.model_comparison import coefficient
+from pitotbench.bench.null_flights import COARSE_RATE, Progress, aircraft_model
+from pitotbench.bench.workflow import (
+    FullReconciliation,
+    JudgedLog,
+    as_the_log_shows,
+    bounds_of,
+    entries,
+    fly_again,
+    judge_laid,
+    patch_of,
+)
+from pitotbench.effects import effect_of
+from pitotbench.effects.effect import AircraftEffect
+from pitotbench.effects.stability import CHANGE
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.regression import parted
+from pitotbench.reconciliation.term_regression import terms_of
+from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, largest_gap
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.gap import Closing
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Candidate, Closure, Gap
+from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.force_meter import measure_forces
+from pitotbench.simulation.modified import install_variant, require_free
+from pitotbench.simulation.plant import Plant
+
+# Each round patches what the last judgment found of the airplane, and judges the same logs again:
+# with the forces of the patched airplane, the floor of the first null flights, and the errors of
+# the patched sizes in it. What sensors and the air do is no airplane's: each judgment takes it out
+# of the log anew.
+
+ROUNDS = 5
+LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not worth a patch
+
+
+def close_loop(
+    found: FullReconciliation,
+    name: str,
+    holdout: FlightLog | None = None,
+    progress: Progress | None = None,
+    refly: bool = True,
+) -> FullReconciliation:
+    """Patch the airplane of a reconciliation until nothing more closes held out.
+
+    `<aircraft>+<name>` is written whole at the end of each round. `holdout` is the held-out log of
+    the reconciliation. With `refly` the card of the log with the largest gap is flown again,
+    without and with all that was found. Returns the reconciliation with its `closing`, and with the
+    patch of all rounds. Raises BadInputError where the name is taken.
+    """
+    aircraft, log, say = found.account.aircraft, found.account.log, progress or (lambda text: None)
+    require_free(aircraft, name)
+    airplane = f"{aircraft}+{name}"
+    logs, judged, main = found.logs, found.judged, largest_gap(found.judged.shown)
+    whole = max(1.0, main.closure.before - main.closure.noise)
+    held, after, date = judged.verdict.closure_holdout, None, datetime.now(UTC).strftime("%Y-%m-%d")
+    patched, closed = dict[str, Gap](), [0.0]
+    with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
+        for number in range(1, ROUNDS + 1):
+            new = [gap for gap in _shares(judged, whole) if _is_lasting(gap.causes[0].name)]
+            if not new or (growth := _gained(judged) / whole) < LEAST_GROWTH:
+                break
+            patched, after = _joined([*patched.values(), *new]), judged.verdict.closure_holdout
+            closed.append(closed[-1] + growth)
+            gaps = [*patched.values()]
+            install_variant(
+                aircraft,
+                name,
+                entries(patch_of(judged, log, date, gaps)),
+                {"log": log, "closed_held_out": closed[-1], "two_sigma": bounds_of(gaps)},
+                anew=True,
+            )
+            say(f"round {number}: judging again with {airplane}")
+            logs, judged = _judged_again(logs, airplane, holdout)
+            step()
+    told = _shares(judged, whole)
+    beside = (gap for gap in told if not _is_lasting(gap.causes[0].name))
+    patch = patch_of(judged, log, date, [*patched.values(), *beside])
+    account = replace(
+        found.account,
+        patch=patch.text,
+        entries=patch.entries,
+        closing=Closing(
+            airplane,
+            tuple(closed[1:]),
+            tuple(patched.values()),
+            tuple(told),
+            _coefficients(aircraft, main, patched.values()),
+            judged.verdict,
+            Closure(held.before, after.after, held.noise).share if held and after else None,
+        ),
+    )
+    if refly:
+        say("flying the card again")
+        each = next(i for i, shown in enumerate(found.judged.shown) if shown is main)
+        card = as_the_log_shows(found.logs[each].card, main)
+        account = replace(account, flown=fly_again(logs[each].log, card, entries(patch)))
+    return replace(found, account=account, patch=patch)
+
+
+def _is_lasting(name: str) -> bool:
+    """Whether an effect is one of the airplane itself, for the whole flight."""
+    effect = effect_of(name)
+    return isinstance(effect, AircraftEffect) and not effect.part_of
+
+
+def _shares(judged: Judged, whole: float) -> list[Gap]:
+    """The gaps of an answer, with what each closes beside the others as shares of the first
+    explainable gap.
+    """
+    now = largest_gap(judged.shown).closure
+    return [
+        replace(gap, closes=part * gap.closes, closes_held_out=part * gap.closes_held_out)
+        for part in ((now.before - now.noise) / whole,)
+        for gap in judged.verdict.gaps
+        if gap.causes
+    ]
+
+
+def _gained(judged: Judged) -> float:
+    """The fall of the sum of squares by all that lasts in the airplane, in parts of the log with
+    the largest gap to which the sizes were not fitted. Causes that share a gap close it together.
+    """
+    fitted, block = judged.fitted, largest_gap(judged.shown).block
+    own, beside = (
+        [m for m in fitted.members if _is_lasting(parted(m.name)[0]) is lasts]
+        for lasts in (True, False)
+    )
+    shown = fitted.regression.shown_columns
+    return block.equations.held_out_gain(shown(block, own), shown(block, beside))
+
+
+def _joined(gaps: Iterable[Gap]) -> dict[str, Gap]:
+    """Gaps by their first cause; what a later round finds of one adds to its sizes."""
+    joined: dict[str, Gap] = {}
+    for gap in gaps:
+        name = gap.causes[0].name
+        old = joined.get(name)
+        joined[name] = (
+            gap
+            if old is None
+            else replace(
+                gap,
+                causes=(_added(old.causes[0], gap.causes[0]), *gap.causes[1:]),
+                closes=old.closes + gap.closes,
+                closes_held_out=old.closes_held_out + gap.closes_held_out,
+            )
+        )
+    return joined
+
+
+def _added(old: Candidate, new: Candidate) -> Candidate:
+    """A cause with the sizes of two rounds; the later bound is that of the sum."""
+    before = {size.name: size for size in old.sizes}
+    added = {
+        size.name: replace(size, value=size.value + getattr(before.get(size.name), "value", 0.0))
+        for size in new.sizes
+    }
+    sizes = tuple((before | added).values())
+    return replace(new, sizes=sizes, probability=old.probability, score=old.score)
+
+
+def _judged_again(
+    logs: Sequence[JudgedLog], aircraft: str, holdout: FlightLog | None
+) -> tuple[tuple[JudgedLog, ...], Judged]:
+    """Judge logs with another airplane and the same floor; without null flights it is the log's
+    own, which is lower where less is left.
+    """
+    model, again = aircraft_model(aircraft), list[JudgedLog]()
+    for each in logs:
+        layout = lay_out(each.log, model, each.layout.setting)
+        floor = for_channels(each.null if each.null.flights else None, layout)
+        again.append(replace(each, layout=layout, null=floor))
+    return tuple(again), judge_laid(again, model, holdout)
+
+
+def _coefficients(
+    aircraft: str, main: ShownFlight, gaps: Iterable[Gap]
+) -> dict[str, tuple[float, Estimate]]:
+    """The coefficients of the unchanged model along a log and the measured ones, of the effects
+    that change terms of its file.
+    """
+    baseline, model = read_baseline(find_aircraft(aircraft)), main.block.layout.scene.force_model
+    changes = {g.causes[0].name: s for g in gaps for s in g.causes[0].sizes if s.name == CHANGE}
+    if model is None or not changes:
+        return {}
+    plant = Plant.load(aircraft, COARSE_RATE, at_once=True)
+    forces = measure_forces(plant, model.coarse, [f.name for f in baseline.functions if f.name])
+    found: dict[str, tuple[float, Estimate]] = {}
+    for name, change in changes.items():
+        effect = effect_of(name)
+        added = effect.overlay({CHANGE: 1.0}, baseline) if isinstance(effect, AircraftEffect) else 0
+        read = set(re.findall(r"[>']([^<>']+)[<']", repr(added)))
+        terms = [term for term in terms_of(baseline) if term.function.name in read]
+        if each := [coefficient(term, forces, model.coarse) for term in terms]:
+            value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
+            found[name] = (
+                value,
+                Estimate(unit, value * (1.0 + change.value), abs(value) * change.two_sigma),
+            )
+    return found

@@ -1,0 +1,162 @@
+"""The loop closes: what is found is patched, judged again, and what a patch is unsure of is no gap."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from pitotbench import BadInputError, Case, fly, reconcile, sense
+from pitotbench.bench import closing
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.regression import block_of
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Candidate, Gap
+from pitotbench.simulation import variant
+from pitotbench.simulation.modified import install_variant, loaded_mass, patch_errors
+
+KEY = ("belly_pod", "drag_area_m2")
+HIDDEN = (
+    EffectSpec("belly_pod", {"drag_area_m2": 0.3}),
+    EffectSpec("temperature_bias", {"bias_k": 4.0}),
+)
+
+
+@pytest.fixture(scope="module")
+def log() -> FlightLog:
+    """A foreign log, without a card, of an airplane with a pod and a bad thermometer."""
+    case = Case(maneuver="rapid_decel", turbulence="none", truth_seed=21, effects=HIDDEN)
+    return replace(sense(fly(case), "20/5"), header={})
+
+
+def gap(name: str, *sizes: Estimate, closes: float = 0.4) -> Gap:
+    return Gap("drag", 0.9, (Candidate(name, sizes, 30.0),), True, True, closes, closes)
+
+
+def install(shelf: Path, area: float, bound: float) -> Path:
+    pod = EffectSpec("belly_pod", {"drag_area_m2": area})
+    told = {"two_sigma": {"belly_pod": {"drag_area_m2": bound}}}
+    return install_variant("navajo", "pod", [pod], told, shelf, anew=True)
+
+
+def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(log, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = reconcile(log, close="found", refly=False)
+    done = found.account.closing
+    table = tomllib.loads(Path("aircraft/navajo+found/variant.toml").read_text(encoding="utf-8"))
+    patched = {each["name"]: each["parameters"] for each in table["effects"]}
+    assert patched.keys() == {"belly_pod"}  # a thermometer is no airplane's
+    bounds = table["provenance"]["two_sigma"]
+    assert abs(patched["belly_pod"]["drag_area_m2"] - 0.3) < bounds["belly_pod"]["drag_area_m2"]
+    assert [each.causes[0].name for each in done.told] == ["temperature_bias"]
+    assert done.closed == (pytest.approx(done.patched[0].closes_held_out),)
+    assert done.verdict.closure.before < 0.5 * found.verdict.closure.before
+    assert done.verdict.closure.share > 0.95  # what is left is the thermometer's
+    assert {name for name, _ in found.account.entries} >= patched.keys()
+    with pytest.raises(BadInputError, match="choose another name"):
+        reconcile(Path("nowhere.csv"), close="found")  # before the log is read
+
+
+def test_without_a_gap_of_the_airplane_nothing_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bias = (EffectSpec("temperature_bias", {"bias_k": 4.0}),)
+    case = Case(maneuver="rapid_decel", turbulence="none", truth_seed=22, effects=bias)
+    found = reconcile(replace(sense(fly(case), "20/5"), header={}), close="found", refly=False)
+    assert found.account.closing.closed == ()
+    assert [each.causes[0].name for each in found.account.closing.told] == ["temperature_bias"]
+    assert not Path("aircraft").exists()
+
+
+def test_a_round_that_is_killed_leaves_the_airplane_of_the_round_before(tmp_path, monkeypatch):
+    folder = install(tmp_path, 0.1, 0.01)
+    before = (folder / "navajo+pod.xml").read_bytes()
+
+    class Killed(BaseException):
+        """Nothing catches it."""
+
+    def kill(root, overlay):
+        raise Killed
+
+    monkeypatch.setattr(variant, "_insert", kill)
+    with pytest.raises(Killed):
+        install(tmp_path, 0.2, 0.01)
+    monkeypatch.undo()
+    assert (folder / "navajo+pod.xml").read_bytes() == before
+    assert [each.name for each in tmp_path.iterdir()] == ["navajo+pod"]
+    install(tmp_path, 0.2, 0.01)
+    assert (folder / "navajo+pod.xml").read_bytes() != before
+
+
+def test_the_mass_of_an_airplane_that_is_written_anew_is_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    masses = []
+    for size in (50.0, 150.0):
+        load = EffectSpec("mass", {"mass_kg": size})
+        install_variant("navajo", "load", [load], anew=True)
+        masses.append(loaded_mass("navajo+load"))
+    assert masses[1] - masses[0] == pytest.approx(100.0, abs=0.5)
+
+
+def test_the_errors_of_patches_add_up_along_the_names(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    install(Path("aircraft"), 0.1, 0.02)
+    load = EffectSpec("mass", {"mass_kg": 50.0})
+    told = {"two_sigma": {"mass": {"mass_kg": 8.0}, "pitot_lag": {"lag_s": 0.1}}}
+    install_variant("navajo+pod", "load", [load], told)
+    assert patch_errors("navajo") == {}
+    assert patch_errors("navajo+pod") == {KEY: 0.01}
+    assert patch_errors("navajo+pod+load") == {KEY: 0.01, ("mass", "mass_kg"): 4.0}
+
+
+def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
+    model = aircraft_model("navajo")
+    layout = lay_out(log, model, AnalysisSetting())
+    null = theoretical_distribution(layout)
+
+    def power(deviation: float | None) -> float:
+        errors = {} if deviation is None else {KEY: deviation}
+        force = replace(layout.scene.force_model, aircraft=replace(model, errors=errors))
+        there = replace(layout, scene=replace(layout.scene, force_model=force))
+        block = block_of(there, null.noise, null)
+        column = block.keys.index(KEY)
+        return float(block.beyond.inner[column, column])
+
+    plain = power(None)
+    assert power(1e-9) == pytest.approx(plain, rel=1e-6)  # a patch that is exact changes nothing
+    # Columns of power A with a size of deviation d: what is left of it is A / (1 + A d²).
+    assert power(0.01) == pytest.approx(plain / (1.0 + plain * 1e-4), rel=1e-6)
+
+
+def test_a_term_of_the_file_is_told_as_its_coefficient(log):
+    layout = lay_out(log, aircraft_model("navajo"), AnalysisSetting())
+    shown = SimpleNamespace(block=SimpleNamespace(layout=layout))
+    gaps = [gap("lift_slope", Estimate("change", -0.2, 0.04)), gap("belly_pod")]
+    found = closing._coefficients("navajo", shown, gaps)
+    model, measured = found.pop("lift_slope")
+    assert model == pytest.approx(5.0, rel=0.01)  # C_L by angle of attack, in its file
+    assert measured == Estimate("per rad", pytest.approx(0.8 * model), pytest.approx(0.04 * model))
+    assert found == {}  # a pod is no term of the file
+
+
+def test_a_later_round_adds_to_the_sizes_of_an_earlier_one():
+    first = gap("belly_pod", Estimate("drag_area_m2", 0.2, 0.02))
+    later = gap("belly_pod", Estimate("drag_area_m2", -0.05, 0.01), closes=0.1)
+    other = gap("drag_formula", Estimate("bank", 0.1, 0.01))
+    more = gap("drag_formula", Estimate("mach", 0.3, 0.02))
+    joined = closing._joined([first, other, more, later])
+    assert joined["belly_pod"].causes[0].sizes == (
+        Estimate("drag_area_m2", pytest.approx(0.15), 0.01),
+    )
+    assert joined["belly_pod"].closes_held_out == pytest.approx(0.5)
+    assert [size.name for size in joined["drag_formula"].causes[0].sizes] == ["bank", "mach"]
+
+
+def test_the_loop_of_no_airplane_is_refused():
+    with pytest.raises(BadInputError, match="name the aircraft"):
+        reconcile("nowhere.csv", aircraft="none", close="found")

@@ -145,4 +145,4 @@ def test_a_patched_airplane_is_reconciled_and_its_loop_closes(tmp_path, monkeypa
     Path("other.toml").write_text(write_case(other), encoding="utf-8")
     assert bench(["fly", "other.toml", "-o", "other.csv"]) == 0
     assert bench(["reconcile", "other.csv", "--aircraft", "navajo+pod+found"]) == 0
-    assert capsys.readouterr().out.splitlines()[0] == "no significant gap"
+    assert "no significant gap" in capsys.readouterr().out.splitlines()

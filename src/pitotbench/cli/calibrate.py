@@ -209,7 +209,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _take_bundles(options: argparse.Namespace) -> None:
     """Put those logs of a folder or of a .zip file that have an answer in its place, and tell in a
-    line what each came to. They get one curve, or one each where they are of several airplanes or recorders.
+    line what each came to. They get one curve, or one each where they are of several
+    airplanes or recorders.
 
     Raises BadInputError where none has an answer.
     """

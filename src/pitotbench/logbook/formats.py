@@ -106,7 +106,8 @@ _MAGIC, _TEXT = b"\xa3\x95", b"FMT,"  # begins every message, and a log of messa
 def read_messages(path: Path, topics: Sequence[str]) -> Topics:
     """Return the tables of some kinds of message and the log's parameters.
 
-    Kinds that the log lacks are left out. Values are in the units that the log states for its fields (a latitude in degrees, not in 1e-7 of them). Raises
+    Kinds that the log lacks are left out. Values are in the units that the log states for
+    its fields (a latitude in degrees, not in 1e-7 of them). Raises
     BadInputError where pymavlink is not installed or the file is not a DataFlash log.
     """
     try:

@@ -49,8 +49,8 @@ def read_mapped(
     """Read the table of a log, from one file or several, with the columns that a mapping names.
 
     `read_table` reads one file. Of several airspeed sensors the table has that of the `number`,
-    counted from 1, the first for None. The pressures of an autopilot are those of the airspeed that it
-    showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
+    counted from 1, the first for None. The pressures of an autopilot are those of the airspeed that
+    it showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
     Raises BadInputError for a file or column that is missing or ambiguous.
     """
     topics = topics_of(path)

@@ -43,9 +43,10 @@ def read_log(
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
     log was flown, by name, in place of those that it holds. `temperature_c` states the temperature
-    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Of several airspeed sensors that
-    of the number `airspeed_sensor` is read, counted from 1; the first for None. Only the `part` is read and
-    judged: from so many seconds after the first row to so many, None for an end of the log. The
+    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Of several airspeed sensors
+    that of the number `airspeed_sensor` is read, counted from 1; the first for None. Only the
+    `part` is read and judged: from so many seconds after the first row to so many, None for an end
+    of the log. The
     entry `warnings` of `log.header` lists, with row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file),

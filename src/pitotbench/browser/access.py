@@ -4,6 +4,7 @@ printed.
 
 import hmac
 from dataclasses import dataclass
+from http import HTTPStatus
 from typing import Any
 
 from bokeh.server.tornado import BokehTornado
@@ -13,8 +14,6 @@ from tornado.web import HTTPError, OutputTransform, RequestHandler, stream_reque
 
 _NEVER = ("/autoload.js", "/metadata", "/favicon.ico")  # Bokeh's, for pages of other hosts
 _CLOSED = "open the address that pitotbench printed"
-_FORBIDDEN = 403
-_NOT_FOUND = 404
 _HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
@@ -154,6 +153,9 @@ class Guarded(BokehTornado):  # type: ignore[misc]
         if request.path == "/" and access.is_token(token) and words in ("", _CLOSED):
             return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
-            told = {"words": words or "not here", "status": _FORBIDDEN if words else _NOT_FOUND}
+            told = {
+                "words": words or "not here",
+                "status": HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND,
+            }
             return self.get_handler_delegate(request, Refused, told)
         return super().find_handler(request)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -114,6 +115,7 @@ def _figure(x: str, y: str, zoom: str, **settings: Any) -> Any:
         x_axis_label=x,
         y_axis_label=y,
         tools=[zoom, "box_zoom", "pan", "reset"],
+        toolbar_location="above",
         min_border_left=10,
         **settings,
     )
@@ -204,8 +206,7 @@ def open_document(desk: Desk, document: Document) -> View:
     """Fill a document of Bokeh with the view of a desk, and keep it so."""
     view = View(desk)
     document.title = "pitotbench"
-    page = resources.files("pitotbench.browser") / "page" / "page.html"
-    document.template = Template(page.read_text(encoding="utf-8"))
+    document.template = Template(Path(own_folder(), "page.html").read_text(encoding="utf-8"))
     for name in ("time", "track", "error"):
         model = getattr(view, name)
         model.name = name

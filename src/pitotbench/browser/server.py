@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from http import HTTPStatus
 from pathlib import Path
 from secrets import token_urlsafe
 from socket import socket
@@ -31,8 +32,6 @@ _LOOPBACK = "127.0.0.1"
 _TRIES = 50  # ports
 _LEFT = 1800.0  # s after which a page that nobody looks at ends
 _LOOK = 5.0  # s between looks whether somebody does
-_BAD = 400
-_NOT_FOUND = 404
 
 
 class Act(RequestHandler):
@@ -42,7 +41,7 @@ class Act(RequestHandler):
         try:
             act(self.settings["desk"], json.loads(self.request.body))
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            raise HTTPError(_BAD, reason="no choice of this page") from error
+            raise HTTPError(HTTPStatus.BAD_REQUEST, reason="no choice of this page") from error
 
 
 def act(desk: Desk, choice: dict[str, Any]) -> None:
@@ -73,7 +72,7 @@ class Take(RequestHandler):
     async def get(self, kind: str) -> None:
         found = await self.settings["desk"].take(kind)
         if found is None:
-            raise HTTPError(_NOT_FOUND, reason="there is no such file yet")
+            raise HTTPError(HTTPStatus.NOT_FOUND, reason="there is no such file yet")
         name, text = re.sub(r"[^A-Za-z0-9_.-]", "-", found[0]), found[1]
         self.set_header("Content-Type", "application/octet-stream")
         self.set_header("Content-Disposition", f'attachment; filename="{name}"')

@@ -1,5 +1,6 @@
 """Files that come through the page: streamed into a private folder, under names that we give."""
 
+from http import HTTPStatus
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,8 +17,6 @@ MOST_BYTES = 500 << 20  # of a file
 ENDINGS = tuple(dict.fromkeys((*READ_ONLY, *FORMATS, *TOPIC_READERS, ZIP)))
 _MOST_FILES = 10_000  # of one visit
 _LONGEST = 200  # letters of a name that are shown
-_TOO_LARGE = 413
-_UNKNOWN = 415
 
 
 class Store:
@@ -100,11 +99,17 @@ class Upload(RequestHandler):
         headers, most = self.request.headers, self.settings["most"]
         # Without a stated length nothing is taken; of a stated one Tornado reads no byte more.
         if int(headers.get("Content-Length", most + 1)) > most:
-            raise HTTPError(_TOO_LARGE, reason=f"more than {most >> 20:,} MB: cut the log")
+            raise HTTPError(
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                reason=f"more than {most >> 20:,} MB: cut the log",
+            )
         name, drop = unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
         self._path = self.settings["desk"].store.new_path(name, drop)
         if self._path is None:
-            raise HTTPError(_UNKNOWN, reason=f"no log: a log ends in {', '.join(ENDINGS)}")
+            raise HTTPError(
+                HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
+                reason=f"no log: a log ends in {', '.join(ENDINGS)}",
+            )
         self.request.connection.set_max_body_size(most)  # type: ignore[union-attr]
         self._file = self._path.open("wb")
 

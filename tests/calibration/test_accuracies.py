@@ -168,6 +168,17 @@ def test_no_temperature_means_a_wide_prior(log):
     assert any("temperature" in warning for warning in result.warnings)
 
 
+def test_what_an_unknown_temperature_costs_is_computed_and_told(log):
+    """Its share of the bound is what vanishes with a thermometer."""
+    without = calibrate(replace(log, total_temperature=None))
+    known = calibrate(log, CalibrationOptions(accuracies={"temperature_k": 0.0}))
+    whole, rest = (float(np.sqrt(np.mean(r.curve.two_sigma**2))) for r in (without, known))
+    share = without.shares[0].curve
+    assert np.hypot(share, rest) == pytest.approx(whole, rel=0.1)
+    (told,) = (warning for warning in without.warnings if warning.code == "standard day")
+    assert f"±{share / KNOT:.1f} kt to the curve's ±{whole / KNOT:.1f} kt" in told
+
+
 @pytest.mark.parametrize("wind", ["linear", "drifting"])
 def test_a_wind_that_changes_widens_the_bound_and_is_covered(wind):
     log = fixture.fly(fixture.step_decrease(20), 20, 20, fixture.Air(gust=0.15))

@@ -562,17 +562,6 @@ def _warnings(
     for caution in log.cautions:
         if not _turned_by_delay(log, caution, found.latency):
             yield caution
-    if reduction.observations.standard_day:
-        # The true airspeed goes with the root of the temperature.
-        share = (
-            0.5 * WITHOUT_TEMPERATURE / float(np.median(reduction.observations.probe_temperature))
-        )
-        yield Caution(
-            f"no temperature in the log: a standard day is assumed, ±{WITHOUT_TEMPERATURE:.0f} K "
-            f"(2σ), which is ±{share:.1%} of the airspeed and usually the largest part of the "
-            "bound; state the day's: --temperature-c 18±2@ground",
-            "standard day",
-        )
     if condition > _ILL_CONDITIONED:
         yield Caution(
             f"condition number {condition:.1e}: the parameters are nearly confounded; "

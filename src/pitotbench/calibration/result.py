@@ -2,7 +2,7 @@
 bound.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,13 @@ from pitotbench.calibration.covering import Posterior, Structure, drift_of
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
-from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of, assumptions_of
+from pitotbench.calibration.options import (
+    AUTO,
+    WITHOUT_TEMPERATURE,
+    CalibrationOptions,
+    accuracies_of,
+    assumptions_of,
+)
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
     ZERO,
@@ -58,6 +64,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
     drawn = _curve(curve, white, answer, reduction.nuisances)
+    shares = _shares(curve, answer, reduction.nuisances)
     return Calibration(
         model=reduction.options.model,
         method=reduction.options.method,
@@ -71,8 +78,8 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         reason=white.reason,
         condition_number=white.condition_number,
         residuals=residuals,
-        warnings=reduction.warnings,
-        shares=_shares(curve, answer, reduction.nuisances),
+        warnings=(*reduction.warnings, *_of_standard_day(obs, shares, drawn)),
+        shares=shares,
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
@@ -306,6 +313,21 @@ def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -
         )
         for place, nuisance in enumerate(nuisances, start=count)
     )
+
+
+def _of_standard_day(
+    obs: Observations, shares: Sequence[Share], curve: ErrorCurve
+) -> Iterator[Caution]:
+    """What the temperature of a log without one contributes to the bound."""
+    if obs.standard_day:
+        found = next((each.curve for each in shares if each.name == "temperature_k"), 0.0)
+        whole = float(np.sqrt(np.mean(curve.two_sigma**2)))
+        yield Caution(
+            f"no temperature in the log: a standard day is assumed, ±{WITHOUT_TEMPERATURE:.0f} K "
+            f"(2σ), which contributes ±{found / KNOT:.1f} kt to the curve's ±{whole / KNOT:.1f} kt "
+            "(as squares); state the day's: --temperature-c 18±2@ground",
+            "standard day",
+        )
 
 
 def residuals_of(reduction: Reduction) -> Residuals:

@@ -89,6 +89,28 @@ def test_what_writes_files_or_opens_sockets_is_left_out(tmp_path):
     assert "SOCKET" not in copy.read_text()
 
 
+def test_a_second_airplane_is_not_loaded_unread(tmp_path):
+    """JSBSim reads <child name="..."/> from any place, with what it writes and opens."""
+    folder = tmp_path / "mine"
+    system = '<child name="../evil/evil"><location/></child><system file="mine"/>'
+    file = aircraft(folder, system)
+    (folder / "mine.xml").write_text('<system name="a"><output name="x.csv"/><child/></system>')
+    copy = taken(tmp_path, file)
+    assert "child" not in copy.read_text()
+    part = (copy.parent / "Systems" / "mine.xml").read_text()
+    assert "child" not in part
+    assert "output" not in part
+
+
+@pytest.mark.parametrize(
+    "name", ["simulation/write-state-file", "/simulation[0]/reset", "simulation/do_simple_trim"]
+)
+def test_a_property_that_commands_the_simulator_is_refused(tmp_path, name):
+    inside = f'<system name="a"><channel name="c"><pure_gain name="g"><output>{name}</output></pure_gain></channel></system>'
+    with pytest.raises(BadInputError, match="commands the simulator"):
+        taken(tmp_path, aircraft(tmp_path / "mine", inside))
+
+
 def test_sizes_and_depths_are_limited(tmp_path):
     with pytest.raises(BadInputError, match="larger than 4 MB"):
         taken(tmp_path, aircraft(tmp_path / "big", " " * LARGEST_FILE))

@@ -44,14 +44,17 @@ from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 # Copy an aircraft that others wrote into a folder of its own. Its files are input that is not
 # trusted. Only XML is taken, and only the files that the aircraft names: parsed, checked and
 # written anew. A file name is looked up in the aircraft's folder and among JSBSim's parts and
-# cannot lead elsewhere. Elements that write files or open network connections are left out.
+# cannot lead elsewhere. Of the root only what describes an airplane is taken: other elements write
+# files, open sockets or load a second airplane unread. Properties that command the simulator are
+# refused.
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
 MOST_FILES = 100
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
-# Root elements through which JSBSim writes files or opens sockets.
-CLOSED = ("output", "input")
+# Elements below a root through which JSBSim writes files, opens sockets or loads further airplanes.
+CLOSED = ("output", "input", "child")
+COMMANDS = re.compile(r"write-state-file|simulation.*(reset|trim)", re.IGNORECASE)
 PARTS = {
     "engine": ("Engines", ENGINES),
     "thruster": ("Engines", ENGINES),
@@ -94,7 +97,7 @@ def take_in(file: Path, folder: Path) -> Path:
         raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{root.tag:.60}>")
     for part in (folder / "Engines", folder / "Systems"):
         part.mkdir(parents=True)
-    for element in [e for e in root if e.tag in CLOSED]:
+    for element in [e for e in root if e.tag not in (*WHOLE, *PARTS)]:
         root.remove(element)
     taking.parts(root, folder)
     copy = folder / f"{folder.name}.xml"
@@ -135,6 +138,7 @@ class _Taking:
         except (ET.ParseError, ValueError, LookupError) as error:
             raise BadInputError(f"aircraft file {file.name}: not valid XML: {error}") from error
         root.attrib = {key: value for key, value in root.attrib.items() if not key.startswith("{")}
+        _require_no_command(file.name, root)
         return root
 
     def parts(self, root: ET.Element, folder: Path, above: tuple[str, ...] = ()) -> None:
@@ -163,6 +167,8 @@ class _Taking:
         if copy.exists():
             return
         inner = self.read(self._find(name, places))
+        for closed in [e for e in inner if e.tag in CLOSED]:
+            inner.remove(closed)
         self.parts(inner, folder, (*above, stem))
         _write(inner, copy)
 
@@ -181,6 +187,19 @@ class _Taking:
         raise BadInputError(
             f"the aircraft names {name}, which is neither in its folder nor among JSBSim's parts"
         )
+
+
+def _require_no_command(name: str, root: ET.Element) -> None:
+    """Raise BadInputError for a property by which an airplane would command the simulator: to write
+    its state into files, to begin anew, to trim.
+    """
+    texts = (text for e in root.iter() for text in (e.text, *e.attrib.values()) if text)
+    for text in (each.strip() for each in texts):
+        if len(text.split()) == 1 and COMMANDS.search(text):
+            raise BadInputError(
+                f"{name}: the property {text[:60]!r} commands the simulator; take it out of the "
+                "aircraft's file"
+            )
 
 
 class _Builder(ET.TreeBuilder):

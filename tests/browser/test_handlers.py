@@ -1,11 +1,16 @@
 """The server of the page without a browser: who is let in, what is taken, and what a child may use."""
 
 import asyncio
+import os
+import signal
 import stat
+import subprocess
+import sys
 import zipfile
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -20,7 +25,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import Found, LogFile, Refusal, Request
+from pitotbench.browser.work import Found, LogFile, Refusal, Request, find_flights
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.logbook import bundle
@@ -62,7 +67,7 @@ def with_server(visit: Callable[[PageServer, Visit], Awaitable[None]], most: int
         async def fetch(path: str, cookie: bool = True, **settings: Any) -> HTTPResponse:
             headers = dict(settings.pop("headers", {}))
             if cookie:
-                headers["Cookie"] = f"{server.access.cookie}={server.access.token}"
+                headers["Cookie"] = f"{server.access.cookie}={server.access.held}"
             return await client.fetch(
                 f"http://127.0.0.1:{server.port}{path}",
                 headers=headers, raise_error=False, follow_redirects=False, **settings,
@@ -87,6 +92,8 @@ def test_the_secret_moves_from_the_address_into_a_cookie() -> None:
         page = await fetch("/")
         assert page.code == 200
         assert server.access.token.encode() not in page.body
+        assert server.access.held.encode() not in page.body
+        assert server.access.token not in cookie
         policy = page.headers["Content-Security-Policy"]
         assert policy.startswith("default-src 'none'; script-src 'self' 'nonce-")
         assert "unsafe-eval" not in policy
@@ -112,6 +119,30 @@ def test_who_does_not_hold_the_secret_sees_nothing(path: str) -> None:
         assert (await fetch(path, headers={"Origin": own})).code != 403
 
     with_server(visit)
+
+
+def test_the_browser_is_started_with_a_private_file_and_not_with_the_secret() -> None:
+    """What a process was started with is seen by all who use the computer."""
+
+    async def visit(server: PageServer, _fetch: Visit) -> None:
+        address = server.entrance()
+        assert address.startswith("file://")
+        assert server.access.token not in address
+        file = Path(unquote(urlsplit(address).path))
+        assert server.access.address in file.read_text(encoding="utf-8")
+        assert any(part.stat().st_mode & 0o077 == 0 for part in file.parents[:2])
+
+    with_server(visit)
+
+
+def test_the_names_in_a_zip_bring_no_control_codes_to_a_command(tmp_path: Path) -> None:
+    packed = tmp_path / "card.zip"
+    with zipfile.ZipFile(packed, "w") as file:
+        file.writestr("a\x03\nrm \u202e.csv", "time_s,x\n0,1\n")
+    (found,) = find_flights(packed, {packed.name: "card.zip"}, tmp_path / "unpacked")
+    names = [each.log.name for each in found]
+    assert names
+    assert all(name.isprintable() for name in names)
 
 
 def test_the_secret_in_the_address_does_not_help_another_host() -> None:
@@ -410,3 +441,18 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
         "pitotbench calibrate 'my log.csv' --mapping m.toml --from 1:00 --to 2:00 --model auto "
         "--accuracy none --temperature-c '18±2@ground' --params px4"
     )
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signal")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_files_are_deleted_when_the_page_is_ended_by_a_signal(name: str, tmp_path: Path) -> None:
+    """A terminal that is closed, or a limit of time, ends it as Ctrl-C does."""
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    command = [sys.executable, "-m", "pitotbench", "open", "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        assert list(tmp_path.glob("pitotbench-*"))
+        process.send_signal(getattr(signal, name))
+        process.wait(120)
+    assert not list(tmp_path.glob("pitotbench-*"))

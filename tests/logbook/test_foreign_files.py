@@ -151,6 +151,17 @@ def test_the_heading_of_px4_is_interpolated_through_south(tmp_path):
         np.testing.assert_allclose(of(log.heading), of(log.time / 20.0), atol=1e-5)
 
 
+def test_a_mat_file_reads_no_other_file(tmp_path):
+    """A dataset may name bytes of any file; they would become a column."""
+    h5py = pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
+    (tmp_path / "secret.txt").write_bytes(b"12345678" * 8)
+    path = foreign.mat73(tmp_path / "log.mat", FLOWN)
+    with h5py.File(path, "a") as file:
+        file.create_dataset("x", (8,), "f8", external=[(str(tmp_path / "secret.txt"), 0, 64)])
+    with pytest.raises(BadInputError, match="another file"):
+        read_log(path)
+
+
 def test_mat_files_of_version_7_3(tmp_path):
     pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
     for place, name in (("", "flat"), ("fdata/", "struct")):

@@ -31,10 +31,13 @@ _POLICY = (  # of the page; scripts are those of this server and those that bear
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """The port of the page, and the secret that is in its address and then in a cookie."""
+    """The port of the page, the secret that is in its address, and the one that is then in a
+    cookie.
+    """
 
     port: int
     token: str
+    held: str
 
     @property
     def hosts(self) -> tuple[str, ...]:
@@ -52,7 +55,7 @@ class Access:
         return f"pitotbench-{self.port}"
 
     def is_token(self, text: str) -> bool:
-        """Return whether a text is the secret, in a time that does not depend on the text."""
+        """Return whether a text is the address's secret, in a time that does not depend on it."""
         return hmac.compare_digest(text.encode(), self.token.encode())
 
     def refusal(self, request: HTTPServerRequest) -> str:
@@ -63,7 +66,7 @@ class Access:
         if request.headers.get("Origin", origins[0]) not in origins:
             return "this page takes nothing from another page"
         held = request.cookies.get(self.cookie)
-        if held is None or not self.is_token(held.value):
+        if held is None or not hmac.compare_digest(held.value.encode(), self.held.encode()):
             return _CLOSED
         return ""
 
@@ -86,7 +89,7 @@ class Entrance(RequestHandler):
         access: Access = self.settings["access"]
         self.set_cookie(
             access.cookie,
-            access.token,
+            access.held,
             httponly=True,
             samesite="Strict",
             path="/",
@@ -139,6 +142,7 @@ class Guarded(BokehTornado):  # type: ignore[misc]
             extra_websocket_origins=origins,
             use_index=False,
             access=access,
+            log_function=lambda handler: None,  # a stranger's path has no place on the terminal
             **settings,
         )
         context = {"application_context": self._applications["/"], "bokeh_websocket_path": "/ws"}

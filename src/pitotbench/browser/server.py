@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import signal
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -90,7 +91,7 @@ class PageServer:
         most: int = MOST_BYTES,
     ) -> None:
         sockets, self.port = free_port(port)
-        self.access = Access(self.port, token_urlsafe())
+        self.access = Access(self.port, token_urlsafe(), token_urlsafe())
         self.desk = Desk(Store(), workers or Workers())
         self._left, desk = left, self.desk
         application = Application(FunctionHandler(lambda document: open_document(desk, document)))
@@ -121,6 +122,13 @@ class PageServer:
             if any(session.connection_count for session in self._server.get_sessions("/")):
                 seen = time.monotonic()
 
+    def entrance(self) -> str:
+        """Return the address of a private file that leads to the page: the arguments of a browser
+        are seen by all who use the computer.
+        """
+        page = f'<meta http-equiv="refresh" content="0; url={self.access.address}">'
+        return self.desk.store.write("open.html", page).path.as_uri()
+
     def close(self) -> None:
         """End the server and its children, and delete the files."""
         self._server.stop(wait=False)
@@ -148,13 +156,18 @@ def run_page(
     """
 
     async def serve() -> None:
+        for name in ("SIGTERM", "SIGHUP"):  # else the dropped files would stay
+            with suppress(AttributeError, NotImplementedError):
+                current = asyncio.current_task()
+                assert current is not None
+                asyncio.get_running_loop().add_signal_handler(getattr(signal, name), current.cancel)
         server = PageServer(port)
         try:
             if port not in (0, server.port):
                 say(f"port {port} is taken: port {server.port} is used")
             say(f"open this page: {server.access.address}")
             say("It is on this computer alone. Ctrl-C ends it, or half an hour without a tab.")
-            show(server.access.address)
+            show(server.entrance())
             for place in places:
                 names = {"": f"{place}/"} if place.is_dir() else {place.name: str(place)}
                 server.desk.add(place, names)
@@ -163,4 +176,5 @@ def run_page(
         finally:
             server.close()
 
-    asyncio.run(serve())
+    with suppress(asyncio.CancelledError):
+        asyncio.run(serve())

@@ -173,7 +173,7 @@ def find_flights(place: Path, names: dict[str, str], unpacked: Path) -> Iterator
     held = []
     for each in flights_of(place, lambda path: _read(LogFile(path, ""))):
         path = place / each.file if place.is_dir() else place
-        name = names.get(each.file, prefix + each.file)
+        name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
         told = replace(each, file=name, refusal=each.refusal.replace(str(path), name))
         held.append(Found(LogFile(path, name), told))
     yield tuple(held)

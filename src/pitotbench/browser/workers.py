@@ -35,8 +35,8 @@ def serve(pipe: Connection, limits: Limits) -> None:
     )  # Ctrl-C is for the server, which ends its children
     _limit("RLIMIT_AS", limits.memory)
     warm()
-    pipe.send(_DONE)
     with suppress(EOFError, OSError):
+        pipe.send(_DONE)
         while True:
             function, arguments = pipe.recv()
             _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)

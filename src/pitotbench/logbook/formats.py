@@ -347,6 +347,8 @@ def _value(item: Any, held: type) -> Any:
     """Return the value of a dataset, or of a group (a struct) by field."""
     if hasattr(item, "items"):
         return _fields(item, held)
+    if item.external or item.is_virtual:
+        raise BadInputError(f"{item.name!r} lies in another file; save the variables in one")
     if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:
         return "".join(map(chr, np.asarray(item[()]).ravel()))
     array = np.asarray(item[()])

@@ -24,6 +24,7 @@ from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepRespon
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog, HeldChannel, LogInspection, Question
 from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.autopilot.attach import set_to_zero
 from pitotbench.simulation.autopilot.loops import step_responses
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import card_of, fly
@@ -228,4 +229,6 @@ def check_aircraft(
             continue
         on = flight.on_condition[np.char.startswith(flight.segment, MANEUVERS[maneuver].kind)]
         found.append(ManeuverCheck(maneuver, flown, flight.duration / 60.0, float(on.mean())))
-    return AircraftCheck(folder.name, read_record(folder), tuple(steps), tuple(found))
+    return AircraftCheck(
+        folder.name, read_record(folder), tuple(steps), tuple(found), set_to_zero(folder)
+    )

@@ -27,7 +27,7 @@ class Attached:
     Speeds are calibrated [kt]; `fastest_kt` is the maximum level speed, or that of Mach 0.7 where
     `mach_limited`. `missing` are channels of a flight that the aircraft does not serve. The lists
     have one value a trim point; `lever` is the throttle of level flight, `pitch_rate` and `bank`
-    the gains [1/s].
+    the gains [1/s]. `warnings` tell slopes of the wrong sign, and tables that level flight leaves.
     """
 
     aircraft: str
@@ -47,6 +47,7 @@ class Attached:
     bank: tuple[float, ...]
     climb: float
     speed: float
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,12 +86,16 @@ class ManeuverCheck:
 
 @dataclass(frozen=True, slots=True)
 class AircraftCheck:
-    """What can be flown with an aircraft. `attached` is None for one with an autopilot of its own."""
+    """What can be flown with an aircraft. `attached` is None for one with an autopilot of its own.
+
+    `set_to_zero` are the properties that its files read and nothing writes.
+    """
 
     aircraft: str
     attached: Attached | None
     steps: tuple[StepResponse, ...]
     maneuvers: tuple[ManeuverCheck, ...]
+    set_to_zero: tuple[str, ...] = ()
 
 
 # The performance of a model in steady flight, beside a handbook.

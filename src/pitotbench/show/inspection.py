@@ -183,6 +183,11 @@ def check_sentences(check: AircraftCheck) -> list[str]:
     flown = [m for m in check.maneuvers if not m.failure]
     answer = f"{check.aircraft}: {len(flown)} of {len(check.maneuvers)} maneuvers can be flown."
     failures = [f"{m.maneuver} was not flown: {m.failure}" for m in check.maneuvers if m.failure]
+    if check.set_to_zero:
+        failures.append(
+            "Set to 0, since only FlightGear writes them (or a name is misspelled): "
+            f"{', '.join(check.set_to_zero)}."
+        )
     if check.attached is None:
         return [
             answer,
@@ -211,7 +216,7 @@ def _found(found: Attached) -> list[str]:
             "Not recorded, because the model has no such channel: "
             f"{', '.join(map(words, found.missing))}."
         )
-    return sentences
+    return [*sentences, *(f"Warning: {each}." for each in found.warnings)]
 
 
 def print_check(check: AircraftCheck, console: Console) -> None:

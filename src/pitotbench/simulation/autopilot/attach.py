@@ -7,14 +7,17 @@ import re
 import shutil
 import time
 import xml.etree.ElementTree as ET
-from collections.abc import Set
+from collections.abc import Iterator, Sequence, Set
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
+
+import numpy as np
 
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
@@ -28,7 +31,7 @@ from pitotbench.simulation.aircraft import (
     read_record,
     write_record,
 )
-from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, explore
+from pitotbench.simulation.autopilot.envelope import RATE, Engines, HeldAircraft, explore
 from pitotbench.simulation.autopilot.loops import (
     engine_time,
     linearize,
@@ -36,22 +39,24 @@ from pitotbench.simulation.autopilot.loops import (
     shape,
     write_autopilot,
     write_levers,
+    wrong_slopes,
 )
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.plant import SimulationError, load_fdm
 from pitotbench.simulation.properties import CHANNELS
-from pitotbench.units import DEGREE, FOOT, KNOT, POUND
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND, Array
 
 # Copy an aircraft that others wrote into a folder of its own. Its files are input that is not
 # trusted. Only XML is taken, and only the files that the aircraft names: parsed, checked and
 # written anew. A file name is looked up in the aircraft's folder and among JSBSim's parts and
-# cannot lead elsewhere. Of the root only what describes an airplane is taken: other elements write
-# files, open sockets or load a second airplane unread. Properties that command the simulator are
-# refused.
+# cannot lead elsewhere, but for `../Engines` and the like. Of the root only what describes an
+# airplane is taken: other elements write files, open sockets or load a second airplane unread.
+# Properties that command the simulator are refused.
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
 MOST_FILES = 100
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
+BESIDE = ("engine", "engines", "systems")  # folders of parts beside that of the aircraft
 # Elements below a root through which JSBSim writes files, opens sockets or loads further airplanes.
 CLOSED = ("output", "input", "child")
 COMMANDS = re.compile(r"write-state-file|simulation.*(reset|trim)", re.IGNORECASE)
@@ -102,7 +107,99 @@ def take_in(file: Path, folder: Path) -> Path:
     taking.parts(root, folder)
     copy = folder / f"{folder.name}.xml"
     _write(root, copy)
+    with suppress(SimulationError):  # what JSBSim cannot load is refused where it is flown
+        _declare_missing(root, copy)
     return copy
+
+
+# A model made for FlightGear reads properties that FlightGear writes, such as those of switches.
+# JSBSim alone stops at the first.
+
+PATH = re.compile(r"-?(/?[A-Za-z_][\w.:-]*(\[\d+\])?(/[A-Za-z_][\w.:-]*(\[\d+\])?)+(?<!\.))")
+PROSE = ("fileheader", "documentation", "description")
+ZEROS = "set-to-zero"  # the system that declares them
+# Branches that hold the state of flight: there a missing name is a slip of the pen, and with 0 in
+# its place another airplane would fly.
+STATE = ("accelerations", "aero", "atmosphere", "attitude", "inertia", "metrics", "velocities")
+
+
+def _declare_missing(root: ET.Element, file: Path) -> None:
+    """Declare as 0 what the files of a copied aircraft read and nothing creates."""
+    fdm, _ = load_fdm(file.parent.name, file.parent, RATE)
+    tree = fdm.get_property_manager()
+    read = {path for f in file.parent.rglob("*.xml") for path in _paths(parse_xml(f).getroot())}
+    missing = [p for p in read if p.split("/")[0] not in STATE and not tree.hasNode(p)]
+    if missing:
+        system = ET.SubElement(root, "system", name=ZEROS)
+        for path in sorted(missing):
+            ET.SubElement(system, "property", value="0").text = path
+        _write(root, file)
+
+
+def _paths(element: ET.Element) -> Iterator[str]:
+    """Yield what an element and those within it hold that reads as the path of a property."""
+    for word in f"{element.text or ''} {element.get('value', '')}".split():
+        if found := PATH.fullmatch(word):
+            yield found[1]
+    for child in element:
+        if child.tag not in PROSE:
+            yield from _paths(child)
+
+
+def set_to_zero(folder: Path) -> tuple[str, ...]:
+    """Return the properties that an aircraft's files read and nothing creates, set to 0 in its
+    copy.
+    """
+    root = parse_xml(folder / f"{folder.name}.xml").getroot()
+    return tuple(e.text or "" for e in root.iterfind(f"system[@name='{ZEROS}']/property"))
+
+
+# Tables of lift and drag that level flight leaves: JSBSim keeps the value of the last row there.
+
+ANGLES = {"aero/alpha-rad": 1.0, "aero/alpha-deg": DEGREE}
+RATE_OF = re.compile("velocities/[pqr]|alphadot")
+
+
+def left_tables(root: ET.Element, alphas: Sequence[float]) -> list[str]:
+    """Return a sentence for each table of lift or drag that ends before the angles of attack [rad]
+    of level flight do, by more than 1°.
+
+    An end where the table is 0 or level counts as meant. Tables of damping are left out.
+    """
+    axes = [a for a in root.iterfind("aerodynamics/axis") if a.get("name") in ("LIFT", "DRAG")]
+    read = {(each.text or "").strip() for axis in axes for each in axis.iter("property")}
+    functions = [f for f in root.iterfind("aerodynamics/function") if f.get("name") in read]
+    functions += [f for axis in axes for f in axis.iterfind("function")]
+    found = []
+    for function in functions:
+        if any(RATE_OF.search(each.text or "") for each in function.iter("property")):
+            continue
+        with suppress(ValueError, IndexError):  # no table as JSBSim's manual has it
+            for rows in chain.from_iterable(map(_rows_by_angle, function.iter("table"))):
+                for end, inner, flown in ((0, 1, min(alphas)), (-1, -2, max(alphas))):
+                    (last, *values), (before, *others) = rows[end].tolist(), rows[inner].tolist()
+                    over = (flown - last) * np.sign(last - before)
+                    if over > DEGREE and any(values) and values != others:
+                        found.append(
+                            f"level flight reaches {flown / DEGREE:.1f}° of angle of attack, where "
+                            f"{function.get('name')} has no row: it ends at {last / DEGREE:.1f}°"
+                        )
+    return list(dict.fromkeys(found))
+
+
+def _rows_by_angle(table: ET.Element) -> Iterator[Array]:
+    """Yield the rows of a table by angle of attack: the angle [rad], then values."""
+    axes = [(v.get("lookup", "row"), (v.text or "").strip()) for v in table.iter("independentVar")]
+    for data in table.iter("tableData"):
+        text = data.text or ""
+        # The first line of a table of two variables names the columns. That of one has one column.
+        head = "0" if len(axes) == 1 else ""
+        width = 1 + len((head or text.strip()).splitlines()[0].split())
+        block = np.array(f"nan {head} {text}".split(), dtype=float).reshape(-1, width)
+        for lookup, angle in axes:
+            rows = {"row": block, "column": block.T}.get(lookup, block[:0])[1:]
+            if angle in ANGLES and len(rows) > 1:
+                yield np.column_stack([rows[:, 0] * ANGLES[angle], rows[:, 1:]])
 
 
 def aircraft_name(path: Path) -> str:
@@ -160,7 +257,7 @@ class _Taking:
         own, shared = PARTS[element.tag]
         places = (self._home, self._home / own, self._home / own.lower(), library() / shared)
         stem = name.strip().removesuffix(".xml")
-        copy = folder / own / f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', stem)}.xml"
+        copy = folder / own / f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', stem.lstrip('./'))}.xml"
         element.set("file", copy.stem)
         if stem in above:
             raise BadInputError(f"{stem}.xml names itself")
@@ -173,13 +270,17 @@ class _Taking:
         _write(inner, copy)
 
     def _find(self, name: str, places: tuple[Path, ...]) -> Path:
-        name = name.strip()
-        if not NAME.fullmatch(name) or ".." in name:
+        *folders, plain = name.strip().removesuffix(".xml").split("/")
+        beside = folders[:1] == [".."] and folders[-1].lower() in BESIDE and len(folders) == 2
+        inner = "/".join(folders[beside:])
+        if not all(NAME.fullmatch(p) and ".." not in p for p in [*folders[beside:], plain]):
             raise BadInputError(
-                f"the aircraft names the file {name[:60]!r}: a plain file name is allowed, no path"
+                f"the aircraft names the file {name[:60]!r}: a plain file name is allowed, or one "
+                "in a folder of the aircraft's"
             )
-        name = name if name.endswith(".xml") else f"{name}.xml"
-        for place in places:
+        sought = [place / inner for place in (*places, *[self._home.parent] * beside)]
+        name = f"{plain}.xml"
+        for place in (*sought, *places):
             file = (place / name).resolve()
             # A link must not lead out of the folder.
             if file.is_file() and file.is_relative_to(place.resolve()):
@@ -353,6 +454,10 @@ def make_flyable(folder: Path) -> Attached:
         bank=tuple(map(float, gains.bank)),
         climb=gains.climb,
         speed=gains.speed,
+        warnings=(
+            *wrong_slopes(aircraft, models),
+            *left_tables(tree.getroot(), [point.alpha for point in envelope.points]),
+        ),
     )
     write_record(folder, attached)
     return attached

@@ -82,6 +82,38 @@ def linearize(aircraft: HeldAircraft, trim: Trim) -> Linear:
     return Linear(trim, pitch, lateral, STANDARD_GRAVITY * cos(trim.alpha) / trim.speed)
 
 
+# What a model with a slope of the wrong sign does, in the order of `wrong_slopes`.
+WRONG = (
+    "the pitching moment rises with the angle of attack",
+    "the yawing moment falls with sideslip",
+    "the rolling moment rises with sideslip",
+    "the pitching moment rises with the pitch rate",
+    "the rolling moment rises with the roll rate",
+    "the yawing moment rises with the yaw rate",
+)
+SLIGHT = 0.001  # rad/s² a radian or a rad/s: a smaller slope is none
+
+
+def wrong_slopes(aircraft: HeldAircraft, models: Sequence[Linear]) -> list[str]:
+    """Return a sentence for each slope of a moment about the body axes whose sign makes the
+    airplane unstable, with the calibrated airspeeds. Sideslip is positive with wind from the right.
+    """
+    ixx, izz, ixz = (aircraft.read(f"inertia/{part}-slugs_ft2") for part in ("ixx", "izz", "ixz"))
+    stable = []
+    for model in models:
+        roll = model.lateral[1] - ixz / ixx * model.lateral[2]
+        yaw = model.lateral[2] - ixz / izz * model.lateral[1]
+        alpha, rate = model.pitch[1, :2]
+        stable.append([-alpha, yaw[0], -roll[0], -rate, -roll[1], -yaw[2]])
+    wrong = np.array(stable) < -SLIGHT
+    speeds = np.array([f"{model.trim.calibrated / KNOT:.0f}" for model in models])
+    return [
+        f"{words} at {', '.join(speeds[at])} KCAS"
+        for words, at in zip(WRONG, wrong.T, strict=True)
+        if at.any()
+    ]
+
+
 def engine_time(aircraft: HeldAircraft, trim: Trim) -> float:
     """Return the time [s] in which the thrust makes 63 % of its change after a step of the lever."""
     aircraft.place(State(trim.speed, trim.alpha, elevator=trim.elevator))

@@ -15,7 +15,7 @@ from pitotbench.simulation.autopilot.attach import (
     set_to_zero,
     take_in,
 )
-from pitotbench.simulation.autopilot.envelope import HeldAircraft, trim
+from pitotbench.simulation.autopilot.envelope import HeldAircraft, State, trim
 from pitotbench.simulation.autopilot.loops import WRONG, linearize, wrong_slopes
 from pitotbench.simulation.plant import load_fdm
 from pitotbench.units import DEGREE, FOOT, KNOT
@@ -114,6 +114,25 @@ def test_a_slope_of_the_wrong_sign_is_told(tmp_path, old, new, words):
     model = linearize(aircraft, trim(aircraft, 100.0 * KNOT))
     found = wrong_slopes(aircraft, [model])
     assert found == [f"{w} at {model.trim.calibrated / KNOT:.0f} KCAS" for w in words]
+
+
+def test_slopes_are_those_of_moments(tmp_path):
+    """A Texan's product of inertia is a fifth of its I_xx: roll and yaw accelerations differ from
+    the moments, which JSBSim gives too.
+    """
+    folder = tmp_path / "t6texan2"
+    folder.mkdir()
+    take_in(library_aircraft()["t6texan2"], folder)
+    aircraft = held(folder)
+    point = trim(aircraft, 160.0 * KNOT)
+    assert wrong_slopes(aircraft, [linearize(aircraft, point)]) == []
+    sides = []
+    for beta in (-DEGREE, DEGREE):
+        aircraft.accelerations(State(point.speed, point.alpha, beta, elevator=point.elevator))
+        sides.append([aircraft.read(f"moments/{axis}-total-lbsft") for axis in "ln"])
+    (roll, yaw), (roll_right, yaw_right) = sides
+    assert roll_right < roll
+    assert yaw_right > yaw
 
 
 TABLE = """<fdm_config><aerodynamics><axis name="LIFT"><function name="CL"><product>

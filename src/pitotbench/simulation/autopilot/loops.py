@@ -101,8 +101,9 @@ def wrong_slopes(aircraft: HeldAircraft, models: Sequence[Linear]) -> list[str]:
     ixx, izz, ixz = (aircraft.read(f"inertia/{part}-slugs_ft2") for part in ("ixx", "izz", "ixz"))
     stable = []
     for model in models:
-        roll = model.lateral[1] - ixz / ixx * model.lateral[2]
-        yaw = model.lateral[2] - ixz / izz * model.lateral[1]
+        # Moments over moments of inertia; JSBSim's ixz is the negative of the product of inertia.
+        roll = model.lateral[1] + ixz / ixx * model.lateral[2]
+        yaw = model.lateral[2] + ixz / izz * model.lateral[1]
         alpha, rate = model.pitch[1, :2]
         stable.append([-alpha, yaw[0], -roll[0], -rate, -roll[1], -yaw[2]])
     wrong = np.array(stable) < -SLIGHT

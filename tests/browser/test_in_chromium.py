@@ -24,7 +24,7 @@ from pitotbench.sensing.sampling import data_system
 
 LEGS = [  # KIAS, pressure altitude [ft], air temperature [°C], ground speed [kt], track [°]
     ["90", "3000", "9", "100", "0"],
-    ["90", "3000", "9", "87", "120"],
+    ["90", "3,000", "9", "87", "120"],
     ["90", "3000", "9", "95", "240"],
 ]
 HEADINGS = (
@@ -235,12 +235,20 @@ def test_three_typed_legs_have_the_answer_of_the_command(browser: Browser, tmp_p
     legs = browser.until("state.legs && !state.status && state.legs")
     card = tmp_path / "legs.csv"
     card.write_text(download(browser, "legs"), encoding="utf-8")
-    assert card.read_text(encoding="utf-8").splitlines()[0] == HEADINGS
+    head, *rows = card.read_text(encoding="utf-8").splitlines()
+    assert head == HEADINGS
+    assert [row.split(",")[1] for row in rows] == ["3000"] * 3  # of 3,000 too
     (point,) = command("fixed-speed", card)["points"]
     assert f"{point['correction_kt']:+.2f}".replace("-", "−") in legs["sentences"][0]
     row = dict(zip(legs["table"]["head"], legs["table"]["rows"][0], strict=True))
     assert float(row["KTAS [kt]"]) == pytest.approx(point["true_airspeed_kt"], abs=0.05)
     assert browser.run("document.querySelectorAll('#legtable tbody tr').length") == 1
+
+
+def test_a_number_alone_is_minutes_as_the_axis_is(browser: Browser) -> None:
+    told = ["42", "42.5", "42,5", "42:10", "1:02:03", "", "end"]
+    read = ["42:00", "42:30", "42:30", "42:10", "1:02:03", "", "end"]
+    assert browser.run(f"{json.dumps(told)}.map(moment)") == read
 
 
 def test_a_log_of_unknown_names_is_read_by_its_edited_draft(

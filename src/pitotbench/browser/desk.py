@@ -115,7 +115,8 @@ class Desk:
 
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""
-        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in FLAGS[2:]}
+        # The part and the parameters are of one log.
+        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in FLAGS[2:-1]}
         self._stop()
         self._clear()
         self.chosen = tuple(i for i in dict.fromkeys(places) if 0 <= i < len(self.found))

@@ -118,11 +118,19 @@ for (const id of ["files", "folder"]) {
 
 // Choices
 
+// The axis is in minutes, and so is a number alone: 42.5 is 42:30.
+function moment(text) {
+  const minutes = Number(text.replace(",", "."));
+  if (!text.trim() || Number.isNaN(minutes)) return text;
+  const seconds = Math.round(60 * minutes);
+  return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+}
+
 function flags() {
-  const form = at("flags");
-  const names = Object.keys(state.flags);
-  act({ what: "flags", flags: Object.fromEntries(names.map((name) => [name, form.elements[name].value])),
-    without: form.elements.without.value });
+  const elements = at("flags").elements;
+  const told = Object.fromEntries(Object.keys(state.flags).map((name) => [name, elements[name].value]));
+  const spans = elements.without.value.split(",").map((span) => span.split("-").map(moment).join("-"));
+  act({ what: "flags", flags: { ...told, begin: moment(told.begin), end: moment(told.end) }, without: spans.join(",") });
 }
 
 at("flags").addEventListener("submit", (event) => { event.preventDefault(); flags(); });
@@ -157,7 +165,8 @@ for (const button of document.querySelectorAll("[data-copy]")) {
 
 // Legs
 
-const LEG = ["point", "KIAS", "pressure altitude [ft]", "air temperature [°C]", "ground speed [kt]", "direction [°]"];
+const GROUP = "group (legs of one speed; may stay empty)";
+const LEG = [GROUP, "KIAS", "pressure altitude [ft]", "air temperature [°C]", "ground speed [kt]", "direction [°]"];
 
 function addLeg() {
   const body = at("typed").querySelector("tbody");
@@ -165,7 +174,7 @@ function addLeg() {
   const number = body.children.length + 1;
   for (const name of LEG) {
     const cell = make("td");
-    cell.append(make("input", "", { size: name === "point" ? 4 : 7, inputmode: "text", "aria-label": `leg ${number}, ${name}` }));
+    cell.append(make("input", "", { size: name === GROUP ? 4 : 7, inputmode: "text", "aria-label": `leg ${number}, ${name}` }));
     row.append(cell);
   }
   body.append(row);
@@ -176,10 +185,17 @@ for (let leg = 0; leg < 3; leg += 1) addLeg();
 at("leg").addEventListener("click", addLeg);
 const COLUMNS = ["point", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"];
 
+// 3,000 ft and 3 000 ft are thousands; elsewhere a comma is that of a decimal.
+function typed(text, name) {
+  const plain = text.replaceAll('"', "").trim();
+  const thousands = name.includes("altitude") && /^-?\d{1,3}([,.' \u00a0\u202f]\d{3})+$/.test(plain);
+  return thousands ? plain.replace(/[^\d-]/g, "") : plain.replaceAll(",", ".");
+}
+
 at("legs").addEventListener("submit", (event) => {
   event.preventDefault();
   const cells = Array.from(at("typed").querySelectorAll("tbody tr"), (row) =>
-    Array.from(row.querySelectorAll("input"), (input) => input.value.trim().replaceAll(",", ".").replaceAll('"', "")));
+    Array.from(row.querySelectorAll("input"), (input, place) => typed(input.value, LEG[place])));
   const rows = cells.filter((row) => row.slice(1).some(Boolean));
   const names = [...COLUMNS, at("direction").value];
   // Without airspeeds, ground speeds and tracks alone are asked; without points, these follow from the airspeeds.
@@ -250,7 +266,9 @@ function show(text) {
   const answer = state.answer;
   say("status", state.status);
   at("status").classList.toggle("busy", Boolean(state.status));
+  const refused = at("refusal").textContent !== state.refusal && state.refusal;
   say("refusal", state.refusal);
+  if (refused) at("refusal").scrollIntoView({ block: "nearest" });
   flights(state, before);
   draft(state.draft, before && before.draft);
   list("doubts", answer ? answer.doubts : []);

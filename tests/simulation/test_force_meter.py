@@ -15,7 +15,7 @@ from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import force_meter
 from pitotbench.simulation.aircraft import find_aircraft, read_baseline
-from pitotbench.simulation.force_meter import GUIDANCE, measure
+from pitotbench.simulation.force_meter import GUIDANCE, inertia_of, measure
 from pitotbench.simulation.modified import (
     Loading,
     ballast_for,
@@ -27,7 +27,7 @@ from pitotbench.simulation.modified import (
     mass_of,
 )
 from pitotbench.simulation.plant import Plant
-from pitotbench.units import POUND
+from pitotbench.units import FOOT, POUND, POUND_FORCE
 
 EVERY = 10  # samples of the flight a state
 STATES = (
@@ -268,3 +268,25 @@ def test_a_lift_slope_that_does_not_change_is_a_zero_lift():
     slope, zero, changed = (each.specific_force_z for each in felt)
     np.testing.assert_allclose(slope, zero, rtol=1e-9)
     assert np.all(np.abs(changed - zero) > 0.5)  # m/s²
+
+
+@pytest.mark.parametrize("aircraft", ["DHC6", "aerosonde"])
+def test_the_product_of_inertia_has_the_sign_that_the_motion_has(aircraft: str) -> None:
+    """L = Ixx p' - Ixz r', N = Izz r' - Ixz p' at rest in roll and yaw (Etkin, Dynamics of Flight,
+    1996, eq. 4.5,9): of a sideslip the differences of moments and of accelerations.
+    """
+    plant = Plant.load(aircraft, 100.0)
+    seen = []
+    for beta in (2.0, -2.0):
+        plant.set("ic/vt-kts", 80.0)
+        plant.set("ic/h-sl-ft", 3000.0)
+        plant.set("ic/beta-deg", beta)
+        plant.run_initial_conditions()
+        paths = ("moments/l-total-lbsft", "moments/n-total-lbsft")
+        rates = ("accelerations/pdot-rad_sec2", "accelerations/rdot-rad_sec2")
+        seen.append([plant.get(path) for path in (*paths, *rates)])
+    ixx, _, izz, ixz = inertia_of(plant)  # JSBSim has none before
+    roll, yaw, p, r = np.subtract(*seen)
+    assert abs(ixz) > 0.01 * ixx
+    assert roll * POUND_FORCE * FOOT == pytest.approx(ixx * p - ixz * r, rel=1e-3)
+    assert yaw * POUND_FORCE * FOOT == pytest.approx(izz * r - ixz * p, rel=1e-3)

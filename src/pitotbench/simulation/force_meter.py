@@ -417,12 +417,21 @@ def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTer
         values=dict(zip(known, values[:-1], strict=True)),
         alpha_rate=values[-1],
         wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),
-        inertia=tuple(
-            plant.get(f"inertia/{part}-slugs_ft2") * SLUG * FOOT**2
-            for part in ("ixx", "iyy", "izz", "ixz")
-        ),
+        inertia=inertia_of(plant),
         mass=plant.get("mass"),
     )
+
+
+def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
+    """Return the moments of inertia about the body axes, and the product of inertia ∫xz dm
+    [kg m²]: Ixx, Iyy, Izz, Ixz.
+
+    JSBSim's property `ixz` is an element of the tensor of inertia, and so the negative of the
+    product of inertia.
+    """
+    read = [plant.get(f"inertia/{part}-slugs_ft2") for part in ("ixx", "iyy", "izz", "ixz")]
+    ixx, iyy, izz, element = (each * SLUG * FOOT**2 for each in read)
+    return ixx, iyy, izz, -element
 
 
 def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:

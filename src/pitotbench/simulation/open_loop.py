@@ -5,7 +5,7 @@ model make.
 import numpy as np
 
 from pitotbench.records.terms import Maneuver
-from pitotbench.simulation.force_meter import AERO_FORCES, CALLS, Rig
+from pitotbench.simulation.force_meter import AERO_FORCES, CALLS, Rig, inertia_of
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import FOOT, POUND_FORCE, STANDARD_GRAVITY, Array
 
@@ -35,11 +35,7 @@ def fly_open_loop(plant: Plant, maneuver: Maneuver, constants: Array) -> tuple[A
     area, chord = plant.get("metrics/Sw-sqft") * FOOT**2, plant.get("metrics/cbarw-ft") * FOOT
     masses = np.broadcast_to(mass, count)
     thrust = np.zeros(count) if maneuver.thrust is None else maneuver.thrust
-    inertia = maneuver.inertia
-    if inertia is None:
-        slugs = [plant.get(f"inertia/{part}-slugs_ft2") for part in ("ixx", "iyy", "izz", "ixz")]
-        inertia = tuple(each * POUND_FORCE * FOOT for each in slugs)
-    ixx, iyy, izz, ixz = inertia
+    ixx, iyy, izz, ixz = maneuver.inertia or inertia_of(plant)
     given = rig.states.copy()
 
     def rate(k: int, state: Array) -> Array:

@@ -87,9 +87,9 @@ def test_a_cause_that_a_flight_does_not_show_is_not_named_and_the_flight_is(flig
     assert "is taken back" in told
 
 
-def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights, logs) -> None:
+def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> None:
     blind = Catalog("effect", {n: FEW[n] for n in FEW if n != "gps_latency"})
-    joint = judged(flights[0], laid(logs[1], blind))
+    joint = judged(flights[0], laid(flown("step_decrease", 2302), blind))
     assert [effect.name for effect in joint.verdict.effects] == ["gps_latency"]
     assert joint.verdict.kind == "named"
     steps = [[step.effect for step in waterfall(each.block, each.fit)] for each in joint.shown]

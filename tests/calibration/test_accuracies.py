@@ -179,6 +179,14 @@ def test_what_an_unknown_temperature_costs_is_computed_and_told(log):
     assert f"±{share / KNOT:.1f} kt to the curve's ±{whole / KNOT:.1f} kt" in told
 
 
+def test_the_published_method_takes_the_standard_day_for_exact(log):
+    """Its bound has no share of the temperature: none is told, and no range of the day."""
+    found = calibrate(replace(log, total_temperature=None), CalibrationOptions(method="paper"))
+    (told,) = (warning for warning in found.warnings if warning.code == "standard day")
+    assert "taken for exact" in told
+    assert "±10 K" not in told
+
+
 @pytest.mark.parametrize("wind", ["linear", "drifting"])
 def test_a_wind_that_changes_widens_the_bound_and_is_covered(wind):
     log = fixture.fly(fixture.step_decrease(20), 20, 20, fixture.Air(gust=0.15))

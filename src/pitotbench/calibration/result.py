@@ -318,14 +318,22 @@ def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -
 def _of_standard_day(
     obs: Observations, shares: Sequence[Share], curve: ErrorCurve
 ) -> Iterator[Caution]:
-    """What the temperature of a log without one contributes to the bound."""
+    """What the temperature of a log without one contributes to the bound.
+
+    The published method takes its sensors for exact, and the standard day with them.
+    """
     if obs.standard_day:
-        found = next((each.curve for each in shares if each.name == "temperature_k"), 0.0)
         whole = float(np.sqrt(np.mean(curve.two_sigma**2)))
+        part = next((each.curve for each in shares if each.name == "temperature_k"), None)
+        assumed = (
+            "and taken for exact"
+            if part is None
+            else f"±{WITHOUT_TEMPERATURE:.0f} K (2σ), which contributes ±{part / KNOT:.1f} kt to "
+            f"the curve's ±{whole / KNOT:.1f} kt (as squares)"
+        )
         yield Caution(
-            f"no temperature in the log: a standard day is assumed, ±{WITHOUT_TEMPERATURE:.0f} K "
-            f"(2σ), which contributes ±{found / KNOT:.1f} kt to the curve's ±{whole / KNOT:.1f} kt "
-            "(as squares); state the day's: --temperature-c 18±2@ground",
+            f"no temperature in the log: a standard day is assumed, {assumed}; state the day's: "
+            "--temperature-c 18±2@ground",
             "standard day",
         )
 

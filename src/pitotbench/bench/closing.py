@@ -1,6 +1,5 @@
 """Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -198,9 +197,9 @@ def _coefficients(
     found: dict[str, tuple[float, Estimate]] = {}
     for name, change in changes.items():
         effect = effect_of(name)
-        added = effect.overlay({CHANGE: 1.0}, baseline) if isinstance(effect, AircraftEffect) else 0
-        read = set(re.findall(r"[>']([^<>']+)[<']", repr(added)))
-        terms = [term for term in terms_of(baseline) if term.function.name in read]
+        assert isinstance(effect, AircraftEffect)  # no other is patched
+        names = effect.overlay({CHANGE: 1.0}, baseline).functions_changed()
+        terms = [term for term in terms_of(baseline) if term.function.name in names]
         if each := [coefficient(term, forces, model.coarse) for term in terms]:
             value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
             found[name] = (

@@ -185,6 +185,11 @@ class Overlay:
         """Return the overlay with a function applied to every path and expression in it."""
         return Overlay(**{f.name: _renamed(getattr(self, f.name), new) for f in fields(self)})
 
+    def functions_changed(self) -> frozenset[str]:
+        """Return the functions of the aircraft's file that are scaled, or read to be added again."""
+        scaled = frozenset(scaling.function for scaling in self.scalings)
+        return scaled.union(*(properties_in(added.value) for added in self.functions))
+
     def is_empty(self) -> bool:
         """Return whether nothing is added to the aircraft's files. A temperature is not part of
         them.

@@ -147,6 +147,18 @@ def free_port(port: int) -> tuple[list[socket], int]:
     raise BadInputError(f"the ports {port} to {port + _TRIES - 1} are taken: give another --port")
 
 
+def _end_by_signals() -> None:
+    """Let the task that runs end as by Ctrl-C when the system ends the program, or its terminal is
+    closed: else the dropped files would stay.
+    """
+    task, loop = asyncio.current_task(), asyncio.get_running_loop()
+    assert task is not None
+    ends = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    with suppress(NotImplementedError):  # a loop of Windows takes no signals
+        for each in ends:
+            loop.add_signal_handler(each, task.cancel)
+
+
 def run_page(
     places: Sequence[Path], port: int, show: Callable[[str], bool], say: Callable[[str], None]
 ) -> None:
@@ -156,11 +168,7 @@ def run_page(
     """
 
     async def serve() -> None:
-        for name in ("SIGTERM", "SIGHUP"):  # else the dropped files would stay
-            with suppress(AttributeError, NotImplementedError):
-                current = asyncio.current_task()
-                assert current is not None
-                asyncio.get_running_loop().add_signal_handler(getattr(signal, name), current.cancel)
+        _end_by_signals()
         server = PageServer(port)
         try:
             if port not in (0, server.port):

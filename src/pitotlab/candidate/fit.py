@@ -32,7 +32,7 @@ _WHOLE_STEPS = 4  # passes after which a step that may swing to and fro is halve
 _SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior of the last step, fine and coarse
 _CLEARLY = 3.0  # log odds by which another hypothesis takes over the search
 _NEAR = 1.0  # standard errors
-_HEAVIEST, _COVERED = 8, 0.9  # nodes of which jumps and mean winds are computed; their weight
+_HEAVIEST, _COVERED = 8, 0.9  # nodes by which the equations are compared; their weight
 _JUMP_TIMES = 24
 
 
@@ -40,8 +40,8 @@ _JUMP_TIMES = 24
 class WindFit:
     """The wind of one flight: its mean, (2,) with covariance (2, 2).
 
-    `change` is the largest difference of a component between two times [m/s], `jump` the probability of a front and `jump_time` its
-    likeliest time [s].
+    `change` is the largest difference of a component between two times [m/s], `jump` the
+    probability of a front and `jump_time` its likeliest time [s].
     """
 
     mean: Array

@@ -51,6 +51,19 @@ def named(result):
     return [warning for warning in result.warnings if "the wind may have changed" in warning]
 
 
+def test_a_wind_that_changes_with_the_heights_flown_is_not_the_error_of_the_airspeed():
+    # The pilot wanders by 40 m (rms); 0.03 m/s a meter makes 1.2 m/s of it.
+    log = flights.fly("step_decrease", 3, conditions=flights.Conditions(gust=0.2, wander=40.0))
+    fix = np.maximum.accumulate(np.where(log.gps_fresh, np.arange(len(log)), 0))
+    shear = 0.03 * (log.altitude - np.mean(log.altitude))[fix]
+    moved = {
+        "velocity_north": log.velocity_north + shear,
+        "velocity_east": log.velocity_east - shear,
+    }
+    still, found = (calibrate(each, CHECKED).curve for each in (log, replace(log, **moved)))
+    assert np.all(np.abs(found.correction - still.correction) < 0.5 * found.two_sigma)
+
+
 @pytest.mark.parametrize("maneuver", ["step_decrease", "rapid_decel"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_front_is_named_by_its_size_where_each_speed_is_flown_once(maneuver, seed):
@@ -74,7 +87,8 @@ def test_a_steady_wind_costs_hardly_any_width():
     for maneuver in ("circle", "step_decrease"):
         log = flown(maneuver, 1)
         checked, constant = calibrate(log, CHECKED).curve, calibrate(log, CONSTANT).curve
-        assert np.all(checked.two_sigma > 0.999 * constant.two_sigma)
+        # A shear that the log hardly shows may make the gusts a little smaller.
+        assert np.all(checked.two_sigma > 0.95 * constant.two_sigma)
         assert np.mean(checked.two_sigma) < 1.15 * np.mean(constant.two_sigma)
 
 

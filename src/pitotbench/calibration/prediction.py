@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.observations import Blocks, Observations, wind_drifts
+from pitotbench.calibration.observations import Blocks, Observations
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions, accuracies_of
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
@@ -414,7 +414,7 @@ def _at_least(matrix: Array, floor: float) -> Array:
 # deviation.
 _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
-_LEAST_CLIMB = 60.0  # m: a smaller difference in height cannot determine a shear
+_LEAST_HEIGHT = 1.0  # m: keeps a layer from having no thickness
 _LEAST_LAYER, _MOST_LAYERS = (
     150.0,
     8,
@@ -461,10 +461,9 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         ),
         Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
     )
-    changing = _linear_wind(obs) if options.wind == "linear" else ()
-    if wind_drifts(options, obs):
-        changing = _layers(obs)
-    return (*(n for n in known if n.deviation > 0.0), *changing)
+    layers = () if options.wind == "constant" else _layers(obs)
+    linear = _linear_wind(obs) if options.wind == "linear" else ()
+    return (*(n for n in known if n.deviation > 0.0), *linear, *layers)
 
 
 def along_track(prediction: Prediction) -> Array:
@@ -476,37 +475,34 @@ def along_track(prediction: Prediction) -> Array:
 
 
 def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
-    """The wind's change with time and, where the log climbs, with height, toward north and east."""
+    """The wind's change with time, toward north and east."""
     middle = 0.5 * (obs.time[0] + obs.time[-1])
-    # These are functions of the rows: the search for a latency reads the rows again, and there may
-    # be fewer.
-    changes: dict[str, Change] = {"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}
-    if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
-        mean = float(np.mean(obs.altitude))
-        changes["per_300_m"] = lambda o: (_altitude(o) - mean) / _WIND_HEIGHT
-    return _both_axes(changes)
+    return _both_axes({"per_600_s": lambda o: (o.time - middle) / _WIND_TIME})
 
 
 def _layers(obs: Observations) -> tuple[Nuisance, ...]:
-    """The wind's change with height, a slope a layer, for a log that climbs through more than one
-    of 150 m.
-    """
+    """The wind's change with height, a slope a layer of 150 m or more; one slope over less."""
     low, high = (float(edge) for edge in np.quantile(obs.height(), [0.01, 0.99]))
-    count = min(int((high - low) / _LEAST_LAYER), _MOST_LAYERS)
+    high = max(high, low + _LEAST_HEIGHT)
+    count = min(max(int((high - low) / _LEAST_LAYER), 1), _MOST_LAYERS)
     edges = np.linspace(low, high, count + 1)
-    changes = (
-        {f"per_300_m_above_{low:.0f}_m": _slope(low, high) for low, high in pairwise(edges)}
-        if count
-        else {}
-    )
+    if count == 1:
+        changes = {"per_300_m": _slope(obs, low, high)}
+    else:
+        changes = {
+            f"per_300_m_above_{low:.0f}_m": _slope(obs, low, high) for low, high in pairwise(edges)
+        }
     # Over many heights the changes of a wind add up as those of a random walk do.
-    thickness = max((high - low) / max(count, 1), _WIND_HEIGHT)
+    thickness = max((high - low) / count, _WIND_HEIGHT)
     return _both_axes(changes, _WIND_CHANGE * float(np.sqrt(_WIND_HEIGHT / thickness)))
 
 
-def _slope(low: float, high: float) -> Change:
-    """A change by one in 300 m between two heights [m], and none below and above."""
-    return lambda obs: (np.clip(obs.height(), low, high) - 0.5 * (low + high)) / _WIND_HEIGHT
+def _slope(flown: Observations, low: float, high: float) -> Change:
+    """A change by one in 300 m between two heights [m], none below and above, and zero in the mean
+    of what was flown.
+    """
+    middle = float(np.mean(np.clip(flown.height(), low, high)))
+    return lambda obs: (np.clip(obs.height(), low, high) - middle) / _WIND_HEIGHT
 
 
 def _both_axes(
@@ -534,11 +530,6 @@ def path_of_nuisances(nuisances: Sequence[Nuisance], values: Array, obs: Observa
 def _wind(axis: int, change: Change = lambda obs: 1.0) -> Column:
     """The effect of a wind toward an axis (0 north, 1 east), times its change from row to row."""
     return lambda prediction, obs: along_track(prediction)[:, axis] * change(obs)
-
-
-def _altitude(obs: Observations) -> Meters:
-    assert obs.altitude is not None
-    return obs.altitude
 
 
 def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:

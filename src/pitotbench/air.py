@@ -5,8 +5,6 @@ The air is a calorically perfect gas and the flow subsonic (Gracey, NASA RP-1046
 of any shape are allowed. The impact pressure q_c is the total minus the static pressure.
 """
 
-from functools import cache
-
 import numpy as np
 
 from pitotbench.units import Array, Kelvin, Meters, MetersPerSecond, Pascal
@@ -60,20 +58,13 @@ def pressure_altitude(static_pressure: Pascal | float) -> Meters:
     """
     p = np.asarray(static_pressure, dtype=np.float64)
     p = np.where(p > 0.0, p, np.nan)
-    edge, top = _layer_pressures()
+    edge, top = (float(standard_pressure(h)) for h in (TROPOPAUSE, STRATOSPHERE_WARMS))
     low = SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - (p / SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT))
     cold = TROPOPAUSE - _SCALE_HEIGHT * np.log(p / edge)
     high = STRATOSPHERE_WARMS + _COLDEST / STRATOSPHERE_RATE * (
         (p / top) ** (-1.0 / _UPPER_EXPONENT) - 1.0
     )
     return np.where(p >= edge, low, np.where(p >= top, cold, high))
-
-
-@cache
-def _layer_pressures() -> tuple[float, float]:
-    """Return the pressures [Pa] of the two heights at which a layer ends."""
-    edge, top = standard_pressure(TROPOPAUSE), standard_pressure(STRATOSPHERE_WARMS)
-    return float(edge), float(top)
 
 
 def mach_from_true_airspeed(

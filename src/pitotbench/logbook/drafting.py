@@ -271,7 +271,9 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
         elif (
             core != "attitude"  # no misspelled altitude
             and len(plain) > 4
-            and _is_misspelled(core, plain)
+            # The shorter word bounds what they share; to match letters takes far longer.
+            and 2 * min(len(core), len(plain)) >= _SIMILAR * (len(core) + len(plain))
+            and SequenceMatcher(None, core, plain).ratio() >= _SIMILAR
         ):
             score = _NEAR - 0.001 * rank
         else:
@@ -279,15 +281,6 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
         if score > best:
             best, sign = score, -1.0 if name.startswith("-") else 1.0
     return best, sign
-
-
-def _is_misspelled(word: str, name: str) -> bool:
-    """Return whether two words share most of their letters in one order."""
-    # The shorter word bounds what they share, and to match their letters takes far longer.
-    if 2 * min(len(word), len(name)) < _SIMILAR * (len(word) + len(name)):
-        return False
-    matcher = SequenceMatcher(None, word, name)
-    return matcher.quick_ratio() >= _SIMILAR and matcher.ratio() >= _SIMILAR
 
 
 # Columns that say the same in two ways: an airspeed and an impact pressure, a height and a static

@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+# Each process that the tests start would compile the package, and each worker every test, were nothing kept.
+unexport PYTHONDONTWRITEBYTECODE
 STAMP := $(VENV)/.installed
 
 .PHONY: demo test test-product test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint clean
@@ -23,8 +25,8 @@ test-product: $(STAMP)
 test-lab: $(STAMP)
 	$(BIN)/python -m pytest $(TESTS) tests/lab
 
-# The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2. What is
-# text is left out, and so is what tests/lab/recovery repeats over many flights.
+# The numeric tests as on an old processor: its BLAS kernels, and no vector code of NumPy above SSE4.2. What is text is
+# left out, and so is what tests/lab/recovery repeats over many flights.
 # NumPy passes over names that it does not know: of 2.4 the levels, before it the single features.
 NUMERIC := tests/processors.py tests/test_air.py tests/test_units.py tests/estimation \
   tests/pressure_error tests/effects tests/sensing tests/calibration tests/regression
@@ -32,8 +34,7 @@ NO_VECTORS := X86_V3 X86_V4 AVX512_ICL AVX512_SPR AVX2 FMA3 AVX512F AVX512_SKX
 BOUNDED := timeout --kill-after=10 600
 
 test-processors: $(STAMP)
-	OPENBLAS_CORETYPE=Prescott $(BOUNDED) $(BIN)/python -m pytest $(TESTS) $(NUMERIC)
-	NPY_DISABLE_CPU_FEATURES="$(NO_VECTORS)" $(BOUNDED) $(BIN)/python -m pytest $(TESTS) $(NUMERIC)
+	OPENBLAS_CORETYPE=Prescott NPY_DISABLE_CPU_FEATURES="$(NO_VECTORS)" $(BOUNDED) $(BIN)/python -m pytest $(TESTS) $(NUMERIC)
 
 lint: $(STAMP)
 	$(BIN)/ruff check src scripts tests

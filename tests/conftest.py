@@ -27,9 +27,15 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
     return None
 
 
-# The files that take longest, by the CPU seconds of one process, the longest first.
+# The files that take longest, by the CPU seconds of one process and of those that it starts, the
+# longest first.
 LONGEST = (
+    "tests/lab/test_commands.py",
     "tests/test_pages_run.py",
+    "tests/lab/test_both_ends.py",
+    "tests/lab/study/test_page_content.py",
+    "tests/lab/recovery/test_causes.py",
+    "tests/browser/test_in_chromium.py",
     "tests/cli/test_one_answer.py",
     "tests/reconciliation/test_naming.py",
     "tests/logbook/test_field_cases.py",

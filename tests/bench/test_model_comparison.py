@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,10 @@ def test_a_file_is_equal_to_itself_and_to_one_with_other_comments_spaces_and_zer
 
 @pytest.fixture(scope="module")
 def steeper(tmp_path_factory):
-    return edited(tmp_path_factory.mktemp("steeper"), *_scaled_lift(1.2))
+    """A file with more lift; its commands share one comparison with the old file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pitotbench.bench.model_comparison.compare_models", cache(compare_models))
+        yield edited(tmp_path_factory.mktemp("steeper"), *_scaled_lift(1.2))
 
 
 def test_a_lift_slope_20_percent_larger_is_told_as_that_and_nothing_else(steeper, capsys):

@@ -416,7 +416,10 @@ def test_a_watch_counts_reports_once_a_minute_and_knows_the_time_left(capsys):
 
 def test_sigterm_stops_a_campaign_and_names_the_command_that_goes_on(tmp_path):
     plan, out = tmp_path / "short.toml", tmp_path / "out"
-    plan.write_text('das = ["2/1"]\nseeds = "400"\n[case]\nmaneuver = "decel_circle"\n')
+    plan.write_text(
+        'das = ["2/1"]\nseeds = "2000"\n[case]\nmaneuver = "decel_circle"\nintegration_rate_hz = 40\n'
+        "card = {speeds_kt = [130, 110], dwells_s = [10, 10], settle_s = 2}\n"
+    )
     command = [
         sys.executable,
         *["-m", "pitotbench", "campaign", "--jobs", "1", "--out"],

@@ -23,7 +23,7 @@ def flown(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("handbook")
     path = folder / "flight.csv"
-    write_log(circling(), path)
+    write_log(circling(900.0), path)
     curve = calibrate(read_log(path)).curve
     speed, right = curve.indicated_airspeed_kt, curve.calibrated_airspeed_kt
     rows = [

@@ -71,6 +71,7 @@ def log_with(spec: EffectSpec) -> FlightLog:
     return replace(log.select(np.flatnonzero(log.time < log.time[0] + SECONDS)), header={})
 
 
+@cache
 def judged(name: str, end: str, aircraft: str = "navajo") -> Outcome:
     """Return what comes of one effect at one end."""
     spec = at_end(name, end)

@@ -271,6 +271,8 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
         elif (
             core != "attitude"  # no misspelled altitude
             and len(plain) > 4
+            # The shorter word bounds what they share; to match letters takes far longer.
+            and 2 * min(len(core), len(plain)) >= _SIMILAR * (len(core) + len(plain))
             and SequenceMatcher(None, core, plain).ratio() >= _SIMILAR
         ):
             score = _NEAR - 0.001 * rank

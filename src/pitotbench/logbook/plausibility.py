@@ -54,7 +54,7 @@ _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the
 @dataclass(frozen=True, slots=True)
 class FlownRows:
     """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in
-    the draft.
+    the draft, `window` is the number of the window of a row: 0 where one wind holds for the flight.
     """
 
     rows: NDArray[np.intp]
@@ -64,6 +64,7 @@ class FlownRows:
     temperature: Array
     north: Array
     east: Array
+    window: NDArray[np.intp]
 
     @property
     def shared(self) -> float:
@@ -71,14 +72,6 @@ class FlownRows:
         return max(
             1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING)
         )
-
-    @property
-    def window(self) -> NDArray[np.intp]:
-        """The number of the window of each row, (n,): all in one where one wind holds for the
-        flight.
-        """
-        since = self.time - self.time[0]
-        return np.asarray(since // (_WINDOW if since[-1] > _ONE_WIND else np.inf), dtype=np.intp)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +112,12 @@ def flown_rows(draft: Draft) -> FlownRows | None:
     warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(
         draft, some(draft, "static_pressure")
     )
-    return FlownRows(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
+    time = c["time"][rows]
+    since = time - time[0]
+    window = since // (_WINDOW if since[-1] > _ONE_WIND else np.inf)
+    return FlownRows(
+        rows, time, impact[rows], static, warm, north[rows], east[rows], window.astype(np.intp)
+    )
 
 
 def find_factor(flown: FlownRows) -> Factor:
@@ -135,10 +133,11 @@ def find_factor(flown: FlownRows) -> Factor:
     ground = float(np.median(np.hypot(flown.north, flown.east)))
     wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
     winds = 2 * (int(flown.window[-1]) + 1)
+    weight = np.sqrt(flown.shared)  # a sample that repeats another counts less
     spreads = np.array([*[wind_spread] * winds, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD])
 
     def misfits(x: Array, sigma: float) -> Array:
-        return np.append(_residual(x, flown, late) / (np.sqrt(flown.shared) * sigma), x / spreads)
+        return np.append(_residual(x, flown, late) / (weight * sigma), x / spreads)
 
     def size_of(x: Array) -> float:
         return float(np.sqrt(np.mean(_residual(x, flown, late) ** 2)))

@@ -30,7 +30,7 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.residuals import change_by_answer
-from pitotbench.reconciliation.track import COARSE, motion_of, replay_rows, spread
+from pitotbench.reconciliation.track import coarse_rows, motion_of, spread
 from pitotbench.reconciliation.verdict import Judged, hold_out, judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.show.gap_words import formula_sentences
@@ -116,7 +116,7 @@ def test_terms_from_a_log_are_those_of_the_simulator(layout):
     the channels.
     """
     clean = layout.scene.clean
-    rows = replay_rows(clean, COARSE)
+    rows = coarse_rows(clean)
     paths = {
         p
         for name in FORCE_TERMS
@@ -143,7 +143,7 @@ def test_a_signature_of_a_force_is_that_of_the_force_meter(layout, name):
     (signature,) = signatures_at(layout.scene, {key: size})
     scene, model = layout.scene, layout.scene.force_model
     overlay = FORMULAS[name].overlay({"sideslip": size}, model.aircraft.baseline)
-    every, coarse = model.replay.rows, replay_rows(scene.clean, COARSE)
+    every, coarse = model.replay.rows, coarse_rows(scene.clean)
     lost = spread(every, coarse, model.missing(overlay, False))
     measured = change_by_answer(scene.base.names, scene.clean, scene.grid, every, lost)
     for column in range(measured.shape[1]):

@@ -5,33 +5,29 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 from pitotbench.bench.fleet import progress as progress_bar
-from pitotbench.bench.model_comparison import coefficient
-from pitotbench.bench.null_flights import COARSE_RATE, Progress, aircraft_model
+from pitotbench.bench.null_flights import Progress
 from pitotbench.bench.workflow import (
     FullReconciliation,
     JudgedLog,
     as_the_log_shows,
     bounds_of,
+    coefficients_along,
     entries,
     fly_again,
     judge_laid,
+    laid_out,
+    model_of,
     patch_of,
 )
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
-from pitotbench.effects.stability import CHANGE
-from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.regression import parted
-from pitotbench.reconciliation.term_regression import terms_of
-from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, largest_gap
-from pitotbench.records.calibration import Estimate
+from pitotbench.reconciliation.verdict import Judged, for_channels, largest_gap
 from pitotbench.records.gap import Closing
 from pitotbench.records.log import FlightLog
+from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.verdict import Candidate, Closure, Gap
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
-from pitotbench.simulation.force_meter import measure_forces
 from pitotbench.simulation.modified import install_variant, require_free
-from pitotbench.simulation.plant import Plant
 
 # Each round patches what the last judgment found of the airplane, and judges the same logs again:
 # with the forces of the patched airplane, the floor of the first null flights, and the errors of
@@ -45,7 +41,7 @@ LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not
 def close_loop(
     found: FullReconciliation,
     name: str,
-    holdout: FlightLog | None = None,
+    holdout: FlightLog | Maneuvers | None = None,
     progress: Progress | None = None,
     refly: bool = True,
 ) -> FullReconciliation:
@@ -93,7 +89,7 @@ def close_loop(
             tuple(closed[1:]),
             tuple(patched.values()),
             tuple(told),
-            _coefficients(aircraft, main, patched.values()),
+            coefficients_along(aircraft, main, patched.values()),
             judged.verdict,
             Closure(held.before, after.after, held.noise).share if held and after else None,
         ),
@@ -169,41 +165,15 @@ def _added(old: Candidate, new: Candidate) -> Candidate:
 
 
 def _judged_again(
-    logs: Sequence[JudgedLog], aircraft: str, holdout: FlightLog | None
+    logs: Sequence[JudgedLog], aircraft: str, holdout: FlightLog | Maneuvers | None
 ) -> tuple[tuple[JudgedLog, ...], Judged]:
     """Judge logs with another airplane and the same floor; without null flights it is the log's
     own, which is lower where less is left.
     """
-    model, again = aircraft_model(aircraft), list[JudgedLog]()
+    model, again = model_of(aircraft, [each.log for each in logs]), list[JudgedLog]()
     for each in logs:
-        layout = lay_out(each.log, model, each.layout.setting)
-        floor = for_channels(each.null if each.null.flights else None, layout)
+        layout = laid_out(each.log, model, each.layout.setting)
+        kept = each.null.flights or layout.setting.maneuvers
+        floor = for_channels(each.null if kept else None, layout)
         again.append(replace(each, layout=layout, null=floor))
     return tuple(again), judge_laid(again, model, holdout)
-
-
-def _coefficients(
-    aircraft: str, main: ShownFlight, gaps: Iterable[Gap]
-) -> dict[str, tuple[float, Estimate]]:
-    """The coefficients of the unchanged model along a log and the measured ones, of the effects
-    that change terms of its file.
-    """
-    baseline, model = read_baseline(find_aircraft(aircraft)), main.block.layout.scene.force_model
-    changes = {g.causes[0].name: s for g in gaps for s in g.causes[0].sizes if s.name == CHANGE}
-    if model is None or not changes:
-        return {}
-    plant = Plant.load(aircraft, COARSE_RATE, at_once=True)
-    forces = measure_forces(plant, model.coarse, [f.name for f in baseline.functions if f.name])
-    found: dict[str, tuple[float, Estimate]] = {}
-    for name, change in changes.items():
-        effect = effect_of(name)
-        assert isinstance(effect, AircraftEffect)  # no other is patched
-        names = effect.overlay({CHANGE: 1.0}, baseline).functions_changed()
-        terms = [term for term in terms_of(baseline) if term.function.name in names]
-        if each := [coefficient(term, forces, model.coarse) for term in terms]:
-            value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
-            found[name] = (
-                value,
-                Estimate(unit, value * (1.0 + change.value), abs(value) * change.two_sigma),
-            )
-    return found

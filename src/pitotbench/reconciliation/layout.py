@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench.catalog import Catalog
 from pitotbench.channels import numbers_from
+from pitotbench.effects import terms_beside
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
@@ -447,14 +448,16 @@ def lay_out(
     log: FlightLog,
     aircraft: AircraftModel | None,
     setting: AnalysisSetting,
-    effects: Catalog[Effect] = WHOLE_FLIGHT,
+    effects: Catalog[Effect] | None = None,
 ) -> Layout:
     """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the
-    hypotheses.
+    hypotheses, by default those of the table and, as the setting says, the terms of the file.
 
     Raises BadInputError for a log without attitude, or one that cannot be compared.
     """
     _require_attitude(log)
+    if effects is None:
+        effects = hypotheses(aircraft, setting)
     checked = check_log(log)
     track = track_of(log, checked.fresh)
     measured = below_range_end(track, log)
@@ -468,6 +471,12 @@ def lay_out(
             break
         laid = _laid_out(checked, bare, measured, aircraft, setting, effects).with_angles(angles)
     return replace(laid, curves=curves)
+
+
+def hypotheses(aircraft: AircraftModel | None, setting: AnalysisSetting) -> Catalog[Effect]:
+    """Return the effects of the table and, as a setting says, the terms of an aircraft's file."""
+    own = terms_beside(aircraft.baseline) if aircraft is not None and setting.terms else ()
+    return Catalog("effect", {**WHOLE_FLIGHT, **{term.name: term for term in own}})
 
 
 def _vane_angles(layout: Layout) -> Mapping[str, float]:

@@ -22,6 +22,7 @@ from pitotbench.reconciliation.evidence import (
     prior_of,
     significance,
     weigh,
+    widest,
 )
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import Layout
@@ -425,7 +426,7 @@ class Regression:
         """
         kept = Regression([self.blocks[i] for i in numbers])
         keys = [k for m in members for k in keys_of(m.name, kept.keys)]
-        wide = [_widest(key) for key in keys]
+        wide = [widest(key) for key in keys]
         found = kept.evidence.of([kept.keys.index(key) for key in keys], wide)
         return Sizes(tuple(keys), found.mean, found.covariance)
 
@@ -458,11 +459,6 @@ class Sizes:
 
 def _deviations(members: Sequence[Member]) -> Array:
     return np.concatenate([np.zeros(0), *(member.deviations for member in members)])
-
-
-def _widest(key: Key) -> float:
-    """The widest prior deviation of a size."""
-    return THRESHOLDS.size_scales[-1] * abs(float(effect_of(key[0]).parameter(key[1]).typical))
 
 
 def _cause(name: str) -> str:

@@ -93,8 +93,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     log = read_log(data / "citation/2019-03-12.parquet")
     since = log.time - log.time[0]
     clean = log.select((since > CITATION_CLEAN[0] * 60.0) & (since < CITATION_CLEAN[1] * 60.0))
-    found = maneuvers_of(clean, "citation")
-    _terms("citation", found[::2], found[1::2])
+    maneuvers = maneuvers_of(clean, "citation")
+    _terms("citation", maneuvers[::2], maneuvers[1::2])
 
 
 def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]) -> None:

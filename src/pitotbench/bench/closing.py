@@ -1,8 +1,9 @@
 """Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from math import hypot
 
 from pitotbench.bench.fleet import progress as progress_bar
 from pitotbench.bench.null_flights import Progress
@@ -27,7 +28,7 @@ from pitotbench.records.gap import Closing
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.verdict import Candidate, Closure, Gap
-from pitotbench.simulation.modified import install_variant, require_free
+from pitotbench.simulation.modified import FORM, install_variant, require_free
 
 # Each round patches what the last judgment found of the airplane, and judges the same logs again:
 # with the forces of the patched airplane, the floor of the first null flights, and the errors of
@@ -58,7 +59,7 @@ def close_loop(
     logs, judged, main = found.logs, found.judged, largest_gap(found.judged.shown)
     whole = max(1.0, main.closure.before - main.closure.noise)
     held, after, date = judged.verdict.closure_holdout, None, datetime.now(UTC).strftime("%Y-%m-%d")
-    patched, closed = dict[str, Gap](), [0.0]
+    patched, closed, known = dict[str, Gap](), [0.0], dict[str, float]()
     with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
         for number in range(1, ROUNDS + 1):
             new = [gap for gap in _shares(judged, whole) if _is_lasting(gap.causes[0].name)]
@@ -71,7 +72,13 @@ def close_loop(
                 aircraft,
                 name,
                 entries(patch_of(judged, log, date, gaps)),
-                {"log": log, "closed_held_out": closed[-1], "two_sigma": bounds_of(gaps)},
+                {
+                    "log": log,
+                    "closed_held_out": closed[-1],
+                    "two_sigma": bounds_of(gaps),
+                    "form": {gap.causes[0].name: _form(gap) for gap in gaps},
+                    "covariance": (known := known | _covariance(judged, gaps)),
+                },
                 anew=True,
             )
             say(f"round {number}: judging again with {airplane}")
@@ -91,6 +98,7 @@ def close_loop(
             tuple(told),
             coefficients_along(aircraft, main, patched.values()),
             judged.verdict,
+            tuple(_cut(patched.values())),
             Closure(held.before, after.after, held.noise).share if held and after else None,
         ),
     )
@@ -132,6 +140,41 @@ def _gained(judged: Judged) -> float:
     )
     shown = fitted.regression.shown_columns
     return block.equations.held_out_gain(shown(block, own), shown(block, beside))
+
+
+def _form(gap: Gap) -> float:
+    """The deviation of the form of what is patched for a gap, as a share: that of one of a set is
+    off by what the others of the set have.
+    """
+    whole = sum(cause.probability for cause in gap.causes)
+    return hypot(FORM, 1.0 - gap.causes[0].probability / max(whole, gap.causes[0].probability))
+
+
+def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
+    """The covariances of the sizes of an answer that are patched, by the names of two of them; that
+    of one with itself has the error of the method.
+    """
+    told = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
+    sizes = judged.fitted.sizes.among([*told])
+    names, rows = [" ".join(key) for key in sizes.keys], sizes.covariance.tolist()
+    found = {
+        f"{a}, {b}": rows[i][k] for i, a in enumerate(names) for k, b in enumerate(names) if i != k
+    }
+    return found | {
+        f"{' '.join(key)}, {' '.join(key)}": (0.5 * told[key].two_sigma) ** 2 for key in sizes.keys
+    }
+
+
+def _cut(gaps: Iterable[Gap]) -> Iterator[str]:
+    """A sentence for each size that was patched at the end of its range."""
+    for cause in (gap.causes[0] for gap in gaps):
+        for size in cause.sizes:
+            held = effect_of(cause.name).parameter(size.name).within(size.value)
+            if held != size.value:
+                yield (
+                    f"{cause.name}: {size.name} is patched at the end of its range, {held:.3g}, for "
+                    f"{size.value:.3g} ± {size.two_sigma:.2g}; a gap of the rest stays"
+                )
 
 
 def _joined(gaps: Iterable[Gap]) -> dict[str, Gap]:

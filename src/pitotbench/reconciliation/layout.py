@@ -48,6 +48,7 @@ from pitotbench.reconciliation.track import (
     track_of,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check, where
@@ -526,9 +527,39 @@ def _laid_out(
             {f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days}
         )
         signatures = tuple(s for s in signatures if s.effect != DAY)
+    free = free.with_columns(of_patch(aircraft, signatures, shapes))
     return Layout(
         checked, track, measured, scene, residuals, free, signatures, places, shapes, setting
     )
+
+
+def of_patch(
+    aircraft: AircraftModel | None, signatures: Sequence[Signature], shapes: Array
+) -> dict[str, tuple[Array, float]]:
+    """Return what the patches of an aircraft may be off by as free parameters, by name the change
+    of the residuals, (n, c), and the deviation: the sizes with their covariance, and each form,
+    which may follow any of the cells' shapes, (n, k).
+
+    Each size stays a hypothesis: what is beyond its error is a gap of its own.
+    """
+    patch = PatchErrors() if aircraft is None else aircraft.errors
+    columns = {(s.effect, s.parameter): s.column for s in signatures}
+    keys = [key for key in patch.sizes if key in columns]
+    if not keys:
+        return {}
+    joint = np.array([[patch.covariance.get((a, b), 0.0) for b in keys] for a in keys])
+    power, turns = np.linalg.eigh(joint)
+    each = np.stack([columns[key] for key in keys], axis=2) @ turns
+    found = {
+        f"sizes of the patch {i}": (each[:, :, i], float(np.sqrt(p)))
+        for i, p in enumerate(power)
+        if p > 0.0
+    }
+    for key in keys:
+        whole, share = patch.sizes[key] * columns[key], patch.forms[key] / np.sqrt(shapes.shape[1])
+        for i, shape in enumerate(shapes.T):
+            found[f"form of the patched {key[0]} {i}"] = whole * shape[:, None], float(share)
+    return found
 
 
 def _residuals(

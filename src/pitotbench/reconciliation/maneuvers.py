@@ -20,7 +20,7 @@ from pitotbench.reconciliation.equations import (
 )
 from pitotbench.reconciliation.evidence import widest
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, FreeParameters
-from pitotbench.reconciliation.layout import CheckedLog, Layout, cells, hypotheses
+from pitotbench.reconciliation.layout import CheckedLog, Layout, cells, hypotheses, of_patch
 from pitotbench.reconciliation.noise import UNUSABLE, NoiseModel, learned
 from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale, size_label
 from pitotbench.reconciliation.residuals import (
@@ -112,14 +112,16 @@ def lay_out_maneuvers(
         base.slack[lacks[number], i] = UNUSABLE
     scene = Scene(track, grid, frame, base, model)
     places, shapes = cells(track, grid, base)
+    signatures = _moved(scene, signatures_of(scene, effects or _of_the_air(aircraft, setting)))
+    free = _free(maneuvers, number, base.names)
     return Layout(
         CheckedLog((), (), np.ones(len(rows), dtype=bool)),
         track,
         np.ones(len(rows), dtype=bool),
         scene,
         base,
-        _free(maneuvers, number, base.names),
-        _moved(scene, signatures_of(scene, effects or _of_the_air(aircraft, setting))),
+        free.with_columns(of_patch(aircraft, signatures, shapes)),
+        signatures,
         places,
         shapes,
         setting,
@@ -173,15 +175,17 @@ def _at_instants(each: Maneuver) -> dict[str, Array]:
     warm = 1.0 + motion.temperature_offset / air.SEA_LEVEL_TEMPERATURE
     known: dict[str, Array] = {f.name: getattr(motion, f.name) for f in fields(Motion)}
     del known["temperature_offset"], known["mach"], known["time"]
+    impact = air.impact_pressure_from_mach(motion.mach, motion.static_pressure)
     known |= {
-        "impact_pressure": air.impact_pressure_from_mach(motion.mach, motion.static_pressure),
+        "impact_pressure": np.asarray(impact, dtype=np.float64),
         "air_temperature": standard * warm,
         "specific_force_x": force[:, 0] - thrust / motion.mass,
         "specific_force_y": force[:, 1],
         "specific_force_z": force[:, 2],
         **dict(zip(MOMENTS, each.angular_acceleration.T, strict=True)),
     }
-    return {"time": INSTANT * np.arange(count), **{n: mean(v) for n, v in known.items()}}
+    time = np.asarray(INSTANT * np.arange(count), dtype=np.float64)
+    return {"time": time, **{n: mean(v) for n, v in known.items()}}
 
 
 def _shows(each: Maneuver, name: str) -> bool:

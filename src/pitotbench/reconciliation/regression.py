@@ -84,20 +84,8 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
     """Return a log that is laid out as a block of the regression."""
     equations = whitened_equations(layout, noise)
     wander = wander_of(null, layout.residuals.names)
-    beyond = _beside_patch(layout, floored(layout, equations, null.scores, wander))
+    beyond = floored(layout, equations, null.scores, wander)
     return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
-
-
-def _beside_patch(layout: Layout, beyond: Evidence) -> Evidence:
-    """The evidence beyond what the sizes of an earlier patch may be off by.
-
-    Each size stays a hypothesis: what is beyond its error is a gap of its own.
-    """
-    model = layout.scene.force_model
-    errors = {} if model is None else model.aircraft.errors
-    keys = ((s.effect, s.parameter) for s in layout.signatures)
-    known = {i: errors[key] for i, key in enumerate(keys) if key in errors}
-    return beyond.given([*known], [*known.values()], range(len(beyond.inner) - 1))[0]
 
 
 def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistribution) -> bool:

@@ -30,7 +30,7 @@ from pitotbench.reconciliation.track import (
     outside_temperature,
     properties_of_forces,
 )
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.records.aircraft import Motion, PatchErrors, Reaction, UnitForces
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array, MetersPerSecond
 
@@ -492,7 +492,7 @@ class AircraftModel:
     baseline: Baseline
     controls: tuple[str, ...] = CONTROLS
     thrust_known: bool = True
-    errors: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    errors: PatchErrors = field(default_factory=PatchErrors)
 
 
 @dataclass(frozen=True, slots=True)

@@ -210,7 +210,8 @@ class Closing:
     and what they close of the first gap; `told` are those that the logs show beside the patched
     airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` are
     those of the model's file that were patched. `verdict` is the answer with the
-    patched airplane, `closure_holdout` the share that the patch closes of the held-out log. Without
+    patched airplane, `cut` the sizes that were patched at the end of their range, in
+    sentences, `closure_holdout` the share that the patch closes of the held-out log. Without
     a round the airplane is not written.
     """
 
@@ -220,6 +221,7 @@ class Closing:
     told: tuple[Gap, ...]
     coefficients: tuple[Coefficient, ...]
     verdict: Verdict
+    cut: tuple[str, ...] = ()
     closure_holdout: float | None = None
 
     @property

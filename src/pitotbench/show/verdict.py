@@ -267,6 +267,7 @@ def closing_json(closing: Closing) -> dict[str, Any]:
         "aircraft": closing.aircraft if closing.closed else None,
         "closed_held_out": list(closing.closed),
         "closure_holdout": closing.closure_holdout,
+        "cut": list(closing.cut),
         "table": [gap_json(gap) | row for gap, row in zip(closing.gaps, done, strict=True)],
         "left": verdict_json(closing.verdict),
     }

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pitotbench.show.terms import comparison_page, comparison_sentences
 
 from pitotbench import BadInputError, Case, fly
 from pitotbench.bench.model_comparison import compare_models
 from pitotbench.cli.app import main
+from pitotbench.show.comparison import comparison_page, comparison_sentences
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import POUND, STANDARD_GRAVITY
 

@@ -4,6 +4,7 @@ name.
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -84,9 +85,9 @@ def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_f
     assert name == "drag_formula"
     assert sizes["sideslip_squared"] == pytest.approx(term.size.value, rel=1e-4)
     null, model = found.fitted.regression.blocks[0].null, aircraft_model("navajo")
-    assert hold_out(slipping[1], model, null, found.fitted, SETTING).share > 0.8
+    assert hold_out(partial(lay_out, slipping[1], model, SETTING), null, found.fitted).share > 0.8
     fewer = replace(slipping[1], velocity_down=None)  # the flight held out may lack a channel
-    assert hold_out(fewer, model, null, found.fitted, SETTING).share > 0.8
+    assert hold_out(partial(lay_out, fewer, model, SETTING), null, found.fitted).share > 0.8
 
 
 def test_a_formula_flies_as_the_edited_file_does(tmp_path):

@@ -181,13 +181,13 @@ def calibration_change(layout: Layout, fit: Fit) -> CalibrationChange | None:
     across-track airspeed. What the curve takes of it is the error of a calibration that does not
     know the effects.
     """
-    if not fit.columns or "velocity_north" not in layout.track:
-        return None
     triangle = [
         layout.residuals.names.index(n)
         for n in FAMILIES["air data"][:2]
         if n in layout.residuals.names
     ]
+    if not (fit.columns and triangle):
+        return None
     moved = _moved(layout, fit)[:, triangle]
     names = layout.free.names
     wanted = [i for i, n in enumerate(names) if n.startswith(("curve ", "wind north", "wind east"))]

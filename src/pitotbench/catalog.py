@@ -1,6 +1,6 @@
 """Tables of named things, whose errors list the known names and the nearest one."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Generic, TypeVar
 
@@ -14,21 +14,29 @@ class UnknownNameError(ValueError):
 class Catalog(Mapping[str, T], Generic[T]):
     """An ordered, read-only table of named things: maneuvers, models, data systems, effects.
 
-    Looking up a name that is not there raises `UnknownNameError` with the known names and the
-    nearest one.
+    A name that is not among the entries is looked up in what `made` makes of it, if anything:
+    entries without number, which no list shows. Any other raises `UnknownNameError` with the known
+    names and the nearest one.
     """
 
-    def __init__(self, kind: str, entries: Mapping[str, T]) -> None:
+    def __init__(
+        self,
+        kind: str,
+        entries: Mapping[str, T],
+        made: Callable[[str], T | None] = lambda name: None,
+    ) -> None:
         self.kind = kind
         self._entries = dict(entries)
+        self._made = made
 
     def __getitem__(self, name: str) -> T:
-        if name in self._entries:
-            return self._entries[name]
-        raise UnknownNameError(explain(self.kind, name, self._entries))
+        found = self._entries[name] if name in self._entries else self._made(str(name))
+        if found is None:
+            raise UnknownNameError(explain(self.kind, name, self._entries))
+        return found
 
     def __contains__(self, name: object) -> bool:
-        return name in self._entries
+        return name in self._entries or self._made(str(name)) is not None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries)

@@ -129,7 +129,10 @@ _BENCH_OF_THE_JUDGE = (
     "null_flights.py",
     "workflow.py",
     "verdict_folder.py",
-    "model_terms.py",
+    "maneuver_model.py",
+    "identification.py",
+    "coefficients.py",
+    "closing.py",
 )
 _LEGS_AND_CARDS = (
     "card_model.py",

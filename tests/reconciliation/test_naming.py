@@ -3,6 +3,7 @@ is named.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -199,7 +200,7 @@ def test_a_held_out_log_may_lack_channels(late_receiver, missing: tuple[str, ...
     log, layout, null, fitted = late_receiver
     assert [member.name for member in fitted.members] == ["gps_latency"]
     held = replace(log, **dict.fromkeys(missing))
-    assert hold_out(held, None, null, fitted, layout.setting).share > 0.9
+    assert hold_out(partial(lay_out, held, None, layout.setting), null, fitted).share > 0.9
 
 
 @pytest.mark.parametrize("event", ["updraft", "sea_breeze_front"])
@@ -229,7 +230,7 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
     assert [member.name for member in fitted.members] == ["local_static_bump"]
     shapes = fitted.regression.blocks[0].layout.signatures[0].shapes
     assert shapes["center_mps"] == pytest.approx(55.0, abs=3.0)
-    assert hold_out(logs[1], None, null, fitted, layout.setting).share > 0.9
+    assert hold_out(partial(lay_out, logs[1], None, layout.setting), null, fitted).share > 0.9
 
 
 def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:

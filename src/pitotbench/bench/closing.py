@@ -1,37 +1,34 @@
 """Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from math import hypot
 
 from pitotbench.bench.fleet import progress as progress_bar
-from pitotbench.bench.model_comparison import coefficient
-from pitotbench.bench.null_flights import COARSE_RATE, Progress, aircraft_model
+from pitotbench.bench.null_flights import Progress
 from pitotbench.bench.workflow import (
     FullReconciliation,
     JudgedLog,
     as_the_log_shows,
     bounds_of,
+    coefficients_along,
     entries,
     fly_again,
     judge_laid,
+    laid_out,
+    model_of,
     patch_of,
 )
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
-from pitotbench.effects.stability import CHANGE
-from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.regression import parted
-from pitotbench.reconciliation.term_regression import terms_of
-from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, largest_gap
-from pitotbench.records.calibration import Estimate
+from pitotbench.reconciliation.verdict import Judged, for_channels, largest_gap
 from pitotbench.records.gap import Closing
 from pitotbench.records.log import FlightLog
+from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.verdict import Candidate, Closure, Gap
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
-from pitotbench.simulation.force_meter import measure_forces
-from pitotbench.simulation.modified import install_variant, require_free
-from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.modified import FORM, install_variant, require_free
 
 # Each round patches what the last judgment found of the airplane, and judges the same logs again:
 # with the forces of the patched airplane, the floor of the first null flights, and the errors of
@@ -45,7 +42,7 @@ LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not
 def close_loop(
     found: FullReconciliation,
     name: str,
-    holdout: FlightLog | None = None,
+    holdout: FlightLog | Maneuvers | None = None,
     progress: Progress | None = None,
     refly: bool = True,
 ) -> FullReconciliation:
@@ -62,7 +59,7 @@ def close_loop(
     logs, judged, main = found.logs, found.judged, largest_gap(found.judged.shown)
     whole = max(1.0, main.closure.before - main.closure.noise)
     held, after, date = judged.verdict.closure_holdout, None, datetime.now(UTC).strftime("%Y-%m-%d")
-    patched, closed = dict[str, Gap](), [0.0]
+    patched, closed, known = dict[str, Gap](), [0.0], dict[str, float]()
     with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
         for number in range(1, ROUNDS + 1):
             new = [gap for gap in _shares(judged, whole) if _is_lasting(gap.causes[0].name)]
@@ -75,7 +72,13 @@ def close_loop(
                 aircraft,
                 name,
                 entries(patch_of(judged, log, date, gaps)),
-                {"log": log, "closed_held_out": closed[-1], "two_sigma": bounds_of(gaps)},
+                {
+                    "log": log,
+                    "closed_held_out": closed[-1],
+                    "two_sigma": bounds_of(gaps),
+                    "form": {gap.causes[0].name: _form(gap) for gap in gaps},
+                    "covariance": (known := known | _covariance(judged, gaps)),
+                },
                 anew=True,
             )
             say(f"round {number}: judging again with {airplane}")
@@ -93,8 +96,9 @@ def close_loop(
             tuple(closed[1:]),
             tuple(patched.values()),
             tuple(told),
-            _coefficients(aircraft, main, patched.values()),
+            coefficients_along(aircraft, main, patched.values()),
             judged.verdict,
+            tuple(_cut(patched.values())),
             Closure(held.before, after.after, held.noise).share if held and after else None,
         ),
     )
@@ -138,6 +142,41 @@ def _gained(judged: Judged) -> float:
     return block.equations.held_out_gain(shown(block, own), shown(block, beside))
 
 
+def _form(gap: Gap) -> float:
+    """The deviation of the form of what is patched for a gap, as a share: that of one of a set is
+    off by what the others of the set have.
+    """
+    whole = sum(cause.probability for cause in gap.causes)
+    return hypot(FORM, 1.0 - gap.causes[0].probability / max(whole, gap.causes[0].probability))
+
+
+def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
+    """The covariances of the sizes of an answer that are patched, by the names of two of them; that
+    of one with itself has the error of the method.
+    """
+    told = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
+    sizes = judged.fitted.sizes.among([*told])
+    names, rows = [" ".join(key) for key in sizes.keys], sizes.covariance.tolist()
+    found = {
+        f"{a}, {b}": rows[i][k] for i, a in enumerate(names) for k, b in enumerate(names) if i != k
+    }
+    return found | {
+        f"{' '.join(key)}, {' '.join(key)}": (0.5 * told[key].two_sigma) ** 2 for key in sizes.keys
+    }
+
+
+def _cut(gaps: Iterable[Gap]) -> Iterator[str]:
+    """A sentence for each size that was patched at the end of its range."""
+    for cause in (gap.causes[0] for gap in gaps):
+        for size in cause.sizes:
+            held = effect_of(cause.name).parameter(size.name).within(size.value)
+            if held != size.value:
+                yield (
+                    f"{cause.name}: {size.name} is patched at the end of its range, {held:.3g}, for "
+                    f"{size.value:.3g} ± {size.two_sigma:.2g}; a gap of the rest stays"
+                )
+
+
 def _joined(gaps: Iterable[Gap]) -> dict[str, Gap]:
     """Gaps by their first cause; what a later round finds of one adds to its sizes."""
     joined: dict[str, Gap] = {}
@@ -169,41 +208,15 @@ def _added(old: Candidate, new: Candidate) -> Candidate:
 
 
 def _judged_again(
-    logs: Sequence[JudgedLog], aircraft: str, holdout: FlightLog | None
+    logs: Sequence[JudgedLog], aircraft: str, holdout: FlightLog | Maneuvers | None
 ) -> tuple[tuple[JudgedLog, ...], Judged]:
     """Judge logs with another airplane and the same floor; without null flights it is the log's
     own, which is lower where less is left.
     """
-    model, again = aircraft_model(aircraft), list[JudgedLog]()
+    model, again = model_of(aircraft, [each.log for each in logs]), list[JudgedLog]()
     for each in logs:
-        layout = lay_out(each.log, model, each.layout.setting)
-        floor = for_channels(each.null if each.null.flights else None, layout)
+        layout = laid_out(each.log, model, each.layout.setting)
+        kept = each.null.flights or layout.setting.maneuvers
+        floor = for_channels(each.null if kept else None, layout)
         again.append(replace(each, layout=layout, null=floor))
     return tuple(again), judge_laid(again, model, holdout)
-
-
-def _coefficients(
-    aircraft: str, main: ShownFlight, gaps: Iterable[Gap]
-) -> dict[str, tuple[float, Estimate]]:
-    """The coefficients of the unchanged model along a log and the measured ones, of the effects
-    that change terms of its file.
-    """
-    baseline, model = read_baseline(find_aircraft(aircraft)), main.block.layout.scene.force_model
-    changes = {g.causes[0].name: s for g in gaps for s in g.causes[0].sizes if s.name == CHANGE}
-    if model is None or not changes:
-        return {}
-    plant = Plant.load(aircraft, COARSE_RATE, at_once=True)
-    forces = measure_forces(plant, model.coarse, [f.name for f in baseline.functions if f.name])
-    found: dict[str, tuple[float, Estimate]] = {}
-    for name, change in changes.items():
-        effect = effect_of(name)
-        assert isinstance(effect, AircraftEffect)  # no other is patched
-        names = effect.overlay({CHANGE: 1.0}, baseline).functions_changed()
-        terms = [term for term in terms_of(baseline) if term.function.name in names]
-        if each := [coefficient(term, forces, model.coarse) for term in terms]:
-            value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
-            found[name] = (
-                value,
-                Estimate(unit, value * (1.0 + change.value), abs(value) * change.two_sigma),
-            )
-    return found

@@ -13,7 +13,7 @@ from pitotbench.logbook.formats import read_mat
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.log import FlightLog
-from pitotbench.records.terms import CHANNELS, Maneuver
+from pitotbench.records.maneuver import CHANNELS, Maneuver
 from pitotbench.timeline import fresh_fixes, minutes_text, pauses, stretches
 from pitotbench.units import DEGREE, FOOT, POUND_FORCE, PSF, SLUG, STANDARD_GRAVITY, Array, Booleans
 
@@ -34,6 +34,7 @@ _DYNAMIC_PRESSURE, _MACH, _DENSITY, _ALTITUDE, _THRUST, _TURNING, _MASS, _INERTI
     48,
     49,
 )
+TENTH = 0.1  # s
 IDLE = 0.5  # of the throttles, whose position does not matter to the forces of the air
 
 
@@ -107,6 +108,8 @@ def read_identification(path: Path) -> Maneuver:
         mass=mass,
         temperature_offset=_offset(temperature, pressure),
     )
+    # Of the mean of white noise over a tenth of a second, which is what is compared.
+    mean = float(np.sqrt(min(1.0, np.median(np.diff(time)) / TENTH)))
     return Maneuver(
         path.stem,
         motion,
@@ -115,7 +118,7 @@ def read_identification(path: Path) -> Maneuver:
         thrust if np.any(thrust) else None,
         mass if np.all(mass > 0.0) else None,
         tuple(inertia) if min(inertia[:3]) > 0.0 else None,
-        noise={each: _roughness(getattr(motion, each)) for each in NOISY},
+        noise={each: mean * _roughness(getattr(motion, each)) for each in NOISY},
     )
 
 

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.bench.coefficients import coefficient, coefficient_units, values_of
 from pitotbench.effects.overlay import Baseline
-from pitotbench.reconciliation.term_regression import AXIS_CHANNEL, Term, coefficient_of, terms_of
+from pitotbench.effects.own_terms import terms_of
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import (
     ChannelChange,
@@ -26,14 +27,14 @@ from pitotbench.records.aircraft import (
 )
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
-from pitotbench.records.terms import CHANNELS
+from pitotbench.records.maneuver import CHANNELS
 from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_baseline, read_record
 from pitotbench.simulation.autopilot.attach import aircraft_name, take_in
 from pitotbench.simulation.autopilot.loops import open_all_tanks
 from pitotbench.simulation.force_meter import measure_forces
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.simulation.sortie import fly
-from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array
+from pitotbench.units import Array
 
 # The old file flies the card once, in light turbulence. Both files are then put into its states on
 # the force meter, with the surfaces and throttles of the old one. Nothing is random there: equal
@@ -389,7 +390,7 @@ def _located(
     changes: Mapping[str, Array], before: ModelForces, motion: Motion, phase: NDArray[np.str_]
 ) -> Iterator[ChannelChange]:
     """Yield the change of each channel in each phase, in the order of the flight."""
-    scale, units = _scales(before, motion), _coefficient_units(before, motion)
+    scale, units = _scales(before, motion), coefficient_units(before, motion)
     for name, change in changes.items():
         for where in dict.fromkeys(phase.tolist()):
             own = change[phase == where]
@@ -404,16 +405,6 @@ def _located(
                 largest / (scale[name] or largest or 1.0),
                 None if coefficient is None else float(np.sqrt(np.mean(coefficient**2))),
             )
-
-
-def _coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
-    """Return the force or the moment of a coefficient of one along a motion: pressure times area
-    and length.
-    """
-    area, span, chord = forces.wing
-    pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
-    arms = zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True)
-    return {name: pressure * area * arm for name, arm in arms}
 
 
 # What each difference is called, and what it was and is.
@@ -473,26 +464,6 @@ def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
     around = [each for each in pair[1].iter() if each is changed or changed in list(each)]
     unit = next((each.get("unit", "") for each in around[::-1] if each.get("unit")), "")
     return "" if changed is pair[1] else changed.tag, unit, old, new
-
-
-def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
-    """Return the coefficient of a term over a motion with its unit: a slope, else the mean; None
-    where the model lacks it.
-    """
-    values = values_of(term, forces, motion)
-    area, span, chord = forces.wing
-    wing = (area * FOOT**2, span * FOOT, chord * FOOT)
-    return (None, "") if values is None else coefficient_of(term, motion, values, wing)
-
-
-def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
-    """Return the coefficient of a term along a motion: its force or moment over pressure, area and
-    length.
-    """
-    values = forces.values.get(term.function.name)
-    if values is None or not term.function.axis:
-        return values
-    return np.asarray(values / _coefficient_units(forces, motion)[AXIS_CHANNEL[term.axis]])
 
 
 def _remarks(channels: Sequence[ChannelChange], terms: Sequence[TermChange]) -> Iterator[str]:

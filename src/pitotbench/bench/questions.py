@@ -237,6 +237,7 @@ def reconcile(
     mapping: str | Path | None = None,
     keep: bool = True,
     close: str | None = None,
+    terms: bool = False,
 ) -> "FullReconciliation":
     """Find where a simulation and measured logs disagree, and name the effect that the simulation
     lacks.
@@ -249,13 +250,15 @@ def reconcile(
     card is flown again with the named effects; progress, called with a line of text at each step;
     mapping, as for `calibrate`; keep, whether the cache of null flights is read and written; close,
     a name: what is found of the airplane is patched into `./aircraft/<aircraft>+<close>`, and the
-    logs are judged again with it, until nothing more closes (`account.closing`).
+    logs are judged again with it, until nothing more closes (`account.closing`); terms, whether all
+    aerodynamic terms of the model's file compete.
     Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`
     and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
     for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
     from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread
+    from pitotbench.records.maneuver import Maneuvers
 
     if close is not None:
         from pitotbench.bench.closing import close_loop
@@ -265,21 +268,24 @@ def reconcile(
 
     def read(given: Any, role: str, memory: str) -> tuple[list[NamedLog], list[Source]]:
         flat: list[Any] = _flat(given)
-        bare = [each.log if isinstance(each, NamedLog) else each for each in flat]
-        logs = logs_of(bare, "reconcile", mapping)
         found = [
             each
             if isinstance(each, NamedLog)
-            else NamedLog(Path(each).name if isinstance(each, str | Path) else f"{memory} {n}", log)
-            for n, (each, log) in enumerate(zip(flat, logs, strict=True), start=1)
+            else NamedLog(
+                Path(each).name if isinstance(each, str | Path) else f"{memory} {n}",
+                logs_of([each], "reconcile", mapping)[0],
+            )
+            for n, each in enumerate(flat, start=1)
         ]
-        return found, sources_of(role, bare, logs)
+        logs = [log for each in found if isinstance(log := each.log, FlightLog)]
+        given = [each.log if isinstance(each, NamedLog) else each for each in flat]
+        return found, sources_of(role, [g for g in given if not isinstance(g, Maneuvers)], logs)
 
     measured, sources = read(logs, "log", "flight")
     held, others = ([], []) if holdout is None else read(holdout, "held-out log", "held-out log")
     made = provenance_of([*sources, *others, *model_sources(aircraft)], [])
-    every = [each.log for each in (*measured, *held)]
-    chosen = setting or setting_of(advice_of(every, mapping))
+    every = [log for each in (*measured, *held) if isinstance(log := each.log, FlightLog)]
+    chosen = replace(setting or setting_of(advice_of(every, mapping)), terms=terms)
     with one_thread():
         found = reconcile_fully(
             measured,
@@ -315,7 +321,7 @@ def provenance_of(sources: Iterable[Source], choices: Iterable[Choice]) -> Prove
 
 
 def sources_of(
-    role: str, given: OneLog | Sequence[OneLog], logs: Sequence[FlightLog]
+    role: str, given: OneLog | Sequence[OneLog], logs: Sequence[FlightLog | None]
 ) -> list[Source]:
     """Return what was given, a list flattened, each with the log that was read of it."""
     return [(role, source, log) for source, log in zip(_flat(given), logs, strict=True)]

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench.model_terms import CorrectedModel
 from pitotbench.bench.workflow import FullReconciliation, bounds_of, entries
 from pitotbench.effects import effect_of
 from pitotbench.logbook.columns import write_text
@@ -16,11 +15,8 @@ from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import json_text
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
-from pitotbench.show.terms import terms_json, terms_page
 from pitotbench.show.verdict import kind_words
-from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.modified import install_variant, overlay_xml
-from pitotbench.simulation.variant import overlay_text
 
 WRITTEN = (
     "verdict.json",
@@ -46,22 +42,6 @@ def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) ->
     if overlay:
         texts["overlay.xml"] = overlay
     return _write(out, texts)
-
-
-def keep_terms(corrected: CorrectedModel, inputs: str, out: Path) -> list[str]:
-    """Write `verdict.json`, `report.html` and, where a term is off, `overlay.xml` to a folder.
-
-    `inputs` names the logs. Files of an earlier run are replaced. Returns the line to print.
-    """
-    account = corrected.account
-    overlay = (
-        overlay_text(find_aircraft(account.aircraft), corrected.overlay) if account.terms else ""
-    )
-    texts = {
-        "verdict.json": json_text(terms_json(account)),
-        "report.html": terms_page(account, overlay, inputs),
-    }
-    return _write(out, texts | ({"overlay.xml": overlay} if overlay else {}))
 
 
 def _write(out: Path, texts: Mapping[str, str]) -> list[str]:

@@ -3,10 +3,11 @@ its patch.
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import partial
 from math import atan2, hypot, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pitotbench import air
+from pitotbench.bench.coefficients import measured_coefficients
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flights import flown as fly_case
+from pitotbench.bench.maneuver_model import air_model
 from pitotbench.bench.null_flights import (
     NULL_FLIGHTS,
     Progress,
@@ -25,7 +28,9 @@ from pitotbench.bench.null_flights import (
     null_distribution_of,
     tells_the_day,
 )
+from pitotbench.catalog import Catalog
 from pitotbench.effects import FORMULAS
+from pitotbench.effects.effect import Effect
 from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
@@ -39,6 +44,7 @@ from pitotbench.reconciliation.layout import (
     lay_out,
     mean_wind_of,
 )
+from pitotbench.reconciliation.maneuvers import floor_left_out, lay_out_maneuvers
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.patches import Patch, name_in_case, patch_of_effects
 from pitotbench.reconciliation.pictures import (
@@ -55,8 +61,9 @@ from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels,
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
-from pitotbench.records.gap import Account, FlownAgain, FoundFormula
+from pitotbench.records.gap import Account, Coefficient, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog, Provenance
+from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.records.verdict import SURE, Candidate, Closure, Gap, JoinedFlight, Verdict
 
@@ -68,12 +75,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NamedLog:
-    """A log with its name in reports. `card` is the case that was flown; None: that in the log's
-    header.
+    """A log, or maneuvers in its place, with its name in reports. `card` is the case that was flown;
+    None: that in the log's header.
     """
 
     name: str
-    log: FlightLog
+    log: FlightLog | Maneuvers
     card: Case | None = None
 
 
@@ -84,7 +91,7 @@ class JudgedLog:
     """
 
     name: str
-    log: FlightLog
+    log: FlightLog | Maneuvers
     layout: Layout
     null: NullDistribution
     card: Case | None
@@ -93,7 +100,7 @@ class JudgedLog:
 def judge_logs(
     logs: Sequence[NamedLog],
     aircraft: str = "navajo",
-    holdout: FlightLog | None = None,
+    holdout: FlightLog | Maneuvers | None = None,
     null_flights: int = NULL_FLIGHTS,
     progress: Progress | None = None,
     setting: AnalysisSetting | None = None,
@@ -110,28 +117,63 @@ def judge_logs(
     """
     if not logs:
         raise BadInputError("no log to reconcile")
-    require_one_airplane([each.log for each in logs])
-    model = aircraft_model(aircraft)
+    require_one_airplane([each.log for each in logs if isinstance(each.log, FlightLog)])
+    model = model_of(aircraft, [each.log for each in logs])
     laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
     return laid, judge_laid(laid, model, holdout)
 
 
+def model_of(aircraft: str, logs: Sequence[FlightLog | Maneuvers]) -> AircraftModel | None:
+    """Return the model of an aircraft for logs; of maneuvers it is that of the air alone. Raises
+    BadInputError for maneuvers beside logs, or without an aircraft.
+    """
+    several = [each for log in logs if isinstance(log, Maneuvers) for each in log.maneuvers]
+    if not several:
+        return aircraft_model(aircraft)
+    if not all(isinstance(log, Maneuvers) for log in logs):
+        raise BadInputError(
+            "a flight log beside maneuvers of system identification: judge them apart"
+        )
+    if aircraft == "none":
+        raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
+    return air_model(aircraft, several)
+
+
+def laid_out(
+    log: FlightLog | Maneuvers,
+    model: AircraftModel | None,
+    setting: AnalysisSetting,
+    effects: Catalog[Effect] | None = None,
+) -> Layout:
+    """Lay out a log or maneuvers; `effects` are the hypotheses. Raises as `lay_out`."""
+    if isinstance(log, Maneuvers):
+        assert model is not None  # maneuvers have one
+        return lay_out_maneuvers(log.maneuvers, model, setting, effects)
+    return lay_out(log, model, setting, effects)
+
+
 def judge_laid(
-    laid: Sequence[JudgedLog], model: AircraftModel | None, holdout: FlightLog | None
+    laid: Sequence[JudgedLog], model: AircraftModel | None, holdout: FlightLog | Maneuvers | None
 ) -> Judged:
     """Return the answer on logs that are laid out, with their null distributions."""
-
-    def held_out(fitted: Fitted) -> Closure | None:
-        assert holdout is not None
-        return hold_out(holdout, model, laid[0].null, fitted, laid[0].layout.setting)
 
     return judge(
         [each.name for each in laid],
         [each.layout for each in laid],
         [each.null for each in laid],
         [each.card.maneuver if each.card else "" for each in laid],
-        None if holdout is None else held_out,
+        None if holdout is None else partial(closure_on, holdout, model, laid[0]),
     )
+
+
+def closure_on(
+    log: FlightLog | Maneuvers, model: AircraftModel | None, first: JudgedLog, fitted: Fitted
+) -> Closure | None:
+    """Return the closure of a fit on another log, with the floor of the `first`; None where no gap
+    is to be seen there.
+    """
+    lay = partial(laid_out, log, model, first.layout.setting)
+    return hold_out(lay, first.null, fitted)
 
 
 def _judged(
@@ -143,7 +185,12 @@ def _judged(
     setting: AnalysisSetting | None,
     keep: bool,
 ) -> JudgedLog:
-    """Lay a log out, and take the null distribution of its card."""
+    """Lay a log out, and take the null distribution of its card, of maneuvers their own floor."""
+    if isinstance(named.log, Maneuvers):
+        setting = replace(setting or AnalysisSetting(), terms=True, maneuvers=True)
+        layout = laid_out(named.log, model, setting)
+        floor = floor_left_out(layout, named.log.maneuvers)
+        return JudgedLog(named.name, named.log, layout, floor, None)
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
     flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
     setting = replace(
@@ -266,7 +313,7 @@ def reconcile_fully(
     if refly:
         say("flying the card again")
         flown = fly_again(laid[main].log, again, effects)
-    if refly and refly_holdout and holdout is not None:
+    if refly and refly_holdout and holdout is not None and isinstance(holdout.log, FlightLog):
         say("flying the card of the held-out log again")
         held = holdout.card or card or card_of(holdout.log.header, aircraft)
         if held is not None:
@@ -298,6 +345,7 @@ def reconcile_fully(
         telling=clearest_channel(block, part, over_time) if tells else None,
         calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
         warnings=told_warnings([*logs, *([holdout] if holdout else [])], verdict),
+        coefficients=coefficients_along(aircraft, shown, verdict.gaps),
     )
     return FullReconciliation(tuple(laid), judged, account, patch)
 
@@ -370,6 +418,14 @@ def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]
     )
 
 
+def coefficients_along(
+    aircraft: str, shown: ShownFlight, gaps: Iterable[Gap]
+) -> tuple[Coefficient, ...]:
+    """Return the coefficients of a model along a flight, and the measured ones, that gaps change."""
+    model = shown.block.layout.scene.force_model
+    return () if model is None else measured_coefficients(aircraft, model.coarse, gaps)
+
+
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:
     """Return a patch as effects of a case."""
     return tuple(EffectSpec(name_in_case(name), sizes) for name, sizes in patch.entries)
@@ -402,7 +458,9 @@ CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt o
 SEED = 760_001  # truth and sensor seeds count up from here
 
 
-def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) -> FlownAgain:
+def fly_again(
+    log: FlightLog | Maneuvers, card: Case | None, effects: Sequence[EffectSpec]
+) -> FlownAgain:
     """Compare a log with its card as the simulator flies it, in the wind of the log, without and
     with effects.
 
@@ -410,6 +468,8 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
     gusts of the same strength, the card is flown by the pilot whose hand is nearest. Returns only a
     reason where there is no card, or where it cannot be flown.
     """
+    if isinstance(log, Maneuvers):
+        return FlownAgain(skipped="maneuvers have no card")
     if card is None:
         return FlownAgain(
             skipped="no card: the header of the log holds none and --card was not given"

@@ -167,7 +167,7 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 
 def _airplanes(options: argparse.Namespace) -> int:
     from pitotbench.bench.model_comparison import compare_models
-    from pitotbench.show.terms import comparison_json, comparison_page, print_comparison
+    from pitotbench.show.comparison import comparison_json, comparison_page, print_comparison
     from pitotbench.simulation.maneuvers import MANEUVERS
 
     tolerance = options.tolerance

@@ -24,7 +24,7 @@ from pitotbench.records import BadInputError
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation
     from pitotbench.records.log import FlightLog, Provenance
-    from pitotbench.records.terms import Maneuver
+    from pitotbench.records.maneuver import Maneuvers
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -62,9 +62,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--terms",
         action="store_true",
-        help="correct the aerodynamic terms of the model's file in the maneuvers of the log "
-        "(default: for logs of "
-        "system identification, such as SIDPAC's fdata)",
+        help="let all aerodynamic terms of the model's file compete; a log without a card is then "
+        "judged by its maneuvers (default: for logs of system identification, such as SIDPAC's "
+        "fdata)",
     )
     add_part(parser)
     parser.add_argument(
@@ -95,8 +95,6 @@ def run(options: argparse.Namespace) -> int:
 
     _check_variant(options)
     _check_folder(options)
-    if options.terms or _are_identification(options.log):
-        return _run_terms(options)
     outcome = _outcome(options)
     document = account_json(outcome.account)
     written = keep(outcome, document, options.out) if options.out is not None else []
@@ -108,55 +106,24 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _are_identification(paths: list[Path]) -> bool:
-    """Whether the logs are arrays of system identification. Raises BadInputError where only some of
-    them are.
+def _maneuvers(
+    options: argparse.Namespace, path: Path, log: "FlightLog | None"
+) -> "Maneuvers | None":
+    """The maneuvers of a file that stand for a log: those of system identification, and with
+    --terms those of a log that states no card.
     """
-    from pitotbench.bench.identification import is_identification
+    from pitotbench.bench.identification import maneuvers_of, read_identification
+    from pitotbench.bench.maneuver_model import in_place_of_log
 
-    found = [is_identification(path) for path in paths]
-    if any(found) and not all(found):
-        raise BadInputError(
-            f"{paths[found.index(False)]}: a flight log beside arrays of system identification; "
-            "judge them apart"
-        )
-    return all(found)
-
-
-def _run_terms(options: argparse.Namespace) -> int:
-    """Correct the terms of a model, print the account, and write its page and its overlay."""
-    from pitotbench.bench.model_terms import correct_terms, maneuvers_in, parted
-    from pitotbench.bench.verdict_folder import keep_terms
-    from pitotbench.show.terms import print_terms, terms_json
-
+    if log is None:
+        found = [read_identification(path)]
+    elif options.terms and not options.card and "case" not in log.header:
+        found = maneuvers_of(log, path.stem)
+    else:
+        return None
     if options.aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
-    if options.apply or options.close:
-        raise BadInputError(
-            "--apply and --close are not for terms: overlay.xml of --out holds what is added"
-        )
-    if options.record:
-        raise BadInputError("--record is not for terms: report.html of --out holds their account")
-
-    def maneuvers(path: Path) -> "list[Maneuver]":
-        return maneuvers_in(
-            path, lambda: read_logs([path], options.mapping, part=stated_part(options))[0]
-        )
-
-    fitted = [each for path in options.log for each in maneuvers(path)]
-    held = maneuvers(options.holdout) if options.holdout else []
-    if not held and len(fitted) > len(
-        options.log
-    ):  # several maneuvers of one log: every second one is held out
-        fitted, held = parted(fitted)
-    corrected = correct_terms(options.aircraft, fitted, held)
-    names = ", ".join(path.name for path in options.log)
-    written = keep_terms(corrected, names, options.out) if options.out is not None else []
-    account = corrected.account
-    tell(options, lambda: terms_json(account), lambda console: print_terms(account, console))
-    for line in written:
-        say(line)
-    return 0
+    return in_place_of_log(found, options.aircraft)
 
 
 def _check_variant(options: argparse.Namespace) -> None:
@@ -184,6 +151,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
+    from pitotbench.bench.identification import is_identification
     from pitotbench.bench.questions import reconcile
     from pitotbench.bench.workflow import NamedLog
     from pitotbench.records.case_file import read_case
@@ -197,10 +165,13 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     own = cards if len(cards) > 1 else [None] * len(options.log)
     held = [options.holdout] if options.holdout else []
     paths = [*options.log, *held]
-    logs = read_logs(paths, options.mapping, part=stated_part(options))
+    arrays = [path for path in paths if is_identification(path)]
+    others = [path for path in paths if path not in arrays]
+    read = read_logs(others, options.mapping, part=stated_part(options)) if others else []
+    logs = dict(zip(others, read, strict=True))
     named = [
-        NamedLog(path.name, log, card)
-        for path, log, card in zip(paths, logs, [*own, *(None for _ in held)], strict=True)
+        NamedLog(path.name, _maneuvers(options, path, logs.get(path)) or logs[path], card)
+        for path, card in zip(paths, [*own, *(None for _ in held)], strict=True)
     ]
     # Only these show the card flown again.
     refly = options.out is not None or options.json or options.record is not None
@@ -214,11 +185,14 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         mapping=options.mapping,
         keep=not options.no_cache,
         close=options.close,
+        terms=options.terms,
     )
-    return replace(outcome, provenance=_provenance(options, logs)) if options.record else outcome
+    if not options.record:
+        return outcome
+    return replace(outcome, provenance=_provenance(options, [logs.get(path) for path in paths]))
 
 
-def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Provenance":
+def _provenance(options: argparse.Namespace, logs: "list[FlightLog | None]") -> "Provenance":
     """Return the files and the choices behind the verdict."""
     from pitotbench.bench.questions import (
         advice_of,
@@ -238,7 +212,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         *mapping_source(options),
         *model_sources(options.aircraft),
     ]
-    setting = setting_of(advised := advice_of(logs, options.mapping))
+    setting = setting_of(advised := advice_of([each for each in logs if each], options.mapping))
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),

@@ -18,6 +18,7 @@ from pitotbench.effects.effect import share_of_size as share_of_size
 from pitotbench.effects.formula import FORMULAS as FORMULAS
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
+from pitotbench.effects.own_terms import own_terms, term_named
 from pitotbench.effects.response import Signals as Signals
 
 _PAGES = {
@@ -35,7 +36,7 @@ FAMILIES: dict[str, tuple[Effect, ...]] = {
     for family, pages in _PAGES.items()
 }
 _ALL = tuple(effect for family in FAMILIES.values() for effect in family)
-EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
+EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL}, term_named)
 # What every simulation gets wrong in several places at once: the terms of its own file.
 OWN_TERMS = frozenset(
     {
@@ -51,7 +52,9 @@ OWN_TERMS = frozenset(
 )
 # The table, and every effect of it from a time on and for a time.
 FORMS: Catalog[Effect] = Catalog(
-    "effect", {form.name: form for effect in _ALL for form in (effect, *forms_in_time(effect))}
+    "effect",
+    {form.name: form for effect in _ALL for form in (effect, *forms_in_time(effect))},
+    term_named,
 )
 
 
@@ -62,9 +65,15 @@ def effect_of(name: str) -> Effect:
     return FORMULAS[name] if name in FORMULAS else FORMS[name]
 
 
+def terms_beside(baseline: Baseline) -> tuple[AircraftEffect, ...]:
+    """Return the terms of an aircraft's own file beside the effects of the table."""
+    table = (e for e in EFFECTS.values() if isinstance(e, AircraftEffect))
+    return tuple(own_terms(baseline, table))
+
+
 def chosen(entries: Iterable[Named]) -> tuple[Choice, ...]:
     """Return the effects that a case names, with their sizes. Effects of size zero are omitted.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
-    return choose(entries, Catalog("effect", {**EFFECTS, **FORMULAS}))
+    return choose(entries, Catalog("effect", {**EFFECTS, **FORMULAS}, term_named))

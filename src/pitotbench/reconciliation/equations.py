@@ -24,7 +24,8 @@ Integers = NDArray[np.intp]
 # rows of data: Rasmussen and Williams 2006, §2.7).
 
 FOLDS = 8  # sets of segments of the log, from all over it, of which each is left out once
-SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
+# s and instants: a part that is left out whole; short, for a turn may come only once
+SEGMENT, INSTANTS = 8.0, 16
 SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
 SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divided by
 ROUNDING = 1e-13  # singular values below this share of the largest are rounding
@@ -167,7 +168,8 @@ def products_of(every: Array, fold: Integers) -> Array:
 def folds_of(layout: Layout) -> Integers:
     """Return the fold of each instant of a log, (n,)."""
     time = layout.track.time[layout.grid.rows]
-    folds: Integers = ((time - time[0]) / SEGMENT).astype(np.intp) % FOLDS
+    segment = min(SEGMENT, INSTANTS * layout.grid.step)
+    folds: Integers = ((time - time[0]) / segment).astype(np.intp) % FOLDS
     return folds
 
 
@@ -227,8 +229,10 @@ def shortness_of(layout: Layout) -> float:
 
 def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:
     """Return a noise model with the level of innovations of this log, by their median, where that
-    is higher.
+    is higher. That of maneuvers is their own.
     """
+    if layout.setting.maneuvers:
+        return noise
     innovations = noise.innovations(_without_cells(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
     level = robust_deviation(used)

@@ -153,6 +153,11 @@ def prior_of(effect: str, parameters: Sequence[str]) -> Prior:
     return Prior(*np.array(values, dtype=float).reshape(-1, 4).T)
 
 
+def widest(key: tuple[str, str]) -> float:
+    """Return the widest prior deviation of a size, by its effect and its parameter."""
+    return THRESHOLDS.size_scales[-1] * abs(float(effect_of(key[0]).parameter(key[1]).typical))
+
+
 @dataclass(frozen=True, slots=True)
 class Weighed:
     """An effect weighed: the logarithm of its evidence, its sizes, (k,), and the deviations of the

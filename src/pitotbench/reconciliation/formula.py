@@ -21,7 +21,7 @@ from pitotbench.effects.overlay import AxisFunction, Overlay, product
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.residuals import ForceModel, Scene, change_by_answer
 from pitotbench.reconciliation.signatures import Signature, residual_change
-from pitotbench.reconciliation.track import COARSE, REACTION_NAMES, replay_rows, spread
+from pitotbench.reconciliation.track import REACTION_NAMES, coarse_rows, spread
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import FormulaTerm
 from pitotbench.units import Array
@@ -74,7 +74,7 @@ class _Forces:
     def __init__(self, scene: Scene) -> None:
         assert scene.force_model is not None
         self.scene, self.model = scene, scene.force_model
-        self.rows = replay_rows(scene.clean, COARSE)
+        self.rows = coarse_rows(scene.clean)
         channels = {name: values[self.rows] for name, values in scene.clean.channels.items()}
         self.signals = Signals(scene.clean.time[self.rows], channels)
         self.units = {**self.model.units.changes, "LIFT": _unit_lift(self.model)}

@@ -101,6 +101,8 @@ class AnalysisSetting:
     instruments are of the usual class, as they are wherever the day is known. `static_error`: the
     error curve sits in the static pressure, not in the impact pressure alone. Instants above
     `mach_max` are not used. `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
+    With `terms` those of the aircraft's own file compete as well. `maneuvers`: the log is made of
+    these, so that its floor is its own, and no cause is looked for in a part of it.
     """
 
     day_known: bool = False
@@ -108,6 +110,8 @@ class AnalysisSetting:
     static_error: bool = False
     mach_max: float = 1.0
     pressure_step: float = 0.0
+    terms: bool = False
+    maneuvers: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench.catalog import Catalog
 from pitotbench.channels import numbers_from
+from pitotbench.effects import terms_beside
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
@@ -47,6 +48,7 @@ from pitotbench.reconciliation.track import (
     track_of,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check, where
@@ -447,14 +449,16 @@ def lay_out(
     log: FlightLog,
     aircraft: AircraftModel | None,
     setting: AnalysisSetting,
-    effects: Catalog[Effect] = WHOLE_FLIGHT,
+    effects: Catalog[Effect] | None = None,
 ) -> Layout:
     """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the
-    hypotheses.
+    hypotheses, by default those of the table and, as the setting says, the terms of the file.
 
     Raises BadInputError for a log without attitude, or one that cannot be compared.
     """
     _require_attitude(log)
+    if effects is None:
+        effects = hypotheses(aircraft, setting)
     checked = check_log(log)
     track = track_of(log, checked.fresh)
     measured = below_range_end(track, log)
@@ -468,6 +472,12 @@ def lay_out(
             break
         laid = _laid_out(checked, bare, measured, aircraft, setting, effects).with_angles(angles)
     return replace(laid, curves=curves)
+
+
+def hypotheses(aircraft: AircraftModel | None, setting: AnalysisSetting) -> Catalog[Effect]:
+    """Return the effects of the table and, as a setting says, the terms of an aircraft's file."""
+    own = terms_beside(aircraft.baseline) if aircraft is not None and setting.terms else ()
+    return Catalog("effect", {**WHOLE_FLIGHT, **{term.name: term for term in own}})
 
 
 def _vane_angles(layout: Layout) -> Mapping[str, float]:
@@ -517,9 +527,39 @@ def _laid_out(
             {f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days}
         )
         signatures = tuple(s for s in signatures if s.effect != DAY)
+    free = free.with_columns(of_patch(aircraft, signatures, shapes))
     return Layout(
         checked, track, measured, scene, residuals, free, signatures, places, shapes, setting
     )
+
+
+def of_patch(
+    aircraft: AircraftModel | None, signatures: Sequence[Signature], shapes: Array
+) -> dict[str, tuple[Array, float]]:
+    """Return what the patches of an aircraft may be off by as free parameters, by name the change
+    of the residuals, (n, c), and the deviation: the sizes with their covariance, and each form,
+    which may follow any of the cells' shapes, (n, k).
+
+    Each size stays a hypothesis: what is beyond its error is a gap of its own.
+    """
+    patch = PatchErrors() if aircraft is None else aircraft.errors
+    columns = {(s.effect, s.parameter): s.column for s in signatures}
+    keys = [key for key in patch.sizes if key in columns]
+    if not keys:
+        return {}
+    joint = np.array([[patch.covariance.get((a, b), 0.0) for b in keys] for a in keys])
+    power, turns = np.linalg.eigh(joint)
+    each = np.stack([columns[key] for key in keys], axis=2) @ turns
+    found = {
+        f"sizes of the patch {i}": (each[:, :, i], float(np.sqrt(p)))
+        for i, p in enumerate(power)
+        if p > 0.0
+    }
+    for key in keys:
+        whole, share = patch.sizes[key] * columns[key], patch.forms[key] / np.sqrt(shapes.shape[1])
+        for i, shape in enumerate(shapes.T):
+            found[f"form of the patched {key[0]} {i}"] = whole * shape[:, None], float(share)
+    return found
 
 
 def _residuals(

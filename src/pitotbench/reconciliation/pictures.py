@@ -85,6 +85,7 @@ def _moved(layout: Layout, fit: Fit) -> Array:
 AVERAGED = (
     4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
 )
+INSTANTS = 8  # the same, where they are close
 MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
@@ -124,7 +125,8 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
     layout, null = block.layout, block.null
     by_name = {trace.channel: trace for trace in found}
     names = list(null.noise.names)
-    instants = max(1, round(AVERAGED / layout.grid.step))
+    averaged = min(AVERAGED, INSTANTS * layout.grid.step)
+    instants = max(1, round(averaged / layout.grid.step))
     noise = {
         n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names
     }
@@ -146,7 +148,7 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
         gap=trace.gap,
         rest=trace.gap - trace.explained,
         noise=noise[name],
-        averaged=AVERAGED,
+        averaged=averaged,
         variable=variable,
         values=values,
         north=north,
@@ -179,13 +181,13 @@ def calibration_change(layout: Layout, fit: Fit) -> CalibrationChange | None:
     across-track airspeed. What the curve takes of it is the error of a calibration that does not
     know the effects.
     """
-    if not fit.columns:
-        return None
     triangle = [
         layout.residuals.names.index(n)
         for n in FAMILIES["air data"][:2]
         if n in layout.residuals.names
     ]
+    if not (fit.columns and triangle):
+        return None
     moved = _moved(layout, fit)[:, triangle]
     names = layout.free.names
     wanted = [i for i, n in enumerate(names) if n.startswith(("curve ", "wind north", "wind east"))]
@@ -244,6 +246,8 @@ def _correlation(values: Array, gap: Array) -> float:
 def _ground_track(layout: Layout) -> tuple[Array, Array]:
     """Position north and east of the start [m] at the instants, from the ground velocity."""
     track, rows = layout.track, layout.grid.rows
+    if "velocity_north" not in track:
+        return np.zeros(len(rows)), np.zeros(len(rows))
     seconds: Seconds = np.diff(track.time, prepend=track.time[0])
     return (
         np.cumsum(track["velocity_north"] * seconds)[rows],

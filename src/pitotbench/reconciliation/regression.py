@@ -22,6 +22,7 @@ from pitotbench.reconciliation.evidence import (
     prior_of,
     significance,
     weigh,
+    widest,
 )
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import Layout
@@ -83,20 +84,8 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
     """Return a log that is laid out as a block of the regression."""
     equations = whitened_equations(layout, noise)
     wander = wander_of(null, layout.residuals.names)
-    beyond = _beside_patch(layout, floored(layout, equations, null.scores, wander))
+    beyond = floored(layout, equations, null.scores, wander)
     return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
-
-
-def _beside_patch(layout: Layout, beyond: Evidence) -> Evidence:
-    """The evidence beyond what the sizes of an earlier patch may be off by.
-
-    Each size stays a hypothesis: what is beyond its error is a gap of its own.
-    """
-    model = layout.scene.force_model
-    errors = {} if model is None else model.aircraft.errors
-    keys = ((s.effect, s.parameter) for s in layout.signatures)
-    known = {i: errors[key] for i, key in enumerate(keys) if key in errors}
-    return beyond.given([*known], [*known.values()], range(len(beyond.inner) - 1))[0]
 
 
 def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistribution) -> bool:
@@ -425,7 +414,7 @@ class Regression:
         """
         kept = Regression([self.blocks[i] for i in numbers])
         keys = [k for m in members for k in keys_of(m.name, kept.keys)]
-        wide = [_widest(key) for key in keys]
+        wide = [widest(key) for key in keys]
         found = kept.evidence.of([kept.keys.index(key) for key in keys], wide)
         return Sizes(tuple(keys), found.mean, found.covariance)
 
@@ -458,11 +447,6 @@ class Sizes:
 
 def _deviations(members: Sequence[Member]) -> Array:
     return np.concatenate([np.zeros(0), *(member.deviations for member in members)])
-
-
-def _widest(key: Key) -> float:
-    """The widest prior deviation of a size."""
-    return THRESHOLDS.size_scales[-1] * abs(float(effect_of(key[0]).parameter(key[1]).typical))
 
 
 def _cause(name: str) -> str:

@@ -337,7 +337,8 @@ class _Stretch:
 
 def with_parts_of_flight(layout: Layout, noise: NoiseModel) -> Layout:
     """Return the layout with the signatures of promising effects that act for a part of the flight."""
-    found = _promising(layout, noise) if layout.signatures else []
+    timed = layout.signatures and not layout.setting.maneuvers
+    found = _promising(layout, noise) if timed else []
     if not found:
         return layout
     trials, added = Trials(layout, noise), list[Signature]()

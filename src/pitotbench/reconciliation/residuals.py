@@ -16,7 +16,6 @@ from pitotbench.axes import body_to_earth, flow_direction
 from pitotbench.channels import CHANNELS
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.reconciliation.track import (
-    COARSE,
     CONTROLS,
     GPS_CHANNELS,
     REACTION_NAMES,
@@ -24,14 +23,14 @@ from pitotbench.reconciliation.track import (
     Replay,
     Track,
     answer,
+    coarse_rows,
     grid_of,
     mach_number,
     motion_of,
     outside_temperature,
     properties_of_forces,
-    replay_rows,
 )
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.records.aircraft import Motion, PatchErrors, Reaction, UnitForces
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array, MetersPerSecond
 
@@ -204,7 +203,8 @@ def change_by_answer(
     lower = grid.smooth_answer(added, rows)
     for i, name in enumerate(REACTION_NAMES):
         if name in names:
-            felt = _mean_answer(track, grid, rows, added[:, i]) if name in MOMENTS else lower[:, i]
+            between = name in MOMENTS and name not in track
+            felt = _mean_answer(track, grid, rows, added[:, i]) if between else lower[:, i]
             change[:, names.index(name)] = -felt
     return change
 
@@ -229,6 +229,8 @@ def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
 
 
 def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
+    if "velocity_north" not in track:
+        return {}
     through = np.stack([grid.smooth(v) for v in air_velocity(track)], axis=1)
     down = "velocity_down" in track
     ground = ["velocity_north", "velocity_east", *(["velocity_down"] if down else [])]
@@ -270,7 +272,7 @@ def earth_acceleration(track: Track) -> Array | None:
 
 def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     earth = earth_acceleration(track)
-    if earth is None:
+    if earth is None or "velocity_north" not in track:
         return {}
     names = ["velocity_north", "velocity_east"] + (
         ["velocity_down"] if "velocity_down" in track else []
@@ -303,9 +305,15 @@ def _engines(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
 
 
 def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
-    """Change of each body rate over a step less the mean angular acceleration of the model."""
+    """Change of each body rate over a step less the mean angular acceleration of the model; the
+    angular acceleration itself where the track has it.
+    """
     residuals = {}
     for i, (rate, name) in enumerate(zip(RATES, MOMENTS, strict=True), start=len(FORCES)):
+        if name in track:
+            predicted = grid.smooth_answer(answer, model.rows)[:, i]
+            residuals[name] = grid.smooth(track[name]) - predicted
+            continue
         moved = grid.rate(grid.smooth(track[rate]), track)
         residuals[name] = np.where(
             grid.first, 0.0, moved - _mean_answer(track, grid, model.rows, answer[:, i])
@@ -484,7 +492,7 @@ class AircraftModel:
     baseline: Baseline
     controls: tuple[str, ...] = CONTROLS
     thrust_known: bool = True
-    errors: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    errors: PatchErrors = field(default_factory=PatchErrors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -602,6 +610,6 @@ def set_scene(
     base = channel_residuals(clean, grid, frame, replay)
     if replay is None or aircraft is None:
         return Scene(clean, grid, frame, base, None)
-    coarse = motion_of(clean, replay_rows(clean, COARSE))
+    coarse = motion_of(clean, coarse_rows(clean))
     units = aircraft.unit_forces(coarse, properties_of_forces(aircraft.baseline))
     return Scene(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units))

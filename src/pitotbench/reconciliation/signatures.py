@@ -22,17 +22,17 @@ from pitotbench.effects.effect import (
     share_of_size,
 )
 from pitotbench.effects.overlay import Baseline, Overlay
+from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.free_parameters import residuals_of_wind
 from pitotbench.reconciliation.residuals import Scene, change_by_answer
 from pitotbench.reconciliation.track import (
-    COARSE,
     Track,
     added_forces,
     adds_forces,
+    coarse_rows,
     mach_number,
     motion_of,
-    replay_rows,
     spread,
 )
 from pitotbench.units import Array
@@ -142,7 +142,7 @@ def _by_throttles(scene: Scene, track: Track) -> Array:
     model = scene.force_model
     if model is None or not model.aircraft.thrust_known:
         return scene.blank()
-    rows = replay_rows(scene.clean, COARSE)
+    rows = coarse_rows(scene.clean)
     added = spread(model.replay.rows, rows, model.moved_by(motion_of(track, rows)))
     return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, added)
 
@@ -184,7 +184,7 @@ def _aircraft_change(
         if adds_forces(overlay)
         else model.missing(overlay, not _spares_engines(overlay))
     )
-    rows = replay_rows(scene.clean, COARSE)
+    rows = coarse_rows(scene.clean)
     lost = spread(model.replay.rows, rows, missing)
     return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, lost)
 
@@ -258,7 +258,9 @@ COUNTED = tuple(
 # Every effect in all its forms; those for a part of the flight are looked at where the log makes
 # them promising.
 FITTED: Catalog[Effect] = Catalog(
-    "effect", {name: form for name, form in FORMS.items() if (form.part_of or name) not in COUNTED}
+    "effect",
+    {name: form for name, form in FORMS.items() if (form.part_of or name) not in COUNTED},
+    term_named,
 )
 WHOLE_FLIGHT: Catalog[Effect] = Catalog(
     "effect", {n: form for n, form in FITTED.items() if not form.part_of}

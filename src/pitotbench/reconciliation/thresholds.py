@@ -42,6 +42,9 @@ class Thresholds:
     gap_of_short_log: float = (
         45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
     )
+    gap_of_maneuvers: float = (
+        10.0  # logarithm; what the model leaves on parts left out is their floor
+    )
     fluctuation_unknown: float = (
         4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
     )

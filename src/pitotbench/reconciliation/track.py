@@ -13,7 +13,7 @@ from scipy.sparse import coo_array, csr_array
 
 from pitotbench import air
 from pitotbench.channels import CHANNELS, numbers_from
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import EFFECTS, terms_beside
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
 from pitotbench.records import BadInputError
@@ -39,7 +39,8 @@ class Track:
     """Channels by the field names of a FlightLog, each (n,), on uniform rows.
 
     `start` holds the first row of every stretch and, last, the number of rows. `fix` holds the rows
-    of the GPS fixes, `fix_period` and `row_period` are in seconds.
+    of the GPS fixes, `fix_period` and `row_period` are in seconds. `coarse` [s] is the time between
+    the states in which the changes of the model's answer are measured.
     """
 
     time: Seconds
@@ -48,6 +49,7 @@ class Track:
     fix: Indices
     fix_period: float
     row_period: float
+    coarse: float = 1.0
 
     def __getitem__(self, name: str) -> Array:
         return self.channels[name]
@@ -57,8 +59,7 @@ class Track:
 
     def replaced(self, changed: Mapping[str, Array]) -> "Track":
         """Return the same rows with some channels replaced."""
-        merged = {**self.channels, **changed}
-        return Track(self.time, merged, self.start, self.fix, self.fix_period, self.row_period)
+        return replace(self, channels={**self.channels, **changed})
 
     def without(self, names: Iterable[str]) -> "Track":
         """Return the same rows without some channels."""
@@ -290,7 +291,7 @@ VARIED: Mapping[str, float] = {
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
 }
-FINE, COARSE = 0.1, 1.0  # s between states: for the answer, and for its changes, which are slow
+FINE = 0.1  # s between states, for the answer
 STATES = (
     *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "mass"),
     *("angle_of_attack", "sideslip", "specific_force_x"),
@@ -341,6 +342,11 @@ def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
         for a, b in zip(track.start[:-1], track.start[1:], strict=True)
     ]
     return np.concatenate(parts)
+
+
+def coarse_rows(track: Track) -> NDArray[np.intp]:
+    """Return the rows at which the changes of the model's answer are measured."""
+    return replay_rows(track, track.coarse)
 
 
 def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
@@ -416,7 +422,7 @@ def replay_motion(track: Track, react: React) -> Replay:
 
 
 def _slopes(track: Track, rows: NDArray[np.intp], react: React) -> dict[str, Array]:
-    coarse = replay_rows(track, COARSE)
+    coarse = coarse_rows(track)
     motion = motion_of(track, coarse)
     before = answer(react, motion)
     slopes = {}
@@ -464,6 +470,7 @@ def adds_forces(overlay: Overlay) -> bool:
 def properties_of_forces(baseline: Baseline) -> frozenset[str]:
     """Return the paths of the aircraft's properties that the functions of all effects read."""
     acting = [e for e in EFFECTS.values() if isinstance(e, AircraftEffect)]
+    acting += terms_beside(baseline)
     overlays = [overlay for effect in acting for overlay in effect.fitting(baseline)]
     read = (
         properties_in(function.value) - dict(overlay.sizes).keys()

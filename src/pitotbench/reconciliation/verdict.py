@@ -21,8 +21,7 @@ from pitotbench.reconciliation.equations import (
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
 from pitotbench.reconciliation.formula import signatures_at
-from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import DAY, Layout, lay_out
+from pitotbench.reconciliation.layout import DAY, Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconciliation.null_learning import (
     periodic_channels,
@@ -45,11 +44,9 @@ from pitotbench.reconciliation.regression import (
     with_terms,
 )
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
-from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import (
     SURE,
     Candidate,
@@ -213,7 +210,11 @@ def _objections(
 ) -> Iterable[Objection]:
     """What speaks against the names: flights left out, contradictions, a held-out log, and too
     little that is closed.
+
+    Where all terms of the model's file compete, a gap that stays is one of a further term, and
+    takes no name back.
     """
+    alone = not any(each.block.layout.setting.terms for each in shown)
     for flight in flights:
         if flight.left_out is not None and not closes(flight.left_out):
             share = max(0.0, flight.left_out.share)
@@ -225,12 +226,12 @@ def _objections(
         yield Objection(line, withdraws=True)
     if held is not None and not closes(held):
         share = max(0.0, held.share)
-        yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", True)
+        yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", alone)
     closed, names = _whole(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
         told = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
-        yield Objection(f"{told} of the gap", withdraws=True)
+        yield Objection(f"{told} of the gap", withdraws=alone)
 
 
 def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Objection]) -> Verdict:
@@ -690,14 +691,10 @@ def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistri
 
 
 def hold_out(
-    log: FlightLog,
-    aircraft: AircraftModel | None,
-    null: NullDistribution,
-    fitted: Fitted,
-    setting: AnalysisSetting,
+    lay: Callable[[Catalog[Effect]], Layout], null: NullDistribution, fitted: Fitted
 ) -> Closure | None:
     """Return the closure of all gaps on another log, with the sizes fitted before; None where no
-    gap is to be seen there.
+    gap is to be seen there. `lay` lays the log out with some effects as its hypotheses.
 
     Events and effects for a part of one flight are left out: the other flight has them at other
     times, or not at all. So are sizes that the other log cannot show. The noise is that of the
@@ -715,7 +712,7 @@ def hold_out(
     for (effect, parameter), size in sizes.items():
         if effect in entries:
             entries[effect][parameter] = size
-    layout = without_sensor_effects(lay_out(log, aircraft, setting, chosen), entries)
+    layout = without_sensor_effects(lay(chosen), entries)
     layout = at_sizes(layout, sizes, shapes)
     terms = {key: size for key, size in sizes.items() if key[0] not in FITTED}
     layout = replace(layout, signatures=(*layout.signatures, *signatures_at(layout.scene, terms)))

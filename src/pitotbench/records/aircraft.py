@@ -4,7 +4,7 @@ motion.
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import cast
 
@@ -226,6 +226,21 @@ class AeroTerms:
     wing: tuple[float, ...]
     inertia: tuple[float, ...]
     mass: float
+
+
+@dataclass(frozen=True, slots=True)
+class PatchErrors:
+    """What the patches of an aircraft may be off by, of a patch of k sizes.
+
+    `sizes` are those that were patched, by effect and parameter; `covariance` is that of two of
+    them; `forms` are the deviations of each form as a share of its size.
+    """
+
+    sizes: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    covariance: Mapping[tuple[tuple[str, str], tuple[str, str]], float] = field(
+        default_factory=dict
+    )
+    forms: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,6 @@
 for it.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
@@ -191,16 +190,28 @@ class FlownAgain:
 
 
 @dataclass(frozen=True, slots=True)
+class Coefficient:
+    """A coefficient of a model's file: the effect and the size that change it, the model's own and
+    the measured one, which goes by its unit.
+    """
+
+    effect: str
+    parameter: str
+    model: float
+    measured: Estimate
+
+
+@dataclass(frozen=True, slots=True)
 class Closing:
     """What closing the loop came to: the airplane `aircraft` with what was patched into it.
 
     `closed` is the share of the explainable gap that its patch closes in parts of the logs left
     out, after each round. `patched` are the gaps that were patched, with the sizes of all rounds
     and what they close of the first gap; `told` are those that the logs show beside the patched
-    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` hold, by
-    effect that is a term of the model's file, the model's own and the measured one, which goes by
-    its unit. `verdict` is the answer with the
-    patched airplane, `closure_holdout` the share that the patch closes of the held-out log. Without
+    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` are
+    those of the model's file that were patched. `verdict` is the answer with the
+    patched airplane, `cut` the sizes that were patched at the end of their range, in
+    sentences, `closure_holdout` the share that the patch closes of the held-out log. Without
     a round the airplane is not written.
     """
 
@@ -208,8 +219,9 @@ class Closing:
     closed: tuple[float, ...]
     patched: tuple[Gap, ...]
     told: tuple[Gap, ...]
-    coefficients: Mapping[str, tuple[float, Estimate]]
+    coefficients: tuple[Coefficient, ...]
     verdict: Verdict
+    cut: tuple[str, ...] = ()
     closure_holdout: float | None = None
 
     @property
@@ -227,7 +239,8 @@ class Account(Shown):
     channel of the first picture, and `calibration` what the effects do to a calibration; None
     without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
     describes a gap that the table does not explain; None where there is no such gap, or no formula.
-    `closing` is what closing the loop came to; None where it was not asked for.
+    `closing` is what closing the loop came to; None where it was not asked for. `coefficients` are
+    those of the model's file that a cause changes.
     """
 
     log: str
@@ -248,3 +261,4 @@ class Account(Shown):
     calibration: CalibrationChange | None = None
     warnings: tuple[str, ...] = ()
     closing: Closing | None = None
+    coefficients: tuple[Coefficient, ...] = ()

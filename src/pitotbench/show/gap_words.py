@@ -273,9 +273,10 @@ def closing_sentences(closing: Closing) -> list[str]:
     line += f"Its patch closes {min(100.0, 100.0 * closing.closed[-1]):.0f} % of the gap held out"
     if closing.closure_holdout is not None:
         line += f", and {100.0 * closing.closure_holdout:.0f} % of that of the held-out log"
+    cut = [f"{words(each)}." for each in closing.cut]
     if verdict.kind == "no_gap":
-        return [f"{line}.", "Judged again with it, the log shows no significant gap."]
-    lines = [f"{line}.", f"Judged again with it: {_answer(verdict, name)}"]
+        return [f"{line}.", *cut, "Judged again with it, the log shows no significant gap."]
+    lines = [f"{line}.", *cut, f"Judged again with it: {_answer(verdict, name)}"]
     if verdict.located and (verdict.remains or not closing.told):
         places = [f"{words(p.channel)} {words(p.where)}" for p in verdict.located[:3]]
         lines.append(f"What stays unknown is largest in {listed(places)}.")

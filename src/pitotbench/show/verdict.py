@@ -6,8 +6,7 @@ from typing import Any
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS, OWN_TERMS, effect_of
-from pitotbench.records.calibration import Estimate
-from pitotbench.records.gap import Account, Closing, Feature, FlownAgain, Tolerance
+from pitotbench.records.gap import Account, Closing, Coefficient, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
     Check,
@@ -207,29 +206,53 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
+# The coefficients of the model's file that the causes change.
+
+
+def measured_words(each: Coefficient) -> str:
+    """A measured coefficient with its bound and its unit."""
+    number = f"{each.measured.value:.4g} ± {each.measured.two_sigma:.2g}"
+    return with_unit(number, each.measured.name)
+
+
+COEFFICIENT_COLUMNS: tuple[Column[Coefficient], ...] = (
+    Column("term of the file", lambda each: words(each.effect)),
+    Column("size", lambda each: words(each.parameter)),
+    Column("", lambda each: each.effect, key="effect"),
+    Column("", lambda each: each.parameter, key="parameter"),
+    Column("the model's", lambda each: each.model, style=".4g", key="model"),
+    Column("measured (± is 2σ)", measured_words),
+    Column("", lambda each: each.measured.value, key="measured"),
+    Column("", lambda each: each.measured.two_sigma, key="two_sigma"),
+    Column("", lambda each: each.measured.name, key="unit"),
+)
+
+
 # The table in which a closed loop ends: the gaps that were patched, then those that are told.
 
 
 def closing_columns(closing: Closing) -> list[Column[Gap]]:
     """The columns of the gaps of a closed loop; of a term of its file a model has a coefficient."""
 
-    def of_file(gap: Gap) -> tuple[float, Estimate] | None:
-        return closing.coefficients.get(gap.causes[0].name)
+    by_effect = {each.effect: each for each in reversed(closing.coefficients)}
+
+    def of_file(gap: Gap) -> Coefficient | None:
+        return by_effect.get(gap.causes[0].name)
 
     def measured(gap: Gap) -> str:
         told = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
-        if found := of_file(gap):
-            number = f"{found[1].value:.4g} ± {found[1].two_sigma:.2g}"
-            told = [with_unit(number, found[1].name), *told]
-        return "; ".join(told)
+        found = of_file(gap)
+        return "; ".join(told if found is None else [measured_words(found), *told])
 
     return [
         Column("part", lambda gap: gap.part or "no part of the table"),
         Column("coefficient or effect", lambda gap: words(gap.causes[0].name)),
-        Column("the model's", lambda gap: "none" if (f := of_file(gap)) is None else f"{f[0]:.4g}"),
+        Column(
+            "the model's", lambda gap: "none" if (f := of_file(gap)) is None else f"{f.model:.4g}"
+        ),
         Column("measured (± is 2σ)", measured),
-        Column("", lambda gap: (found := of_file(gap)) and found[0], key="model"),
-        Column("", lambda gap: (found := of_file(gap)) and asdict(found[1]), key="measured"),
+        Column("", lambda gap: (found := of_file(gap)) and found.model, key="model"),
+        Column("", lambda gap: (found := of_file(gap)) and asdict(found.measured), key="measured"),
         Column("", lambda gap: gap in closing.patched, key="patched"),
         Column("closes held out", lambda gap: min(1.0, gap.closes_held_out), "%", ".0%"),
         Column("done", lambda gap: "patched" if gap in closing.patched else "told"),
@@ -244,6 +267,7 @@ def closing_json(closing: Closing) -> dict[str, Any]:
         "aircraft": closing.aircraft if closing.closed else None,
         "closed_held_out": list(closing.closed),
         "closure_holdout": closing.closure_holdout,
+        "cut": list(closing.cut),
         "table": [gap_json(gap) | row for gap, row in zip(closing.gaps, done, strict=True)],
         "left": verdict_json(closing.verdict),
     }
@@ -277,6 +301,10 @@ def print_account(account: Account, console: Console) -> None:
             print_table(TOLERANCE_COLUMNS, flown.tolerances, console, title)
             if flown.pilot:
                 console.print(outside(pilot_words(flown)), soft_wrap=True)
+    if account.coefficients:
+        console.print()
+        title = "coefficients of the model's file"
+        print_table(COEFFICIENT_COLUMNS, account.coefficients, console, title)
     if closing := account.closing:
         console.print()
         for sentence in closing_sentences(closing):
@@ -343,7 +371,7 @@ def _cause(each: Candidate) -> dict[str, Any]:
     told = {"sensors": "sensor"}.get(acts_on, acts_on)
     return {
         "name": each.name,
-        "acts_on": "file" if each.name in OWN_TERMS else told,
+        "acts_on": "file" if each.name in OWN_TERMS or "/" in each.name else told,
         "probability": each.probability,
         "parameters": [asdict(s) | {"unit": name_and_unit(s.name)[1]} for s in each.sizes],
         "times": dict(each.times),
@@ -361,6 +389,7 @@ def account_json(account: Account) -> dict[str, Any]:
         "null_flights": account.null_flights,
         "flights": [flight_json(flight) for flight in account.flights],
         "warnings": list(account.warnings),
+        "coefficients": json_rows(COEFFICIENT_COLUMNS, account.coefficients),
         "closed": account.closing and closing_json(account.closing),
     }
 

@@ -385,12 +385,14 @@ def _unit_changes(
     return changes
 
 
-def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTerms:
+def measure_terms(
+    plant: Plant, motion: Motion, names: Iterable[str], axes: Sequence[str] = UNIT_AXES
+) -> AeroTerms:
     """Return the aerodynamic forces of a model along a measured motion, and the values of some of
     its functions.
 
     Engines and mass do not matter: the forces are those of the air alone. Parameters: plant,
-    freshly loaded with the `unit_overlay` of `UNIT_AXES`; motion, the measured states, whose mass
+    freshly loaded with the `unit_overlay` of the axes; motion, the measured states, whose mass
     is not used; names of functions. Raises SimulationError where JSBSim refuses a state or the
     engines do not start.
     """
@@ -401,19 +403,19 @@ def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTer
     forces = [plant.getter(path)[0] for path in AERO_FORCES]
     reads = [plant.getter(name)[0] for name in (*known, ALPHA_RATE)]
     total, values = np.empty((len(motion.time), 6)), np.empty((len(reads), len(motion.time)))
-    units = np.empty((len(UNIT_AXES), len(motion.time), 6))
+    units = np.empty((len(axes), len(motion.time), 6))
     for k in range(len(motion.time)):
         for _ in range(CALLS):
             rig.place(k)
         total[k] = [read() for read in forces]
         values[:, k] = [read() for read in reads]
         units[:, k] = _unit_changes(
-            plant, UNIT_AXES, lambda: np.array([read() for read in forces]), total[k]
+            plant, axes, lambda: np.array([read() for read in forces]), total[k]
         )
     size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
     return AeroTerms(
         total=total,
-        units=dict(zip(UNIT_AXES, units, strict=True)),
+        units=dict(zip(axes, units, strict=True)),
         values=dict(zip(known, values[:-1], strict=True)),
         alpha_rate=values[-1],
         wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),

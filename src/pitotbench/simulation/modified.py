@@ -15,11 +15,14 @@ from pitotbench.effects import chosen, effect_of
 from pitotbench.effects.effect import RECORDING_START, AircraftEffect, Choice
 from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft, read_baseline
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.variant import ORIGIN, overlay_text, write_variant
 from pitotbench.units import POUND
+
+FORM = 0.05  # 1σ of the form of a patched effect, as a share of it
 
 
 def overlay_of(case: Case) -> Overlay:
@@ -79,21 +82,41 @@ def install_variant(
     )
 
 
-def patch_errors(aircraft: str) -> dict[tuple[str, str], float]:
-    """Return the standard deviations of the sizes of an aircraft's patches, by effect and
-    parameter, as its `variant.toml` tells them; of an aircraft without a patch none.
+def patch_errors(aircraft: str) -> PatchErrors:
+    """Return what the patches of an aircraft may be off by, as its `variant.toml` tells it; of an
+    aircraft without a patch nothing.
+
+    A patch that tells no covariance has that of its bounds. What two patches change alike adds up.
     """
     place = known_aircraft().get(aircraft)
     if place is None or not (place / ORIGIN).is_file():
-        return {}
+        return PatchErrors()
     table = tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
-    told = table.get("provenance", {}).get("two_sigma", {})
-    acting = {entry["name"] for entry in table["effects"]}
-    return patch_errors(table["aircraft"]) | {
-        (name, key): 0.5 * float(bound)
-        for name in acting & told.keys()
-        for key, bound in told[name].items()
+    origin, before = table.get("provenance", {}), patch_errors(table["aircraft"])
+    told = origin.get("two_sigma", {})
+    sizes = {
+        (entry["name"], key): float(value)
+        for entry in table["effects"]
+        for key, value in entry["parameters"].items()
+        if key in told.get(entry["name"], {})
     }
+    bound = {key: (0.5 * float(told[key[0]][key[1]])) ** 2 for key in sizes}
+    covariance = {
+        (a, b): float(origin.get("covariance", {}).get(f"{' '.join(a)}, {' '.join(b)}", fallback))
+        for a in sizes
+        for b in sizes
+        for fallback in (bound[a] if a == b else 0.0,)
+    }
+    form = origin.get("form", {})
+    return PatchErrors(
+        _sum(before.sizes, sizes),
+        _sum(before.covariance, covariance),
+        dict(before.forms) | {key: float(form.get(key[0], FORM)) for key in sizes},
+    )
+
+
+def _sum(first: Mapping[Any, float], second: Mapping[Any, float]) -> dict[Any, float]:
+    return {k: first.get(k, 0.0) + second.get(k, 0.0) for k in (*first, *second)}
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:

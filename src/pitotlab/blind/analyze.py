@@ -21,10 +21,9 @@ from zlib import crc32
 
 from pitotbench.bench import null_flights
 from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
-from pitotbench.bench.workflow import FullReconciliation, NamedLog, reconcile_fully
+from pitotbench.bench.workflow import FullReconciliation, NamedLog, closure_on, reconcile_fully
 from pitotbench.logbook.reading import read_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case
 from pitotbench.records.gap import FoundFormula
@@ -79,9 +78,7 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
     if told["kind"] in SURE and held is not None and held.is_file():
         try:
             model, first = aircraft_model(aircraft), made.logs[0]
-            closed = hold_out(
-                read_log(held), model, first.null, made.judged.fitted, first.layout.setting
-            )
+            closed = closure_on(read_log(held), model, first, made.judged.fitted)
             if closed is not None:
                 told["held_out"] = _share(closed)
         except Exception as error:

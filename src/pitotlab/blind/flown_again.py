@@ -20,7 +20,7 @@ from zlib import crc32
 import numpy as np
 
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.workflow import NamedLog, reconcile_fully
+from pitotbench.bench.workflow import NamedLog, closure_on, reconcile_fully
 from pitotbench.effects import FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
@@ -29,7 +29,6 @@ from pitotbench.reconciliation.equations import Fit
 from pitotbench.reconciliation.evidence import significance
 from pitotbench.reconciliation.regression import Sizes
 from pitotbench.reconciliation.signatures import Signature, columns_of, returns
-from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records.gap import Feature
 from pitotbench.records.log import FlightLog
 from pitotlab.blind.case import JudgedCase, model_of
@@ -166,7 +165,7 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
                 ),
             )
             first = found.logs[0]
-            closed = hold_out(other, aircraft, first.null, wrongly, first.layout.setting)
+            closed = closure_on(other, aircraft, first, wrongly)
             if closed is None:
                 continue
             yield {

@@ -1,0 +1,153 @@
+"""Show two versions of an airplane's file: what changed in flight, in words, tables, JSON, a page."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.axes import Axes
+
+from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChange
+from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
+from pitotbench.show.markup import render
+from pitotbench.show.pages import page_version
+from pitotbench.show.style import BLUE, INK, WIDE, Panel, broken, stacked, svg
+from pitotbench.units import Array
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def change_words(term: TermChange) -> str:
+    """Return what changed in a term: `lift slope 3.9 → 4.8 per rad (+23 %)`."""
+    if term.old is None and term.new is None:
+        return term.name if term.name == term.part else f"{term.name} ({term.part})"
+    told = [f"{value:.4g}" if value is not None else "none" for value in (term.old, term.new)]
+    share = (
+        ""
+        if term.old in (None, 0.0) or term.new is None
+        else f" ({100.0 * (term.new / term.old - 1.0):+.3g} %)"
+    )
+    return f"{term.name} {told[0]} → {told[1]} {term.unit}".rstrip() + share
+
+
+def comparison_sentences(found: ModelComparison) -> list[str]:
+    """Return the answer: which channels changed, by how much and where, and by which terms."""
+    if not found.terms:
+        return [
+            f"{found.new} says the same as {found.old}: no number and no part of the airplane "
+            "differs."
+        ]
+    acting = [term for term in found.terms if term.effects]
+    card = f"along the card {found.card.replace('_', ' ')}, as {found.old} flies it"
+    if not found.channels:
+        return [f"Nothing changed in flight {card}; the files differ in what it does not use."]
+    first = found.channels[0]
+    place = max(
+        (each for each in found.located if each.channel == first.channel),
+        key=lambda each: each.largest,
+    )
+    return [
+        f"{len(found.channels)} channel{'s' * (len(found.channels) > 1)} changed {card}; most of "
+        "all the "
+        f"{first.channel}, by up to {first.largest:,.4g} {first.unit} ({100.0 * first.share:,.3g} "
+        "% of its largest "
+        f"value) in the phase {place.phase}.",
+        f"By: {'; '.join(change_words(term) for term in acting)}.",
+        *found.remarks,
+    ]
+
+
+CHANGE_COLUMNS: tuple[Column[ChannelChange], ...] = (
+    Column("channel", lambda each: each.channel, key="channel"),
+    Column("phase", lambda each: each.phase or "the whole flight", key="phase"),
+    Column("root mean square", lambda each: each.change, style=",.4g", key="change"),
+    Column("largest", lambda each: each.largest, style=",.4g", key="largest"),
+    Column("unit", lambda each: each.unit, key="unit"),
+    Column("as coefficient", lambda each: each.coefficient, style=".4f", key="coefficient"),
+    Column(
+        "of the channel's largest", lambda each: 100.0 * each.share, "%", ".3g", key="share_percent"
+    ),
+)
+DIFFERENCE_COLUMNS: tuple[Column[TermChange], ...] = (
+    Column("difference", change_words),
+    Column("", lambda term: term.name, key="name"),
+    Column("part of the file", lambda term: term.part, key="part"),
+    Column("", lambda term: term.old, key="old"),
+    Column("", lambda term: term.new, key="new"),
+    Column("", lambda term: term.unit, key="unit"),
+    Column("", lambda term: bool(term.effects), key="in_flight"),
+    Column(
+        "alone changes",
+        lambda term: (
+            ", ".join(f"{e.channel} {e.largest:,.3g} {e.unit}" for e in term.effects)
+            or "nothing in flight"
+        ),
+    ),
+    Column("", lambda term: json_rows(CHANGE_COLUMNS, term.effects), key="effects"),
+)
+
+
+def print_comparison(found: ModelComparison, console: "Console") -> None:
+    """Print what changed in flight: sentences, terms, channels, and the phases of each."""
+    for number, text in enumerate(comparison_sentences(found)):
+        console.print(outside(text, "" if number else "bold"))
+    for title, columns, rows in _tables(found):
+        console.print()
+        print_table(columns, rows, console, title)
+
+
+def _tables(found: ModelComparison) -> list[tuple[str, Any, Any]]:
+    if not found.terms:
+        return []
+    tables: list[tuple[str, Any, Any]] = [
+        ("Differences of the files", DIFFERENCE_COLUMNS, found.terms)
+    ]
+    if found.channels:
+        tables.append(("Changes over the whole flight", CHANGE_COLUMNS, found.channels))
+        tables.append(("Changes by phase", CHANGE_COLUMNS, found.located))
+    return tables
+
+
+def comparison_json(found: ModelComparison) -> dict[str, Any]:
+    """Return the comparison as a JSON document."""
+    return {
+        "old": found.old,
+        "new": found.new,
+        "card": found.card,
+        "largest_share_percent": 100.0 * found.largest,
+        "terms": json_rows(DIFFERENCE_COLUMNS, found.terms),
+        "channels": json_rows(CHANGE_COLUMNS, found.channels),
+        "located": json_rows(CHANGE_COLUMNS, found.located),
+        "remarks": list(found.remarks),
+    }
+
+
+def comparison_page(found: ModelComparison) -> str:
+    """Return the HTML of the comparison, with the change of each channel over time."""
+    return render(
+        "comparison.html",
+        title="What changed in flight",
+        sentences=comparison_sentences(found),
+        panels=[_change_panel(found)] if found.traces else [],
+        tables=[(title, html_table(columns, rows)) for title, columns, rows in _tables(found)],
+        version=page_version(),
+    )
+
+
+def _change_panel(found: ModelComparison) -> Panel:
+    """The change of each channel over time [s], the axes below one another."""
+    title, time = "New less old, in the states that the old one flew", found.time - found.time[0]
+
+    def drawn(label: str, values: Array, last: bool) -> Callable[[Axes], None]:
+        def draw(axes: Axes) -> None:
+            axes.axhline(0.0, color=INK, lw=0.7)
+            axes.plot(*broken(time, values), color=BLUE)
+            axes.set(ylabel=label, **({"xlabel": "time [s]"} if last else {}))
+
+        return draw
+
+    draws = [
+        drawn(f"{c.channel} [{c.unit}]", found.traces[c.channel], c is found.channels[-1])
+        for c in found.channels
+    ]
+    with stacked(draws, (WIDE[0], 0.9 + 1.15 * len(draws)), 3) as figure:
+        return Panel(title, svg(figure, title))

@@ -9,9 +9,9 @@ from tests.logbook import foreign_files as foreign
 from pitotbench import BadInputError, air, read_log
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
-from pitotbench.logbook.autopilot import autopilot_settings
 from pitotbench.logbook.drafting import draft_mapping, mapping_text
 from pitotbench.logbook.reading import read_table
+from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
 FLOWN = foreign.flight()
 SECOND = 1.1  # of the impact pressure: what the second sensor reads

@@ -5,7 +5,7 @@ common.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pitotbench.bench.fleet import progress
 from pitotbench.bench.questions import OneLog, Source, calibrate_each, options_of, sources_of
@@ -19,21 +19,22 @@ from pitotbench.records.log import Caution, Choice, FlightLog
 if TYPE_CHECKING:
     from pitotbench.calibration.flights import Known
 
+T = TypeVar("T", bound=OneLog)
 _SHOWN = 3  # logs left out that a warning names with their reason
 
 
 @dataclass(frozen=True, slots=True)
-class HeldAnswer:
+class HeldAnswer(Generic[T]):
     """A log of a folder with what was given for it, and its flights."""
 
-    given: OneLog
+    given: T
     log: FlightLog
     flights: tuple[CalibratedFlight, ...]
 
 
 def calibrate_held(
-    given: Sequence[OneLog],
-    read: Callable[[OneLog], FlightLog],
+    given: Sequence[T],
+    read: Callable[[T], FlightLog],
     separately: bool = False,
     tell: Callable[[str], None] = lambda _: None,
     label: str = "",
@@ -42,7 +43,7 @@ def calibrate_held(
     flags: Iterable[Choice] = (),
     published: tuple[PublishedCurve, ...] = (),
     **choices: Any,
-) -> list[HeldAnswer]:
+) -> list[HeldAnswer[T]]:
     """Calibrate those of several logs that have an answer, and `tell` in a line what each came to.
 
     They get one curve, or one each: `separately`, of several airplanes or recorders, with the
@@ -52,12 +53,12 @@ def calibrate_held(
     """
     known: Known = {}
 
-    def fit(answers: Sequence[tuple[OneLog, FlightLog]]) -> tuple[CalibratedFlight, ...]:
+    def fit(answers: Sequence[tuple[T, FlightLog]]) -> tuple[CalibratedFlight, ...]:
         several, logs = zip(*answers, strict=True)
         files = [*sources_of("log", several, logs), *sources]
         return calibrate_each(logs, options, None, files, flags, published, known, **choices)
 
-    found: list[HeldAnswer] = []
+    found: list[HeldAnswer[T]] = []
     left_out: list[str] = []
     with progress(label, len(given)) as step:
         for each in given:
@@ -91,7 +92,7 @@ def calibrate_held(
 
 
 def _apart(
-    answers: Sequence[HeldAnswer], options: CalibrationOptions | None, choices: dict[str, Any]
+    answers: Sequence[HeldAnswer[T]], options: CalibrationOptions | None, choices: dict[str, Any]
 ) -> bool:
     """Return whether logs have no curve in common: another recorder shows another airspeed."""
     kinds = {
@@ -102,7 +103,7 @@ def _apart(
     return len(kinds) > 1 or chosen.model == AUTO
 
 
-def _warned(answer: HeldAnswer, left_out: Sequence[str]) -> HeldAnswer:
+def _warned(answer: HeldAnswer[T], left_out: Sequence[str]) -> HeldAnswer[T]:
     more = f" and {len(left_out) - _SHOWN} more" if len(left_out) > _SHOWN else ""
     told = Caution(f"logs without an answer: {'; '.join(left_out[:_SHOWN])}{more}", "logs left out")
     return replace(
@@ -110,9 +111,7 @@ def _warned(answer: HeldAnswer, left_out: Sequence[str]) -> HeldAnswer:
         flights=tuple(
             replace(
                 each,
-                calibration=replace(
-                    each.calibration, warnings=(*each.calibration.warnings, told)
-                ),
+                calibration=replace(each.calibration, warnings=(*each.calibration.warnings, told)),
             )
             for each in answer.flights
         ),

@@ -127,9 +127,7 @@ def calibrate(
             published=published,
             **choices,
         )
-        return tuple(
-            of_one_log(answer.log, answer.flights) for answer in answers if answer.flights
-        )
+        return tuple(of_one_log(answer.log, answer.flights) for answer in answers if answer.flights)
     read = logs_of(logs, "calibrate", mapping)
     flights = calibrate_each(
         read, options, mapping, sources_of("log", logs, read), published=published, **choices

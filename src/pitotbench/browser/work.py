@@ -308,7 +308,8 @@ def _calibrated(request: Request) -> tuple[CalibratedFlight, ...]:
 
 
 def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings | None:
-    from pitotbench.logbook.autopilot import autopilot_settings, stated_parameters
+    from pitotbench.logbook.autopilot import stated_parameters
+    from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
     if not request.autopilot:
         return None

@@ -26,7 +26,7 @@ from pitotbench.cli.shared_flags import (
     write_page,
     write_table,
 )
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -158,7 +158,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
-    from pitotbench.logbook.autopilot import autopilot_settings
+    from pitotbench.pressure_error.autopilot_settings import autopilot_settings
     from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named

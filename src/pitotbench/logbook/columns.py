@@ -149,15 +149,26 @@ def flags(name: str, column: Column) -> NDArray[np.bool_]:
     return np.array(cells, dtype=np.bool_)
 
 
-def texts(column: Column) -> NDArray[np.str_]:
-    """Return a column as text; an empty cell is an empty text."""
+_LONGEST_TEXT = 1000  # letters: an array of texts has room for the longest of them in each row
+
+
+def texts(name: str, column: Column) -> NDArray[np.str_]:
+    """Return a column as text; an empty cell is an empty text. Raises BadInputError for a text that
+    is no label.
+    """
     if column.dtype.kind == "U":
         return column
     first = np.flatnonzero(
         np.r_[True, column[1:] != column[:-1]][: len(column)]
     )  # labels come in long runs
-    cells = np.array(["" if cell is None else str(cell) for cell in column[first]], dtype=np.str_)
-    return np.repeat(cells, np.diff(first, append=len(column)))
+    cells = ["" if cell is None else str(cell) for cell in column[first]]
+    longest = max(map(len, cells), default=0)
+    if longest > _LONGEST_TEXT:
+        raise BadInputError(
+            f"column {name!r} holds a text of {longest:,} letters, where {_LONGEST_TEXT:,} are the "
+            "most: shorten it"
+        )
+    return np.repeat(np.array(cells, dtype=np.str_), np.diff(first, append=len(column)))
 
 
 @contextmanager

@@ -165,7 +165,7 @@ def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArra
     ):  # numbers are seconds of the day
         return column
     if quantity.kind == "text":
-        return texts(column)
+        return texts(name, column)
     if quantity.name == "time" and is_clock(column):
         return clock_seconds(name, column)
     if quantity.kind == "flag":

@@ -167,10 +167,12 @@ def _rows(
             )
     count = len(table)
     configurations = (
-        _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
+        _labels(CONFIGURATION, table.column(CONFIGURATION))
+        if CONFIGURATION in table.names
+        else [""] * count
     )
     if POINT in table.names:
-        points = _labels(table.column(POINT))
+        points = _labels(POINT, table.column(POINT))
     elif "ground_speed" in quantities:
         points = _by_airspeed(values["indicated_airspeed"], configurations)
     else:
@@ -227,7 +229,7 @@ def _parsed(name: str) -> tuple[str, str]:
     return ("", "") if parsed is None else (HEADING if turned else parsed[0].name, parsed[1])
 
 
-def _labels(column: Column) -> list[str]:
+def _labels(name: str, column: Column) -> list[str]:
     if column.dtype.kind in "fiu":
         return [f"{value:g}" for value in column]
-    return [str(text).strip() for text in texts(column)]
+    return [str(text).strip() for text in texts(name, column)]

@@ -192,7 +192,7 @@ def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
     """Return the curves of a handbook's table; none without one. Raises BadInputError for another
     table.
     """
-    from pitotbench.logbook.handbook import read_published
+    from pitotbench.pressure_error.published import read_published
 
     return () if handbook is None else read_published(Path(handbook))
 

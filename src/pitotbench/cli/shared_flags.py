@@ -56,8 +56,8 @@ def read_logs(
 
 def _no_log(path: Path, error: BadInputError) -> str:
     """Return what a file is that lacks the columns of a log, and the way on."""
-    from pitotbench.logbook.handbook import is_published
     from pitotbench.logbook.points_table import is_points_table
+    from pitotbench.pressure_error.published import is_published
 
     if is_published(path):
         return (

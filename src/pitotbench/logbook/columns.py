@@ -198,6 +198,17 @@ def write_text(path: Path, text: str) -> None:
         scratch.write_text(text, encoding="utf-8", errors="replace")
 
 
+@contextmanager
+def within(part: Path | str) -> Iterator[None]:
+    """Put the file or the part of a log before an error of the block, or of its reading."""
+    try:
+        yield
+    except BadInputError as error:
+        raise type(error)(f"{part}: {error}") from error
+    except OSError as error:
+        raise BadInputError(f"{part}: cannot be read: {error.strerror or error}") from error
+
+
 def require_regular(path: Path) -> None:
     """Raise BadInputError for a pipe or a device: it may give nothing, or never end."""
     if path.exists() and not path.is_file():

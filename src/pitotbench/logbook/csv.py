@@ -3,7 +3,6 @@
 import gzip
 import re
 import zlib
-from codecs import getincrementaldecoder
 from collections.abc import Mapping
 from contextlib import suppress
 from csv import Error as CsvError
@@ -71,14 +70,13 @@ def read_csv(path: Path) -> Table:
 
 
 def _read(file: BinaryIO) -> Table:
+    _require_text(file)
     above, comments, first_line = _split(file)
     head = [first_line, *islice(file, _MOST_HEAD)]
     place = _names_line(head)
     above += sum(map(len, head[:place]))
     comments += [line.decode("utf-8", errors="replace").strip() for line in head[:place]]
     first_line, *below = [*head[place:], *[b""] * _FEWEST_BELOW][: _MOST_BETWEEN + 2]
-    if not first_line.strip() or any("\ufffd" in comment for comment in comments):
-        _require_text(file)
     if not first_line.strip():
         raise BadInputError(
             "the file is empty: there is no line of column names"
@@ -202,13 +200,17 @@ def _units(lines: list[list[str]], count: int) -> tuple[str, ...]:
 
 
 def _require_text(file: BinaryIO) -> None:
+    """Raise BadInputError, with the line, for a file that is not UTF-8 text: Arrow would print a
+    traceback.
+    """
+    for number, line in enumerate(file, 1):
+        try:
+            line.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise BadInputError(
+                f"line {number} is not UTF-8 text: save the log as UTF-8 CSV"
+            ) from error
     file.seek(0)
-    data = file.read()
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise BadInputError(f"line {line} is not UTF-8 text: save the log as UTF-8 CSV") from error
 
 
 def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
@@ -231,25 +233,6 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
     return position, comments, line
 
 
-class _Utf8:
-    """A file whose reading ends in a UnicodeDecodeError where its text is not UTF-8.
-
-    Arrow hands the text of a ragged row to `note`. If it is not UTF-8, Arrow prints a traceback
-    instead.
-    """
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self._decode = file, getincrementaldecoder("utf-8")().decode
-
-    def read(self, size: int = -1) -> bytes:
-        data = self._file.read(size)
-        self._decode(data, final=not data)
-        return data
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
-
-
 def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column, ...], list[Any]]:
     """Return names and columns in file order, and the rows of another length than the first line.
 
@@ -264,16 +247,13 @@ def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column
     def run(read: Any, types: Mapping[str, Any]) -> Any:
         file.seek(form.above)
         ragged.clear()
-        return read(_Utf8(file), *_options(form, ragged, types))
+        return read(file, *_options(form, ragged, types))
 
     try:
         types = {each.name: _typed(each.type) for each in run(csv.open_csv, {}).schema}
         with suppress(pa.ArrowInvalid):
             return *to_columns(run(csv.read_csv, types)), ragged
         return *to_columns(run(csv.read_csv, {})), ragged
-    except UnicodeDecodeError:
-        _require_text(file)
-        raise
     except pa.ArrowInvalid as error:
         raise BadInputError(f"not a CSV table: {str(error).splitlines()[0]}") from error
 

@@ -103,6 +103,12 @@ class Draft:
             )
         self.keep(rows)
 
+    def doubt(self, words: str, refused: bool) -> None:
+        """Warn of what is hardly possible; raise BadInputError where it is `refused`."""
+        if refused:
+            raise BadInputError(words)
+        self.warnings.append(words)
+
     def cautions(self, code: str) -> list[Caution]:
         """Return the warnings of a code."""
         return [w for w in self.warnings if isinstance(w, Caution) and w.code == code]
@@ -243,11 +249,13 @@ def hold_fixes(draft: Draft) -> None:
     them.
     """
     fresh = np.isfinite(draft.channels["velocity_north"])
-    if fresh.all() or not _regular(fresh):
+    steps = np.diff(np.flatnonzero(fresh))
+    if fresh.all() or not _regular(steps):
         return
+    interval = float(np.median(steps))
     # The latest row with a fix, for each row: a running maximum of row numbers.
     fix = np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))
-    held = np.arange(len(fresh)) - fix < _SLOWEST * _interval(fresh)  # in a failure nothing is held
+    held = np.arange(len(fresh)) - fix < _SLOWEST * interval  # in a failure nothing is held
     for name in numbers_from("gps"):
         values = draft.channels.get(name)
         if values is not None and np.array_equal(np.isfinite(values), fresh):
@@ -259,27 +267,19 @@ def hold_fixes(draft: Draft) -> None:
         )
     draft.warnings.append(
         f"column {draft.columns['velocity_north']!r} is blank between fixes (one in "
-        f"{_interval(fresh):.0f} rows): "
+        f"{interval:.0f} rows): "
         "held from fix to fix"
     )
     draft.keep(np.arange(len(fresh)) >= int(np.argmax(fresh)))
 
 
-def _steps(fresh: Booleans) -> NDArray[np.intp]:
-    return np.diff(np.flatnonzero(fresh))
-
-
-def _interval(fresh: Booleans) -> float:
-    return float(np.median(_steps(fresh)))
-
-
-def _regular(fresh: Booleans) -> bool:
+def _regular(steps: NDArray[np.intp]) -> bool:
     """Return whether fixes come every two rows or more, at intervals few of which differ much from
     the median.
     """
-    if int(fresh.sum()) < 3:
+    if len(steps) < 2:
         return False
-    usual, steps = _interval(fresh), _steps(fresh)
+    usual = float(np.median(steps))
     odd = (steps > _SLOWEST * usual) | (steps < usual / _SLOWEST)
     return usual >= 2.0 and float(odd.mean()) <= _ODD
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic, within
 from pitotbench.logbook.csv import read_csv, write_csv
 from pitotbench.logbook.matlab import read_mat, write_mat
 from pitotbench.logbook.parquet import read_parquet, write_parquet
@@ -80,10 +80,8 @@ def write_log(log: FlightLog, path: Path | str) -> Path:
     place.
     """
     target = Path(path)
-    try:
+    with within(target):
         kind = format_of(target)
-    except BadInputError as error:
-        raise BadInputError(f"{target}: {error}") from error
     columns = {QUANTITIES[name].column: values for name, values in log.channels().items()}
     with atomic(target) as temporary:
         kind.write(temporary, columns, log.header)

@@ -2,8 +2,7 @@
 time base.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from pitotbench.logbook.columns import (
     numbers,
     parse_column,
     plain_name,
+    within,
 )
 from pitotbench.logbook.derived import components
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
@@ -57,7 +57,7 @@ def read_mapped(
     files = [] if topics else find_files(path, mapping)
     tables, held = topics.read(path, mapping.files) if topics else ([], {})
     for file in files:
-        with _within(file.name if file else ""):
+        with within(file.name if file else ""):
             tables.append(read_table(file) if file else None)
     if files and files[0]:
         held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
@@ -69,7 +69,7 @@ def read_mapped(
     for entry, table in zip(mapping.files, tables, strict=True):
         if table is None or entry.another:  # an optional file that is absent, or another sensor
             continue
-        with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
+        with within(entry.pattern if len(mapping.files) > 1 else "mapping"):
             shown = as_shown(
                 next(iter(_sensors(table).values()), table), {**held, **(stated or {})}, sensor
             )
@@ -117,18 +117,9 @@ def _parameters_beside(file: Path, pattern: str, read_table: ReadTable) -> dict[
     beside = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
     if not beside.is_file():
         return {}
-    with _within(beside.name):
+    with within(beside.name):
         table = read_table(beside)
         return dict(zip(table.column("Name"), numbers("Value", table.column("Value")), strict=True))
-
-
-@contextmanager
-def _within(part: str) -> Iterator[None]:
-    """Add to an error of the block the part of the log in which it lies."""
-    try:
-        yield
-    except BadInputError as error:
-        raise BadInputError(f"{part}: {error}") from error
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path | None]:

@@ -214,9 +214,7 @@ def _check_level(draft: Draft, name: str) -> None:
         f"{'warmer' if excess > 0 else 'colder'} "
         f"than on a standard day at this pressure{way_out}"
     )
-    if abs(excess) > LIMITS.temperature_refused:
-        raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.doubt(words, abs(excess) > LIMITS.temperature_refused)
 
 
 def likely_temperatures(draft: Draft, name: str) -> list[str]:

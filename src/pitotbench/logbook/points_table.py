@@ -15,6 +15,7 @@ from pitotbench.logbook.columns import (
     numbers,
     parse_column,
     texts,
+    within,
 )
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
@@ -126,12 +127,8 @@ def _read(
     path: Path, quantities: tuple[str, ...], columns: tuple[str, ...], usual: Mapping[str, float]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """Return the rows of a card by the fields of their record, and the steps of the readings [SI]."""
-    try:
+    with within(path):
         return _rows(read_csv(path), quantities, columns, usual)
-    except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from error
-    except OSError as error:
-        raise BadInputError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def _rows(

@@ -15,6 +15,7 @@ from pitotbench.logbook.columns import (
     Table,
     require_regular,
     split_positions,
+    within,
 )
 from pitotbench.logbook.formats import reader_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
@@ -54,11 +55,9 @@ def read_log(
     UnknownNameError for a mapping that is not shipped.
     """
     source = Path(path)
-    try:
+    with within(source):
         stated = dict(parameters or {})
         return log_of(whole_table(source, mapping, stated, temperature_c, airspeed_sensor), part)
-    except BadInputError as error:
-        raise type(error)(f"{source}: {error}") from error
 
 
 def whole_table(

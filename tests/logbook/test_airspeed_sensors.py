@@ -137,7 +137,7 @@ def test_a_second_airspeed_under_another_name_is_drafted_as_such(name, tmp_path)
     path = foreign.exact(tmp_path / "foreign.csv", table)
     drafted = draft_mapping(read_table(path))
     (line,) = (each for each in drafted.lines if each.guess.theirs == f"{name} [kt]")
-    assert line.guess.target(line.unit) == "indicated_airspeed_2_kt"
+    assert line.guess.target() == "indicated_airspeed_2_kt"
     assert line.question == "is this a sensor beside 'IAS [kt]'?"
     mapping = tmp_path / "m.toml"
     mapping.write_text(mapping_text(drafted, path.name))

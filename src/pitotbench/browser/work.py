@@ -215,7 +215,7 @@ def draft(log: LogFile) -> Iterator[tuple[DraftRow, ...]]:
         told = (
             ("", "", 1.0, "")
             if line is None
-            else (line.guess.quantity, line.unit, line.guess.factor, line.question)
+            else (line.guess.quantity, line.guess.units[0], line.guess.factor, line.question)
         )
         values = ", ".join(str(value) for value in column[:_SHOWN_VALUES])
         rows.append(DraftRow(name, *told, values))

@@ -79,7 +79,7 @@ def _drafted(path: Path) -> str:
         drafted = draft_mapping(read_table(path))
     except BadInputError as error:
         return str(error)
-    lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
+    lines = [f"{line.guess.theirs} → {line.guess.target()}" for line in drafted.lines]
     missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
     return (", ".join(lines) or "none of its columns is recognized") + missing
 

@@ -20,11 +20,6 @@ from pitotbench.records import BadInputError
 
 _DENSITY = 1.225  # kg/m³, the constant of both autopilots
 _PX4_GAIN = 2.0 / _DENSITY  # R of PX4 at scale 1
-_NO_PRESSURE = {
-    0: "no sensor",
-    13: "a water speed",
-    16: "an airspeed from outside",
-}  # ARSPD_TYPE without a pressure
 _SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
 _IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie closer to it
 
@@ -36,8 +31,7 @@ class Autopilot:
     Pa] and gain.
 
     `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
-    with the name of the offset that is to be subtracted. `refuse` says why the parameters of a log
-    cannot be replaced, empty where they can; `switches` are the further settings with their
+    with the name of the offset that is to be subtracted. `switches` are the further settings with their
     reasons.
     """
 
@@ -49,7 +43,6 @@ class Autopilot:
     ratio_of: Callable[[float], float]
     gain_of: Callable[[float], float]
     pressures: Mapping[str, str]
-    refuse: Callable[[Mapping[str, float], str], str]
     switches: tuple[tuple[str, float, str], ...]
 
     def of_sensor(self, number: int) -> "Autopilot":
@@ -73,29 +66,12 @@ class Autopilot:
         )
 
 
-def _refuse_ardupilot(held: Mapping[str, float], prefix: str) -> str:
-    kind = _NO_PRESSURE.get(int(held.get(f"{prefix}TYPE", 1)))
-    return (
-        ""
-        if kind is None
-        else f"{prefix}TYPE {held[f'{prefix}TYPE']:g} is {kind}: no ratio acts on it"
-    )
-
-
-def _refuse_px4(held: Mapping[str, float], _: str) -> str:
-    why = (
-        "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), "
-        "not by the formula"
-    )
-    return why if held.get("SENS_EN_SDP3X", 0.0) else ""
-
-
 AUTOPILOTS: Catalog[Autopilot] = Catalog(
     "autopilot",
     {
         "ardupilot": Autopilot(
             "ArduPilot", "ARSPD_", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
-            {"DiffPress": "", "RawPress": "ARSPD_OFFSET"}, _refuse_ardupilot,
+            {"DiffPress": "", "RawPress": "ARSPD_OFFSET"},
             (
                 ("ARSPD_SKIP_CAL", 1.0, "else each start measures the offset anew and replaces it"),
                 ("ARSPD_AUTOCAL", 0.0, "else the flight replaces the ratio"),
@@ -106,7 +82,7 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
             lambda scale: _PX4_GAIN * scale**2, lambda ratio: float(np.sqrt(ratio / _PX4_GAIN)),
             # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it
             # comes afterwards.
-            {"differential_pressure_pa": "SENS_DPRES_OFF", "differential_pressure_raw_pa": ""}, _refuse_px4,
+            {"differential_pressure_pa": "SENS_DPRES_OFF", "differential_pressure_raw_pa": ""},
             (("ASPD_SCALE_APPLY", 0.0, "else the flight replaces the scale"),),
         ),
     },

@@ -11,7 +11,6 @@ from datetime import UTC, date, datetime, time, timedelta
 from math import pi
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,8 @@ from numpy.typing import NDArray
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records import BadInputError
+from pitotbench.records.outputs import atomic as atomic
+from pitotbench.records.outputs import write_text as write_text
 from pitotbench.units import SUFFIXES, Array, Booleans, Seconds
 
 Column = NDArray[Any]
@@ -169,33 +170,6 @@ def texts(name: str, column: Column) -> NDArray[np.str_]:
             "most: shorten it"
         )
     return np.repeat(np.array(cells, dtype=np.str_), np.diff(first, append=len(column)))
-
-
-@contextmanager
-def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on
-    failure.
-
-    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist
-    or cannot be written.
-    """
-    # The random part of the name keeps two processes that write the same file apart.
-    temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
-    try:
-        yield temporary
-        temporary.replace(path)
-    except OSError as error:
-        raise BadInputError(
-            f"{path}: cannot be written: {error.strerror or error}; choose another folder"
-        ) from error
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
-    with atomic(path) as scratch:  # "replace": a file name from the disk may not be UTF-8
-        scratch.write_text(text, encoding="utf-8", errors="replace")
 
 
 @contextmanager
@@ -443,7 +417,8 @@ def clock_seconds(name: str, column: Column) -> Seconds:
     known = np.isfinite(found[:, 1])
     day, second = found[known].T
     seconds = np.full(len(column), np.nan)
-    seconds[known] = second + _DAY * (day if np.isfinite(day).all() else _days_passed(second))
+    passed = np.cumsum(np.diff(second, prepend=second[:1]) < -_MIDNIGHT)
+    seconds[known] = second + _DAY * (day if np.isfinite(day).all() else passed)
     return seconds
 
 
@@ -474,10 +449,6 @@ def zone_seconds(name: str, column: Column) -> Seconds:
         for cell, match in found.items()
     }
     return np.array([seconds[cell] for cell in column])
-
-
-def _days_passed(second: Array) -> Array:
-    return np.cumsum(np.diff(second, prepend=second[:1]) < -_MIDNIGHT).astype(np.float64)
 
 
 def _blank(cell: object) -> bool:

@@ -92,10 +92,9 @@ def _read(file: BinaryIO) -> Table:
     rows = len(arrays[0])
     warnings += _check_ragged(ragged, rows, between)
     warnings += _check_promise(header.pop(_ROWS, rows), rows)
-    units = _units(
-        [_cells(comment.encode(), delimiter) for comment in comments[-1:]] + cells[:between],
-        len(names),
-    )
+    # The line of units: the first that has a cell for each column.
+    lines = [*(_cells(comment.encode(), delimiter) for comment in comments[-1:]), *cells[:between]]
+    units = next((tuple(line) for line in lines if len(line) == len(names) > 1), ())
     return Table(tuple(name.strip() for name in names), arrays, header, tuple(warnings), units)
 
 
@@ -192,11 +191,6 @@ def _decimal(row: list[str], delimiter: str) -> str:
     commas = any(_DECIMAL_COMMA.fullmatch(cell) for cell in row)
     points = any(_NUMBER.fullmatch(cell) and "." in cell for cell in row)
     return "," if commas and not points else "."
-
-
-def _units(lines: list[list[str]], count: int) -> tuple[str, ...]:
-    """Return the line of units: the first that has a cell for each column."""
-    return next((tuple(cells) for cells in lines if len(cells) == count and count > 1), ())
 
 
 def _require_text(file: BinaryIO) -> None:

@@ -1,4 +1,4 @@
-"""Files that are damaged, cut off, or that unpack to more than the memory holds: what is said of them."""
+"""What is said of files that are damaged, cut off, or unpack to more than the memory holds."""
 
 import os
 from collections.abc import Iterator

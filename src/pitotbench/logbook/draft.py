@@ -143,7 +143,9 @@ def draft_of(table: Table) -> Draft:
             continue
         if parsed is not None and counts[name] > 1:
             raise BadInputError(f"column {name!r} is given twice; keep one")
-        if parsed is None or _is_text_beside(parsed[0], column):
+        # Texts in a column that most logs do not need are another way to write it than ours.
+        beside = parsed and parsed[0].name in BESIDE and parsed[0].kind == "number"
+        if parsed is None or (beside and column.dtype.kind not in "fiub"):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed
@@ -156,13 +158,6 @@ def draft_of(table: Table) -> Draft:
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
         draft.clock |= quantity.name == "time" and is_clock(column)
     return draft
-
-
-def _is_text_beside(quantity: Channel, column: Column) -> bool:
-    """Return whether a column that most logs do not need holds texts: another way to write it than
-    ours.
-    """
-    return quantity.name in BESIDE and quantity.kind == "number" and column.dtype.kind not in "fiub"
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:

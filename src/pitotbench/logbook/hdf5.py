@@ -63,10 +63,10 @@ def _value(item: Any, held: type) -> Any:
         return _fields(item, held)
     if item.external or item.is_virtual:
         raise BadInputError(f"{item.name!r} lies in another file; save the variables in one")
+    found = item[()]
+    array = np.asarray(found)
     if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:
-        return "".join(map(chr, np.asarray(item[()]).ravel()))
-    array = np.asarray(item[()])
+        return "".join(map(chr, array.ravel()))
     if array.dtype.kind in "SO" and array.ndim == 0:
-        found = item[()]
         return found.decode("utf-8", errors="replace") if isinstance(found, bytes) else str(found)
     return array.T  # MATLAB stores column by column

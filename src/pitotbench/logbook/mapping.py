@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import cache, partial
 from importlib import resources
 from pathlib import Path
-from typing import Any, Union
+from types import GenericAlias
+from typing import Any
 
 from pitotbench.catalog import Catalog
 from pitotbench.logbook.columns import plain_name, require_regular, toml_table, within
@@ -150,7 +151,7 @@ def _document() -> Any:
     target = make(
         "Target", name=(str, ...), factor=(float, 1.0), offset=(float, 0.0), optional=(bool, False)
     )
-    columns = dict[str, Union[str, target]]  # noqa: UP007 - a type made here
+    columns = GenericAlias(dict, (str, str | target))  # of types that are made here
     file = make(
         "File",
         file=(str | list[str], "*"),
@@ -165,7 +166,7 @@ def _document() -> Any:
         recognize=(list[str | list[str]], []),
         refuse=(str, ""),
         columns=(columns, {}),
-        files=(list[file], []),
+        files=(GenericAlias(list, file), []),
         calibrate=(dict[str, str | float | bool | dict[str, float]], {}),
     )
 

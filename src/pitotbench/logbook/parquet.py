@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
@@ -13,7 +14,7 @@ from pitotbench.records import BadInputError
 
 _KEY = b"pitotbench"
 _TEXT = "BYTE_ARRAY"  # how Parquet stores values of no one width
-_NUMBER = 8  # bytes
+_NUMBER = np.dtype(np.float64).itemsize  # bytes
 
 
 def read_parquet(path: Path) -> Table:

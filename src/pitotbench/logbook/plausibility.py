@@ -12,7 +12,6 @@ from pitotbench.logbook.plausible_air import (
     LIMITS,
     at_ceiling,
     check_height,
-    check_rise,
     check_temperature,
     other_units,
     some,
@@ -322,7 +321,6 @@ def _offset(factor: Factor, impact_pressure: float) -> float:
 # exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says
 # which.
 
-Complex = NDArray[np.complex128]
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
     0: "the east velocity has the wrong sign",
     90: "the north and east velocities are exchanged",
@@ -368,7 +366,7 @@ def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
     """The least-squares a and winds of the velocity against the heading `psi` [rad], (n,)."""
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
-    velocity: Complex = flown.north + 1j * flown.east
+    velocity = flown.north + 1j * flown.east
     windows = np.arange(flown.window[-1] + 1) == flown.window[:, None]
     matrix = np.column_stack([pointer, windows])
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
@@ -544,7 +542,6 @@ def check_plausibility(draft: Draft) -> None:
     """Warn of what is hardly possible; raise BadInputError for what is not."""
     check_height(draft)
     check_temperature(draft)
-    check_rise(draft)
     flown = flown_rows(draft)
     if flown is None or draft.cautions(BROKEN):
         return  # what is broken explains what does not fit

@@ -20,6 +20,11 @@ from pitotbench.records.calibration import (
 from pitotbench.units import Array
 
 _FEWEST = 3  # points of a curve that tell a scale from an offset
+_NO_PRESSURE = {
+    0: "no sensor",
+    13: "a water speed",
+    16: "an airspeed from outside",
+}  # ARSPD_TYPE without a pressure
 _WITHOUT_OFFSET = 6  # ARSPD_TYPE of the SDP3X: ArduPilot holds its offset at zero
 
 
@@ -84,10 +89,31 @@ def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, .
         raise BadInputError(
             f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above zero"
         )
-    if reason := autopilot.refuse(held, autopilot.prefix):
+    if reason := _REFUSALS[autopilot.title](held, autopilot.prefix):
         raise BadInputError(
             f"{reason}; calibrate without --params and correct the airspeed by the card"
         )
+
+
+def _refuse_ardupilot(held: Mapping[str, float], prefix: str) -> str:
+    kind = _NO_PRESSURE.get(int(held.get(f"{prefix}TYPE", 1)))
+    return (
+        ""
+        if kind is None
+        else f"{prefix}TYPE {held[f'{prefix}TYPE']:g} is {kind}: no ratio acts on it"
+    )
+
+
+def _refuse_px4(held: Mapping[str, float], _: str) -> str:
+    why = (
+        "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), "
+        "not by the formula"
+    )
+    return why if held.get("SENS_EN_SDP3X", 0.0) else ""
+
+
+# Why the parameters of a log cannot be replaced, empty where they can, by the autopilot's title.
+_REFUSALS = {"ArduPilot": _refuse_ardupilot, "PX4": _refuse_px4}
 
 
 @dataclass(frozen=True, slots=True)

@@ -152,7 +152,8 @@ def check_stuck(draft: Draft) -> None:
         and np.ptp(draft.channels["velocity_east"]) == 0.0
     ):
         raise BadInputError(
-            "the GPS velocity is the same in every row: the receiver is stuck; use another log"
+            "the GPS velocity is the same in every row: the receiver gave none, or is stuck; use "
+            "another log"
         )
     velocity = ["velocity_north", "velocity_east"]
     # Each sensor is compared with another one that must change in flight: pressure with velocity,
@@ -341,7 +342,9 @@ def check_time(draft: Draft) -> None:
     Raises BadInputError for a clock that stands still, and for time that runs back.
     """
     if len(draft.rows) < 2:
-        raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
+        raise BadInputError(
+            f"the log holds {len(draft.rows)} rows; at least 2 are needed: give the log of a flight"
+        )
     column = draft.columns["time"]
     time = draft.channels["time"] = _after_restarts(draft, draft.channels["time"])
     step = np.diff(time, prepend=-np.inf)

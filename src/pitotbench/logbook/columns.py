@@ -145,7 +145,8 @@ def flags(name: str, column: Column) -> NDArray[np.bool_]:
     if None in cells:
         row = cells.index(None)
         raise BadInputError(
-            f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0)"
+            f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0); "
+            "correct that cell"
         )
     return np.array(cells, dtype=np.bool_)
 
@@ -412,7 +413,8 @@ def clock_seconds(name: str, column: Column) -> Seconds:
             found[row] = _day_and_second(cell)
         except ValueError:
             raise BadInputError(
-                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time"
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time; correct that cell, or "
+                "leave it blank"
             ) from None
     known = np.isfinite(found[:, 1])
     day, second = found[known].T
@@ -440,7 +442,8 @@ def zone_seconds(name: str, column: Column) -> Seconds:
     for row, cell in enumerate(column):
         if found[cell] is None and not _blank(cell):
             raise BadInputError(
-                f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00)"
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00); "
+                "correct that cell, or leave it blank"
             )
     seconds = {
         cell: np.nan

@@ -102,18 +102,15 @@ def _utf8(path: Path) -> BinaryIO:
     """Return the UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16,
     that in memory.
     """
-    file: BinaryIO = path.open("rb")
-    if file.read(2) == _PACKED:
-        file = BytesIO(unpacked(path))
-    file.seek(0)
-    if file.read(2) in (b"\xff\xfe", b"\xfe\xff"):
-        file.seek(0)
+    with path.open("rb") as raw:
+        begin = raw.read(len(_PACKED))
+    data = unpacked(path) if begin == _PACKED else None
+    if (begin if data is None else data[:2]) in (b"\xff\xfe", b"\xfe\xff"):
         try:
-            file = BytesIO(file.read().decode("utf-16").encode("utf-8"))
+            data = (path.read_bytes() if data is None else data).decode("utf-16").encode()
         except UnicodeDecodeError as error:
             raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
-    file.seek(0)
-    return file
+    return path.open("rb") if data is None else BytesIO(data)
 
 
 def unpacked(path: Path) -> bytes:
@@ -222,7 +219,7 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
         position += len(line)
         if position > _MOST_ABOVE:
             raise BadInputError(
-                "a megabyte of comments or blank lines stands above the table: this is no log"
+                "a megabyte of comments or blank lines stands above the table: remove them"
             )
     return position, comments, line
 
@@ -249,7 +246,10 @@ def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column
             return *to_columns(run(csv.read_csv, types)), ragged
         return *to_columns(run(csv.read_csv, {})), ragged
     except pa.ArrowInvalid as error:
-        raise BadInputError(f"not a CSV table: {str(error).splitlines()[0]}") from error
+        raise BadInputError(
+            f"not a CSV table: {str(error).splitlines()[0]}; check its quotation marks, and lines "
+            "of above a megabyte"
+        ) from error
 
 
 def _typed(kind: "pa.DataType") -> "pa.DataType":

@@ -41,7 +41,10 @@ def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], 
             "reading an ArduPilot DataFlash log needs pymavlink: pip install 'pitotbench[logs]'"
         ) from error
     if not is_dataflash(path):
-        raise BadInputError("not an ArduPilot DataFlash log: it does not begin with a message")
+        raise BadInputError(
+            "not an ArduPilot DataFlash log: it does not begin with a message; copy it again, or "
+            "export the log of another recorder as a table (CSV)"
+        )
     rows: dict[str, list[Any]] = {}
     held: dict[str, Any] = {}
     said: list[str] = []

@@ -70,7 +70,8 @@ class Draft:
         """
         if int(good.sum()) < _FEWEST_ROWS:
             raise BadInputError(
-                f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains"
+                f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains: "
+                "mend that column, or give another log"
             )
         if good.all():
             return

@@ -158,7 +158,7 @@ def _only_match(folder: Path, pattern: str) -> Path:
     raise BadInputError(
         f"the folder holds several files {pattern!r} ({names}); name one of them"
         if found
-        else f"the folder holds no file {pattern!r}"
+        else f"the folder holds no file {pattern!r}: give the folder or the first file of the log"
     )
 
 
@@ -176,7 +176,8 @@ def rename(table: Table, entry: MappedFile) -> Table:
         parsed = (bare, "") if bare else parse_column(plain)
         if parsed is None:
             raise BadInputError(
-                f"the mapping names {target.name!r}, which is no column of a flight log"
+                f"the mapping names {target.name!r}, which is no column of a flight log: "
+                "`pitotbench map LOG` writes those that are"
             )
         quantities[target] = parsed[0], sensor
     table = first_of_each(table)
@@ -244,7 +245,8 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     inside = (time >= start) & (time <= end)
     if not inside.any():
         raise BadInputError(
-            "the files of the log do not overlap in time; check the mapping's time columns"
+            "the parts of the log do not overlap in time: take those of one flight, or correct the time "
+            "columns of the mapping"
         )
     names, columns = list(base.names), [column[inside] for column in base.columns]
     warnings = list(base.warnings)
@@ -292,7 +294,7 @@ def _time(table: Table) -> Array:
         (n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None
     )
     if name is None:
-        raise BadInputError("each file of a mapping needs a time column")
+        raise BadInputError("each file of a mapping needs a time column: add a line for it")
     column = table.column(name)
     time = (
         clock_seconds(name, column)
@@ -300,7 +302,11 @@ def _time(table: Table) -> Array:
         else to_si(numbers(name, column), name.removeprefix("time_"))
     )
     if len(time) < 2 or not np.all(np.diff(time) > 0.0):
-        raise BadInputError(f"column {name!r}: time must increase in every file of the log")
+        back = int(np.argmin(np.diff(time) > 0.0)) + 2 if len(time) > 1 else 1
+        raise BadInputError(
+            f"column {name!r}, row {back}: time must increase in every part of the log; remove the "
+            "rows that repeat or run back, in its tables as CSV"
+        )
     return time
 
 

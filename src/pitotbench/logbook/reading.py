@@ -181,10 +181,10 @@ def read_table(path: Path) -> Table:
     except OSError as error:
         raise BadInputError(f"cannot be read: {error.strerror or error}") from error
     if empty:
-        raise BadInputError("the file is empty")
+        raise BadInputError("the file is empty: copy it again from its source")
     table = read(path)
     if len(table) == 0:
-        raise BadInputError("the log has column names but no rows")
+        raise BadInputError("the log has column names but no rows: copy it again from its source")
     # A mapping that the file names was not applied by this reading.
     return replace(
         split_positions(table),

@@ -107,8 +107,8 @@ def calibrate(
     the curve with. A list has one curve, and a Calibration with its
     own wind for each log. A folder or a .zip file of several logs stands for the list of those that
     have an answer, whose warnings name the others; they have a curve each where they are of several
-    airplanes or recorders. Several flights of one log have one curve, and their winds in `winds`. SI units,
-    each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
+    airplanes or recorders. Several flights of one log have one curve, and their winds in `winds`. SI
+    units, each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
     does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """

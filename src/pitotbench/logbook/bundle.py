@@ -64,7 +64,8 @@ def unpack(packed: Path, folder: Path) -> None:
                 ),
                 (
                     strange != [],
-                    f"its member {''.join(strange[:1])!r} is a link or leads out of the folder: pack",
+                    f"its member {''.join(strange[:1])!r} is a link or leads out of the folder: "
+                    "pack",
                 ),
             ):
                 if bad:

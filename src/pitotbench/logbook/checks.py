@@ -103,8 +103,8 @@ def check_pauses(draft: Draft) -> None:
     if len(short):
         longest = float(np.max(np.diff(time)[short - 1]))
         draft.warnings.append(
-            f"the recording pauses {'once' if len(short) == 1 else f'{len(short)} times'}, for up to {longest:.0f} s, "
-            f"{_before(draft, short)}"
+            f"the recording pauses {'once' if len(short) == 1 else f'{len(short)} times'}, "
+            f"for up to {longest:.0f} s, {_before(draft, short)}"
         )
 
 

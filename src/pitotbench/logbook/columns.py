@@ -413,8 +413,8 @@ def clock_seconds(name: str, column: Column) -> Seconds:
             found[row] = _day_and_second(cell)
         except ValueError:
             raise BadInputError(
-                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time; correct that cell, or "
-                "leave it blank"
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time; correct that cell, "
+                "or leave it blank"
             ) from None
     known = np.isfinite(found[:, 1])
     day, second = found[known].T
@@ -491,20 +491,16 @@ def _day(text: str) -> tuple[float, str]:
 
 
 def _second(day: float, text: str) -> tuple[float, float]:
-    found = _TIME.fullmatch(text)
+    found = _TIME.fullmatch(text := text.replace(",", "."))
     if found is None:
         short = _MINUTES.fullmatch(text)
         if short is None:
             raise ValueError(text)
-        return day, 60.0 * int(short[1]) + _number(short[2])
+        return day, 60.0 * int(short[1]) + float(short[2])
     number, hour, minute, second, half = found.groups()
     hours = int(hour)
     if half:
         hours = hours % 12 + (12 if half.lower() == "pm" else 0)
     if hours > 24:
         raise ValueError(text)
-    return (float(number) if number else day), 3600.0 * hours + 60.0 * int(minute) + _number(second)
-
-
-def _number(text: str) -> float:
-    return float(text.replace(",", "."))
+    return (float(number) if number else day), 3600.0 * hours + 60.0 * int(minute) + float(second)

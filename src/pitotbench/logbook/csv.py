@@ -326,8 +326,8 @@ def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
 
 
 def to_columns(table: "pa.Table") -> tuple[tuple[str, ...], tuple[Column, ...]]:
-    """Return the names and the columns of an Arrow table as arrays: floats with NaN for empty cells,
-    booleans, or objects. Each leaves the table as it comes, so that a long log is in memory once.
+    """Return the names and the columns of an Arrow table as arrays: floats with NaN for empty
+    cells, booleans, or objects. Each leaves the table as it comes, so that a long log is in memory once.
     """
     names, found = tuple(table.column_names), list[Column]()
     while table.num_columns:

@@ -245,8 +245,8 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     inside = (time >= start) & (time <= end)
     if not inside.any():
         raise BadInputError(
-            "the parts of the log do not overlap in time: take those of one flight, or correct the time "
-            "columns of the mapping"
+            "the parts of the log do not overlap in time: take those of one flight, or correct the "
+            "time columns of the mapping"
         )
     names, columns = list(base.names), [column[inside] for column in base.columns]
     warnings = list(base.warnings)

@@ -1,5 +1,5 @@
-"""Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and one
-line here.
+"""Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and
+one line here.
 """
 
 from collections.abc import Callable, Sequence

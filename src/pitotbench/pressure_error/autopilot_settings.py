@@ -88,7 +88,8 @@ def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, .
     if not held[autopilot.gain] > 0.0:
         raise BadInputError(
             f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above "
-            f"zero; state that of the flight: --params {autopilot.title.lower()},{autopilot.gain}=..."
+            f"zero; state that of the flight: --params {autopilot.title.lower()},"
+            f"{autopilot.gain}=..."
         )
     if reason := _REFUSALS[autopilot.title](held, autopilot.prefix):
         raise BadInputError(

@@ -16,11 +16,11 @@ from pitotbench.bench.flights import rms, sense
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.fly_by import reduce_fly_bys
 from pitotbench.calibration.options import Accuracies, options_from
-from pitotbench.logbook.autopilot import autopilot_settings
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.points_table import read_fly_bys
 from pitotbench.pressure_error import REFERENCE_PRESSURE
+from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog

@@ -12,10 +12,12 @@ from shutil import make_archive
 import numpy as np
 import pytest
 
-from pitotbench import FlightLog, write_log
+from pitotbench import BadInputError, FlightLog, write_log
+from pitotbench.bench import questions
 from pitotbench.bench.flights import sense, true_correction
 from pitotbench.bench.questions import options_of
 from pitotbench.calibration import calibrate, calibrate_flights
+from pitotbench.calibration import flights as flights_module
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import DONE, main
 from pitotbench.units import KNOT
@@ -148,10 +150,9 @@ def card(flights, tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("packed", [False, True])
-def test_a_folder_gives_what_its_logs_give_together(packed, card, flights, capsys):
-    given = Path(make_archive(str(card), "zip", card)) if packed else card
-    assert main(["calibrate", str(given), "--json"]) == DONE
+def test_a_zip_gives_what_its_logs_give_together(card, flights, capsys):
+    packed = Path(make_archive(str(card), "zip", card))
+    assert main(["calibrate", str(packed), "--json"]) == DONE
     out, told = capsys.readouterr()
     documents = json.loads(out)
     assert [each["log"] for each in documents] == ["two.csv", "one.csv"]
@@ -163,6 +164,34 @@ def test_a_folder_gives_what_its_logs_give_together(packed, card, flights, capsy
     together = calibrate_flights([flights[1], flights[0]], options_of())[0].calibration.curve
     found = [point["correction_kt"] for point in documents[0]["curve"]]
     np.testing.assert_allclose(found, together.correction_kt, atol=1e-6)
+
+
+def test_python_answers_a_folder_as_the_command_does_with_one_fit_a_log(card, capsys, monkeypatch):
+    assert main(["calibrate", str(card), "--json"]) == DONE
+    documents = json.loads(capsys.readouterr().out)
+    fits: list[float] = []
+    reduce_log = flights_module.reduce_log
+
+    def counted(log, *rest):
+        fits.append(float(log.time[-1]))
+        return reduce_log(log, *rest)
+
+    monkeypatch.setattr(flights_module, "reduce_log", counted)
+    found = questions.calibrate(card)
+    assert len(found) == len(documents) == len(fits) == 2
+    for mine, theirs in zip(found, documents, strict=True):
+        told = [point["correction_kt"] for point in theirs["curve"]]
+        np.testing.assert_allclose(mine.curve.correction_kt, told, atol=1e-6)
+        words = "logs without an answer: broken.csv: missing columns"
+        assert any(text.startswith(words) for text in mine.warnings)
+        assert any(text.startswith(words) for text in theirs["warnings"])
+
+
+def test_python_says_why_a_folder_has_no_answer(card):
+    for name in ("one.csv", "day 2/two.csv"):
+        (card / name).write_text("time_s,altitude_m\n0,1\n1,2\n")
+    with pytest.raises(BadInputError, match=r"none of its logs .*broken\.csv: missing columns"):
+        questions.calibrate([card])
 
 
 def test_flights_of_two_airplanes_in_a_folder_have_a_curve_each(card, flights, capsys):
@@ -184,3 +213,12 @@ def test_a_folder_without_an_answer_says_why_of_each(card, capsys):
     told = capsys.readouterr().err
     assert "none of its logs has an answer" in told
     assert told.count("left out: missing columns") == 3
+
+
+def test_a_card_of_curves_for_several_airplanes_is_refused(card, flights, tmp_path, capsys):
+    for name, log in zip(("one.csv", "day 2/two.csv"), flights, strict=True):
+        write_log(replace(log, header={"airplane": name}), card / name)
+    out = tmp_path / "card.csv"
+    assert main(["calibrate", str(card), "--card", str(out)]) == 2
+    assert "--card holds one curve, and there would be 2" in capsys.readouterr().err
+    assert not out.exists()

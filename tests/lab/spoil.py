@@ -434,9 +434,10 @@ def _load(files: Sequence[Path]) -> None:
         run_command(["map", str(files[1])])
 
 
-# A line for each log of a folder, and their sum.
+# A line for each log of a folder, their sum, and how far a long command is.
 _OF_FOLDER = re.compile(
-    r".+: (left out: .+|[+-][\d.]+ ± [\d.]+ kt at \d+ KIAS)|\d+ logs, \d+ with an answer"
+    r".+: (left out: .+|[+-][\d.]+ ± [\d.]+ kt at \d+ KIAS)|\d+ logs, \d+ with an answer|"
+    r"pitotbench: calibrating: \d+ of \d+"
 )
 
 

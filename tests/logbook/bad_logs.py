@@ -308,6 +308,32 @@ def _bomb(kind: str, folder: Path) -> Path:
     return path
 
 
+def _many_groups(folder: Path) -> Path:
+    """A Parquet file of 117 kB whose table of contents lists one group of rows 1,024 times: 98 GB."""
+    one, path = folder / "one.parquet", folder / "bomb.parquet"
+    parquet.write_table(pa.table({"time_s": pa.nulls(12_000_000, pa.float64())}), one)
+    listed = parquet.read_metadata(one)
+    for _ in range(10):
+        listed.append_row_groups(listed)
+    listed.write_metadata_file(path)
+    data, contents = one.read_bytes(), path.read_bytes()
+    place = len(data) - 8 - int.from_bytes(data[-8:-4], "little")
+    path.write_bytes(data[:place] + contents[4:])
+    return path
+
+
+def repeated_text(folder: Path, rows: int, name: str) -> Path:
+    """A Parquet file with one long text in each row, which it holds once."""
+    path = folder / "bomb.parquet"
+    text = pa.DictionaryArray.from_arrays(np.zeros(rows, np.int32), ["x" * 20_000])
+    table = {channel: sample.columns()[channel] for channel in NEEDED}
+    tiled = {channel: np.resize(values, rows) for channel, values in table.items()}
+    if name == "segment":
+        tiled["time_s"] = np.arange(rows) / sample.RATE
+    parquet.write_table(pa.table({**tiled, name: text}), path)
+    return path
+
+
 def _pipe(suffix: str, folder: Path) -> Path:
     os.mkfifo(folder / f"pipe{suffix}")
     return folder / f"pipe{suffix}"
@@ -389,6 +415,14 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
         f"a bomb of {kind}": (partial(_bomb, kind), r"would unpack to 60,000,\d+ ")
         for kind in (".parquet", ".mat", "HDF5")
     },
+    "a bomb of many groups": (
+        _many_groups,
+        r"12,\d+,000,000 numbers, where 50,000,000 are the most",
+    ),
+    "a text that is no label": (
+        partial(repeated_text, rows=1000, name="segment"),
+        "'segment' holds a text of 20,000 letters, where 1,000 are the most",
+    ),
     **{
         f"a pipe named {end}": (partial(_pipe, end), "not a regular file")
         for end in (".csv", ".mat", ".ulg", ".bin")

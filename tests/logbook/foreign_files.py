@@ -262,7 +262,8 @@ def jsbsim(path: Path, flown: dict[str, Array]) -> Path:
     return exact(path, jsbsim_named(flown))
 
 
-_FORMATS = {  # kind of message: number, letters of its fields, names
+_Formats = dict[str, tuple[int, str, str]]
+_FORMATS: _Formats = {  # kind of message: number, letters of its fields, names
     "FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns"),
     "ARSP": (150, "QBffcffBBB", "TimeUS,I,Airspeed,DiffPress,Temp,RawPress,Offset,U,H,Pri"),
     "BARO": (151, "QBffcf", "TimeUS,I,Alt,Press,Temp,CRt"),
@@ -277,10 +278,17 @@ _FORMATS = {  # kind of message: number, letters of its fields, names
 }
 
 
-def _message(kind: str, values: list[object]) -> bytes:
+_AIRSPEEDS = "TimeUS,Airspeed,DiffPress,Temp,RawPress,Offset,U,H,Pri"
+UP_TO_4_0 = _FORMATS | {  # a kind of message for each airspeed sensor, without its number
+    "ARSP": (150, "QffcffBBB", _AIRSPEEDS),
+    "ASP2": (156, "QffcffBBB", _AIRSPEEDS),
+}
+
+
+def _message(kind: str, values: list[object], formats: _Formats = _FORMATS) -> bytes:
     from pymavlink.DFReader import FORMAT_TO_STRUCT  # the table by which the library reads
 
-    number, letters, _ = _FORMATS[kind]
+    number, letters, _ = formats[kind]
     body = b""
     for letter, value in zip(letters, values, strict=True):
         code, scale, _ = FORMAT_TO_STRUCT[letter]
@@ -292,17 +300,21 @@ def _message(kind: str, values: list[object]) -> bytes:
 
 
 def dataflash(
-    path: Path, flown: dict[str, Array], parameters: Mapping[str, float] | None = None
+    path: Path,
+    flown: dict[str, Array],
+    parameters: Mapping[str, float] | None = None,
+    formats: _Formats = _FORMATS,
 ) -> Path:
     """ArduPilot: two airspeed sensors, the second one wrong; a GPS message between two of the air
     data.
 
-    With `parameters`, the impact pressure is what the first sensor gave without its offset.
+    With `parameters`, the impact pressure is what the first sensor gave without its offset. The
+    formats of the versions up to 4.0 are `UP_TO_4_0`.
     """
     from pymavlink.DFReader import FORMAT_TO_STRUCT
 
     parts = []
-    for name, (number, letters, columns) in _FORMATS.items():
+    for name, (number, letters, columns) in formats.items():
         length = 3 + sum(struct.calcsize("<" + FORMAT_TO_STRUCT[letter][0]) for letter in letters)
         parts.append(_message("FMT", [number, length, name, letters, columns]))
     held = parameters or {}
@@ -314,9 +326,10 @@ def dataflash(
         us = int(flown["time"][i] * 1e6) + 5_000_000
         q, p = float(flown["impact_pressure"][i]), float(flown["static_pressure"][i])
         for sensor in (0, 1):
-            parts.append(
-                _message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, offset, 1, 1, 0])
-            )
+            told = [60.0, q / (1 + sensor), 31.0, q, offset, 1, 1, 0]
+            kind = ("ARSP", "ASP2")[sensor] if "ASP2" in formats else "ARSP"
+            numbered = [] if "ASP2" in formats else [sensor]
+            parts.append(_message(kind, [us, *numbered, *told], formats))
         parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
         at = [float(values[i]) for values in (flown["altitude"], speed, course)]
         fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, *at]

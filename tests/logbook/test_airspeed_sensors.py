@@ -9,9 +9,9 @@ from tests.logbook import foreign_files as foreign
 from pitotbench import BadInputError, air, read_log
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
-from pitotbench.logbook.autopilot import autopilot_settings
 from pitotbench.logbook.drafting import draft_mapping, mapping_text
 from pitotbench.logbook.reading import read_table
+from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
 FLOWN = foreign.flight()
 SECOND = 1.1  # of the impact pressure: what the second sensor reads
@@ -59,16 +59,20 @@ def test_a_log_with_one_sensor_says_so(tmp_path):
         read_log(path, airspeed_sensor=2)
 
 
-@pytest.mark.parametrize("kind", ["bin", "tables"])
+@pytest.mark.parametrize("kind", ["bin", "bin up to 4.0", "tables"])
 def test_each_sensor_of_an_ardupilot_has_its_own_parameters(kind, tmp_path):
     """The writers give the second sensor half of the first one's pressure."""
-    if kind == "bin":
+    names = ("ARSP", "ASP2") if kind == "bin up to 4.0" else ("ARSP[0]", "ARSP[1]")
+    if kind == "bin up to 4.0":
+        path = foreign.dataflash(tmp_path / "log.bin", FLOWN, OLD, foreign.UP_TO_4_0)
+    elif kind == "bin":
         path = foreign.dataflash(tmp_path / "log.bin", FLOWN, OLD)
     else:
         foreign.message_tables(tmp_path, FLOWN, OLD["ARSPD_RATIO"], OLD)
         path = tmp_path / "x_ARSP.csv"
     first, second = read_log(path), read_log(path, airspeed_sensor=2)
-    assert "(1 ARSP[0], 2 ARSP[1]): this is ARSP[0]" in told(first)[0]
+    assert f"(1 {names[0]}, 2 {names[1]}): this is {names[0]}" in told(first)[0]
+    assert f"this is {names[1]}; --airspeed-sensor 1 takes {names[0]}" in told(second)[0]
     found = calibrate(second)
     settings = {each.name: each for each in autopilot_settings(found, "ardupilot").settings}
     assert {"ARSPD2_RATIO", "ARSPD2_OFFSET"} <= settings.keys()
@@ -133,7 +137,7 @@ def test_a_second_airspeed_under_another_name_is_drafted_as_such(name, tmp_path)
     path = foreign.exact(tmp_path / "foreign.csv", table)
     drafted = draft_mapping(read_table(path))
     (line,) = (each for each in drafted.lines if each.guess.theirs == f"{name} [kt]")
-    assert line.guess.target(line.unit) == "indicated_airspeed_2_kt"
+    assert line.guess.target() == "indicated_airspeed_2_kt"
     assert line.question == "is this a sensor beside 'IAS [kt]'?"
     mapping = tmp_path / "m.toml"
     mapping.write_text(mapping_text(drafted, path.name))

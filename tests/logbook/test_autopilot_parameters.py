@@ -24,9 +24,10 @@ from pitotbench import (
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.fit_checks import wash_of
 from pitotbench.cli import main
-from pitotbench.logbook.autopilot import AUTOPILOTS, autopilot_settings, stated_parameters
+from pitotbench.logbook.autopilot import AUTOPILOTS, stated_parameters
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records.calibration import (
     AutopilotSettings,

@@ -124,7 +124,9 @@ def test_our_own_names_in_capitals_are_drafted_without_a_question():
     drafted = draft_mapping(as_table(**{name.upper(): values for name, values in columns.items()}))
     assert drafted.sure
     assert not drafted.missing
-    ours = {line.guess.theirs: f"{line.guess.quantity}_{line.unit}" for line in drafted.lines}
+    ours = {
+        line.guess.theirs: f"{line.guess.quantity}_{line.guess.units[0]}" for line in drafted.lines
+    }
     assert ours == {name.upper(): name for name in columns}
 
 
@@ -135,7 +137,7 @@ def test_a_quoted_header_is_mapped_right_or_asked_about(name, tmp_path):
     """
     header = quoted.QUOTED[name]
     drafted = draft_mapping(read_table(quoted.write_quoted(tmp_path / "log.csv", header)))
-    targets = {line.guess.theirs: line.guess.target(line.unit) for line in drafted.lines}
+    targets = {line.guess.theirs: line.guess.target() for line in drafted.lines}
     found = {theirs: target for theirs, target in targets.items() if numbered(target)[1] == 1}
     # What may be another sensor's is asked about.
     assert all(line.question for line in drafted.lines if line.guess.theirs not in found)

@@ -14,7 +14,7 @@ from tests.logbook import sample_log as sample
 
 from pitotbench import BadInputError, FlightLog, air, read_log
 from pitotbench.logbook.columns import Table, clock_seconds
-from pitotbench.logbook.formats import read_mat
+from pitotbench.logbook.matlab import read_mat
 from pitotbench.logbook.reading import log_of, needs_mapping
 from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.units import DEGREE, FOOT, KNOT

@@ -5,7 +5,7 @@ import pytest
 from tests.shared_data import shared_case
 
 from pitotbench import BadInputError
-from pitotbench.logbook.handbook import read_published
+from pitotbench.pressure_error.published import read_published
 from pitotbench.units import KNOT
 
 MPH_IN_KNOTS = 1609.344 / 1852.0
@@ -56,9 +56,9 @@ def test_the_unit_of_a_heading_counts(tmp_path, names):
         ("KIAS,KCAS\n60,62\n60,63\n", "given twice"),
         ("KIAS,KCAS\n60,62\n70,61\n", "does not grow"),
         ("KIAS,KCAS\n60,162\n70,171\n", "more than half"),
-        ("KIAS,KCAS\n60,fast\n70,71\n", "text in place of a number"),
+        ("KIAS,KCAS\n60,fast\n70,71\n", "row 1: 'fast' is not a number; correct"),
         ("KIAS,KCAS\n-60,-62\n70,71\n", "more than half"),
-        ("", "no table"),
+        ("", "the file is empty"),
     ],
 )
 def test_another_table_is_refused_with_what_is_wrong(tmp_path, text, says):

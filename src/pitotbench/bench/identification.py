@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.formats import read_mat
+from pitotbench.logbook.matlab import read_mat
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.log import FlightLog

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from pitotbench.bench.workflow import FullReconciliation, NamedLog
+    from pitotbench.calibration.flights import Known
     from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
@@ -104,15 +105,30 @@ def calibrate(
     mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a
     TOML file, for logs with other column names; handbook, a table (CSV) of KIAS and KCAS to compare
     the curve with. A list has one curve, and a Calibration with its
-    own wind for each log. Several flights of one log have one curve, and their winds in `winds`. SI units,
-    each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
+    own wind for each log. A folder or a .zip file of several logs stands for the list of those that
+    have an answer, whose warnings name the others; they have a curve each where they are of several
+    airplanes or recorders. Several flights of one log have one curve, and their winds in `winds`. SI
+    units, each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
     does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """
     from pitotbench.calibration.flights import of_one_log
 
-    read = logs_of(logs, "calibrate", mapping)
     published = published_of(handbook)
+    given = _flat(logs)
+    held = given if mapping else [one for each in given for one in _held(each)]
+    if len(held) > len(given):
+        from pitotbench.bench.held_logs import calibrate_held
+
+        answers = calibrate_held(
+            held,
+            lambda each: logs_of(each, "calibrate")[0],
+            options=options,
+            published=published,
+            **choices,
+        )
+        return tuple(of_one_log(answer.log, answer.flights) for answer in answers if answer.flights)
+    read = logs_of(logs, "calibrate", mapping)
     flights = calibrate_each(
         read, options, mapping, sources_of("log", logs, read), published=published, **choices
     )
@@ -123,6 +139,13 @@ def calibrate(
     return found if isinstance(logs, list | tuple) else found[0]
 
 
+def _held(given: OneLog) -> Sequence[OneLog]:
+    """Return the paths of the logs of a folder or of a .zip file; another as it is."""
+    from pitotbench.logbook.bundle import held_in
+
+    return held_in(Path(given)) if isinstance(given, str | Path) else [given]
+
+
 def calibrate_each(
     logs: Sequence[FlightLog],
     options: "CalibrationOptions | None" = None,
@@ -130,12 +153,13 @@ def calibrate_each(
     sources: "Iterable[Source]" = (),
     flags: Iterable[Choice] = (),
     published: tuple[PublishedCurve, ...] = (),
+    known: "Known | None" = None,
     **choices: Any,
 ) -> tuple[CalibratedFlight, ...]:
     """Calibrate each flight of the logs as `calibrate` does, with what is held against its curve.
 
     `sources` are the files of the logs and `flags` further choices, for the record; `published` are
-    the curves of a handbook. Raises as `calibrate` does.
+    the curves of a handbook, and `known` what was fitted before. Raises as `calibrate` does.
     """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
@@ -161,14 +185,14 @@ def calibrate_each(
             calibration=replace(told, curve=curve, residual_two_sigma=scatter, provenance=made),
         )
 
-    return tuple(map(checked, calibrate_flights(logs, chosen)))
+    return tuple(map(checked, calibrate_flights(logs, chosen, known)))
 
 
 def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
     """Return the curves of a handbook's table; none without one. Raises BadInputError for another
     table.
     """
-    from pitotbench.logbook.handbook import read_published
+    from pitotbench.pressure_error.published import read_published
 
     return () if handbook is None else read_published(Path(handbook))
 

@@ -10,8 +10,9 @@ from tornado.web import HTTPError, RequestHandler, stream_request_body
 
 from pitotbench.browser.work import LogFile
 from pitotbench.logbook.bundle import ZIP
-from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
+from pitotbench.logbook.formats import FORMATS, READ_ONLY
 from pitotbench.logbook.mapping import find_mapping, shipped
+from pitotbench.logbook.topics import TOPIC_READERS
 
 MOST_BYTES = 500 << 20  # of a file
 ENDINGS = tuple(dict.fromkeys((*READ_ONLY, *FORMATS, *TOPIC_READERS, ZIP)))

@@ -215,7 +215,7 @@ def draft(log: LogFile) -> Iterator[tuple[DraftRow, ...]]:
         told = (
             ("", "", 1.0, "")
             if line is None
-            else (line.guess.quantity, line.unit, line.guess.factor, line.question)
+            else (line.guess.quantity, line.guess.units[0], line.guess.factor, line.question)
         )
         values = ", ".join(str(value) for value in column[:_SHOWN_VALUES])
         rows.append(DraftRow(name, *told, values))
@@ -308,7 +308,8 @@ def _calibrated(request: Request) -> tuple[CalibratedFlight, ...]:
 
 
 def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings | None:
-    from pitotbench.logbook.autopilot import autopilot_settings, stated_parameters
+    from pitotbench.logbook.autopilot import stated_parameters
+    from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
     if not request.autopilot:
         return None

@@ -7,6 +7,7 @@ wait for SciPy. All arrays are SI and radians; parameters of the error curve are
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from numpy.linalg import LinAlgError
 
@@ -27,6 +28,9 @@ from pitotbench.records.calibration import (
     RecordedAutopilot,
 )
 from pitotbench.records.log import Caution, FlightLog
+
+if TYPE_CHECKING:
+    from pitotbench.calibration.flights import Known
 
 _CAUSES = (BROKEN, SPEED_FACTOR)  # codes of warnings that say why there is no answer
 
@@ -58,21 +62,23 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
 
 
 def calibrate_flights(
-    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+    logs: Sequence[FlightLog],
+    options: CalibrationOptions | None = None,
+    known: "Known | None" = None,
 ) -> tuple[CalibratedFlight, ...]:
     """Estimate one curve from all flights of the logs, with a separate wind for each flight.
 
     A log that pauses for more than five minutes holds several flights. A warning says where the
     flights disagree about the curve. Raises as `calibrate` does, and BadInputError for several logs
     with the model `auto`; a single log may have it, which gives each of its flights a curve of its
-    own.
+    own. `known` keeps what was fitted of each log (`reduce_flights`).
     """
     from pitotbench.calibration.flights import reduce_flights
 
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause(logs, chosen):
         try:
-            flights = reduce_flights(logs, chosen)
+            flights = reduce_flights(logs, chosen, known)
         except OneHeadingError as error:
             if len(logs) > 1:
                 raise

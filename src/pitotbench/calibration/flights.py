@@ -173,13 +173,18 @@ class _Part(Generic[T]):
     left_out: tuple[int, ...] = ()
 
 
+# The reduced flights of a log by its identity and the reference pressure: what is fitted once.
+Known = dict[tuple[int, float], list[_Part[Reduction]]]
+
+
 def reduce_flights(
-    logs: Sequence[FlightLog], options: CalibrationOptions
+    logs: Sequence[FlightLog], options: CalibrationOptions, known: Known | None = None
 ) -> list[CalibratedFlight]:
     """Calibrate every flight of the logs, with one curve for all and a separate wind for each.
 
-    The model `auto` gives each flight of a log its own curve, and a warning says so. Raises as
-    `reduce_log` does, and BadInputError for several logs with the model `auto`.
+    The model `auto` gives each flight of a log its own curve, and a warning says so. What `known`
+    holds of a log with these options is not fitted again, and what is fitted is put there. Raises
+    as `reduce_log` does, and BadInputError for several logs with the model `auto`.
     """
     if options.model == AUTO:
         if len(logs) > 1:
@@ -203,7 +208,13 @@ def reduce_flights(
         require_useful(assemble(reduction))
         return reduction
 
-    parts = [part for place, log in enumerate(logs) for part in _parts(log, place, reduce)]
+    fitted = {} if known is None else known
+    parts = list[_Part[Reduction]]()
+    for place, log in enumerate(logs):
+        key = id(log), reference
+        if key not in fitted:
+            fitted[key] = _parts(log, 0, reduce)
+        parts += [replace(part, place=place) for part in fitted[key]]
     if len(parts) == 1:
         return [_flight(parts[0], assemble(parts[0].found), 1)]
     joint = assemble_together(join([part.found for part in parts]))

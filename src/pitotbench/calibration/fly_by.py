@@ -28,7 +28,7 @@ def reduce_fly_bys(
     Raises BadInputError for a pass that cannot be.
     """
     if not passes:
-        raise BadInputError("the card holds no pass")
+        raise BadInputError("the card holds no pass: write a row a pass")
     return tuple(_fly_by(each, steps, stated) for each in passes)
 
 

@@ -98,7 +98,7 @@ def _performance(options: argparse.Namespace) -> int:
 
 
 def _indicator(options: argparse.Namespace) -> int:
-    from pitotbench.logbook.handbook import read_published
+    from pitotbench.pressure_error.published import read_published
     from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
     from pitotbench.show.takehome import jsbsim_system

@@ -26,7 +26,7 @@ from pitotbench.cli.shared_flags import (
     write_page,
     write_table,
 )
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -158,13 +158,13 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
-    from pitotbench.logbook.autopilot import autopilot_settings
+    from pitotbench.pressure_error.autopilot_settings import autopilot_settings
     from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named
     from pitotbench.show.takehome import PARAMETER_FILES, parameter_file
 
-    _take_bundles(options)
+    held = _take_bundles(options)
     require_page(options.report, _inputs(options))
     autopilot, _ = _stated_autopilot(options)
     if options.parameter_file is not None and not autopilot:
@@ -175,14 +175,14 @@ def run(options: argparse.Namespace) -> int:
         ("-o", options.parameter_file, PARAMETER_FILES.get(autopilot, ("",))[:1]),
     ):
         if path is not None:
-            if options.separately and len(options.logs) > 1:
-                raise BadInputError(
-                    f"{flag} holds one curve: leave out --separately, or give one log"
-                )
+            _require_one_curve(flag, len(options.logs) if options.separately and not held else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit = limit_named(options.limit)
-    reduced = _reduced(options)
+    reduced = _reduced(options, held)
+    curves = len({each.path for each in reduced if each.own_curve})
+    for flag, path in (("--card", options.card), ("--record", options.record)):
+        _require_one_curve(flag, 1 if path is None or not held else curves)
     settings = [
         autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
         for each in reduced
@@ -207,49 +207,24 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _take_bundles(options: argparse.Namespace) -> None:
-    """Put those logs of a folder or of a .zip file that have an answer in its place, and tell in a
-    line what each came to. They get one curve, or one each where they are of several
-    airplanes or recorders.
-
-    Raises BadInputError where none has an answer.
+def _take_bundles(options: argparse.Namespace) -> bool:
+    """Put the paths of its logs in the place of a folder or of a .zip file that holds several;
+    return whether there is one. A mapping may be of a folder, which is a log then.
     """
-    from pitotbench.bench.fleet import progress
-    from pitotbench.bench.questions import options_of
     from pitotbench.logbook.bundle import held_in
-    from pitotbench.logbook.checks import airplane_of
-    from pitotbench.logbook.columns import MAPPING, PARAMETERS
 
-    paths = [held for path in options.logs for held in held_in(path)]
-    if options.mapping is not None or paths == options.logs:
-        return
-    options_of((), options.mapping, **_choices(options))  # a wrong flag is no fault of a log
-    found: dict[Path, FlightLog] = {}
-    with progress("calibrating", len(paths)) as step:
-        for path in paths:
-            try:
-                first = _reduced(argparse.Namespace(**{**vars(options), "logs": [path]}))[0].flight
-                found[path], curve = first.log, first.calibration.curve
-                place = len(curve.indicated_airspeed) // 2
-                say(
-                    f"{path.name}: {curve.correction_kt[place]:+.2f} ± "
-                    f"{curve.two_sigma_kt[place]:.2f} kt at "
-                    f"{curve.indicated_airspeed_kt[place]:.0f} KIAS"
-                )
-            except (BadInputError, NoAnswerError) as error:
-                say(f"{path.name}: left out: {str(error).removeprefix(f'{path}: ')}")
-            step()
-    say(f"{len(paths)} logs, {len(found)} with an answer")
-    if not found:
-        raise BadInputError(f"{options.logs[0]}: none of its logs has an answer: see above")
-    options.logs = list(found)
-    kinds = {
-        (airplane_of(log), *(str(log.header.get(name)) for name in (MAPPING, PARAMETERS)))
-        for log in found.values()
-    }  # another recorder shows another airspeed
-    options.separately |= (
-        len(kinds) > 1 or options_of(found.values(), **_choices(options)).model == "auto"
-    )
+    given = len(options.logs)
+    if options.mapping is None:
+        options.logs = [held for path in options.logs for held in held_in(path)]
+    return len(options.logs) > given
+
+
+def _require_one_curve(flag: str, curves: int) -> None:
+    if curves > 1:
+        raise BadInputError(
+            f"{flag} holds one curve, and there would be {curves}: leave out --separately, or give "
+            "the logs one by one"
+        )
 
 
 def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
@@ -262,10 +237,11 @@ def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
     return calibration_record(flights, limit)
 
 
-def _reduced(options: argparse.Namespace) -> list[_Reduced]:
+def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
     """Return each flight with its calibration: one curve for each log where asked for, else one for
-    all.
+    all. Of logs that are `held` in a folder, those that have an answer.
     """
+    from pitotbench.bench.held_logs import calibrate_held
     from pitotbench.bench.questions import (
         calibrate_each,
         flag_choice,
@@ -280,9 +256,37 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     published = published_of(options.handbook)  # and a wrong table
     _, stated = _stated_autopilot(options)
     part = stated_part(options)
-    logs = read_logs(
-        options.logs, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
-    )
+
+    def read(paths: list[Path]) -> "list[FlightLog]":
+        return read_logs(
+            paths, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
+        )
+
+    files = mapping_source(options)
+    flags = [
+        *read_choices(options),
+        flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
+        flag_choice("params", options.params, "none"),
+        flag_choice("handbook", options.handbook and options.handbook.name, "none"),
+        flag_choice(
+            "airspeed_sensor", options.airspeed_sensor and str(options.airspeed_sensor), "the first"
+        ),
+        flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
+    ]
+    if held:
+        answers = calibrate_held(
+            options.logs,
+            lambda path: read([path])[0],
+            options.separately,
+            say,
+            "calibrating",
+            sources=files,
+            flags=flags,
+            published=published,
+            **choices,
+        )
+        return [_Reduced(each.given, flight) for each in answers for flight in each.flights]
+    logs = read(options.logs)
     if (
         options.params
         and not options.separately
@@ -298,17 +302,6 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         if options.separately
         else [(options.logs, logs)]
     )
-    files = mapping_source(options)
-    flags = [
-        *read_choices(options),
-        flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
-        flag_choice("params", options.params, "none"),
-        flag_choice("handbook", options.handbook and options.handbook.name, "none"),
-        flag_choice(
-            "airspeed_sensor", options.airspeed_sensor and str(options.airspeed_sensor), "the first"
-        ),
-        flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
-    ]
     return [
         _Reduced(paths[flight.place], flight)
         for paths, group in groups

@@ -47,10 +47,7 @@ def run(options: argparse.Namespace) -> int:
     for line in drafted.lines:
         if line.question:
             print(
-                printable(
-                    f"check {line.guess.theirs!r} = {line.guess.target(line.unit)!r}: "
-                    f"{line.question}"
-                )
+                printable(f"check {line.guess.theirs!r} = {line.guess.target()!r}: {line.question}")
             )
     if drafted.refusal:
         print(printable(f"with these lines the log is refused: {drafted.refusal}"))

@@ -56,8 +56,8 @@ def read_logs(
 
 def _no_log(path: Path, error: BadInputError) -> str:
     """Return what a file is that lacks the columns of a log, and the way on."""
-    from pitotbench.logbook.handbook import is_published
     from pitotbench.logbook.points_table import is_points_table
+    from pitotbench.pressure_error.published import is_published
 
     if is_published(path):
         return (
@@ -79,7 +79,7 @@ def _drafted(path: Path) -> str:
         drafted = draft_mapping(read_table(path))
     except BadInputError as error:
         return str(error)
-    lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
+    lines = [f"{line.guess.theirs} → {line.guess.target()}" for line in drafted.lines]
     missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
     return (", ".join(lines) or "none of its columns is recognized") + missing
 

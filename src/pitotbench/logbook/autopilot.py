@@ -1,4 +1,4 @@
-"""What an autopilot computes its airspeed with, and which parameters take the error out of it.
+"""What an autopilot computes its airspeed with.
 
 ArduPilot shows √(ARSPD_RATIO·d), with d = ±(p − ARSPD_OFFSET) of the sensor's pressure p
 (ArduPilot, libraries/AP_Airspeed/AP_Airspeed.cpp, `AP_Airspeed::read`; the sign is
@@ -16,25 +16,10 @@ import numpy as np
 from pitotbench import air
 from pitotbench.catalog import Catalog, explain
 from pitotbench.logbook.columns import PARAMETERS, Table, numbers
-from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.calibration import (
-    AutopilotSettings,
-    Calibration,
-    ErrorCurve,
-    RecordedAutopilot,
-    Setting,
-)
-from pitotbench.units import Array
+from pitotbench.records import BadInputError
 
 _DENSITY = 1.225  # kg/m³, the constant of both autopilots
 _PX4_GAIN = 2.0 / _DENSITY  # R of PX4 at scale 1
-_FEWEST = 3  # points of a curve that tell a scale from an offset
-_WITHOUT_OFFSET = 6  # ARSPD_TYPE of the SDP3X: ArduPilot holds its offset at zero
-_NO_PRESSURE = {
-    0: "no sensor",
-    13: "a water speed",
-    16: "an airspeed from outside",
-}  # ARSPD_TYPE without a pressure
 _SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
 _IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie closer to it
 
@@ -46,8 +31,7 @@ class Autopilot:
     Pa] and gain.
 
     `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
-    with the name of the offset that is to be subtracted. `refuse` says why the parameters of a log
-    cannot be replaced, empty where they can; `switches` are the further settings with their
+    with the name of the offset that is to be subtracted. `switches` are the further settings with their
     reasons.
     """
 
@@ -59,7 +43,6 @@ class Autopilot:
     ratio_of: Callable[[float], float]
     gain_of: Callable[[float], float]
     pressures: Mapping[str, str]
-    refuse: Callable[[Mapping[str, float], str], str]
     switches: tuple[tuple[str, float, str], ...]
 
     def of_sensor(self, number: int) -> "Autopilot":
@@ -83,29 +66,12 @@ class Autopilot:
         )
 
 
-def _refuse_ardupilot(held: Mapping[str, float], prefix: str) -> str:
-    kind = _NO_PRESSURE.get(int(held.get(f"{prefix}TYPE", 1)))
-    return (
-        ""
-        if kind is None
-        else f"{prefix}TYPE {held[f'{prefix}TYPE']:g} is {kind}: no ratio acts on it"
-    )
-
-
-def _refuse_px4(held: Mapping[str, float], _: str) -> str:
-    why = (
-        "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), "
-        "not by the formula"
-    )
-    return why if held.get("SENS_EN_SDP3X", 0.0) else ""
-
-
 AUTOPILOTS: Catalog[Autopilot] = Catalog(
     "autopilot",
     {
         "ardupilot": Autopilot(
             "ArduPilot", "ARSPD_", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
-            {"DiffPress": "", "RawPress": "ARSPD_OFFSET"}, _refuse_ardupilot,
+            {"DiffPress": "", "RawPress": "ARSPD_OFFSET"},
             (
                 ("ARSPD_SKIP_CAL", 1.0, "else each start measures the offset anew and replaces it"),
                 ("ARSPD_AUTOCAL", 0.0, "else the flight replaces the ratio"),
@@ -116,7 +82,7 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
             lambda scale: _PX4_GAIN * scale**2, lambda ratio: float(np.sqrt(ratio / _PX4_GAIN)),
             # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it
             # comes afterwards.
-            {"differential_pressure_pa": "SENS_DPRES_OFF", "differential_pressure_raw_pa": ""}, _refuse_px4,
+            {"differential_pressure_pa": "SENS_DPRES_OFF", "differential_pressure_raw_pa": ""},
             (("ASPD_SCALE_APPLY", 0.0, "else the flight replaces the scale"),),
         ),
     },
@@ -144,7 +110,9 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
             if n in raw:
                 pressure = numbers(n, column)
                 if offset := autopilot.pressures[n]:
-                    pressure = _sign(used, autopilot.prefix) * (pressure - used.get(offset, 0.0))
+                    pressure = tube_sign(used, autopilot.prefix) * (
+                        pressure - used.get(offset, 0.0)
+                    )
                 # The impact pressure of √(R·d); a negative d, near rest, in proportion.
                 flying = air.impact_pressure(np.sqrt(ratio * np.maximum(pressure, 0.0)))
                 column = np.where(pressure > 0.0, flying, 0.5 * _DENSITY * ratio * pressure)
@@ -190,8 +158,8 @@ def _as_used(table: Table, held: dict[str, float], prefix: str) -> dict[str, flo
     return used
 
 
-def _sign(held: Mapping[str, float], prefix: str) -> float:
-    """−1 where the tubes are swapped, else 1."""
+def tube_sign(held: Mapping[str, float], prefix: str) -> float:
+    """Return −1 where the tubes of a sensor are swapped, else 1."""
     order = held.get(f"{prefix}TUBE_ORDR", held.get(f"{prefix}TUBE_ORDER"))
     return -1.0 if order == _SWAPPED else 1.0
 
@@ -217,117 +185,3 @@ def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
                 f"{wanted.gain}=1.99,{wanted.offset}=3"
             ) from error
     return name, stated
-
-
-def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
-    """Return the parameters that take the error out of an autopilot's airspeed, each with 2σ and
-    its derivation.
-
-    `result` is a calibration of the airspeed that the autopilot showed with the parameters in its
-    log. The new ones fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted
-    least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
-    cannot follow. Raises BadInputError for an unknown autopilot, for a log without its parameters
-    and for a sensor that does not use them; NoAnswerError for a curve that does not tell them.
-    """
-    if name not in AUTOPILOTS:
-        raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
-    recorded = result.autopilot or RecordedAutopilot({})
-    autopilot, held = AUTOPILOTS[name].of_sensor(recorded.sensor), recorded.parameters
-    prefix = autopilot.prefix
-    fixed = bool(prefix) and held.get(f"{prefix}TYPE") == _WITHOUT_OFFSET
-    _require(autopilot, held, () if fixed else (autopilot.offset,))
-    curve = result.curve
-    if len(curve.indicated_airspeed) < _FEWEST:
-        raise NoAnswerError(
-            "the curve has too few airspeeds for a scale and an offset: fly a wider range"
-        )
-    old = autopilot.ratio_of(held[autopilot.gain])
-    fit = _fit(curve, old, fixed)
-    gain = autopilot.gain_of(fit.ratio)
-    # d(gain)/gain = power · dR/R: 1 where the gain is R, ½ where it is a factor of the airspeed
-    power = np.log(autopilot.gain_of(4.0 * fit.ratio) / gain) / np.log(4.0)
-    span = "{:.0f} to {:.0f} kt".format(*curve.indicated_airspeed_kt[[0, -1]])
-    settings = [
-        Setting(
-            autopilot.gain, gain, gain * power * fit.ratio_two_sigma / fit.ratio, held[autopilot.gain],
-            f"old value and the slope of the curve, {span} shown",
-        )
-    ]  # fmt: skip
-    if not fixed:
-        before, change = held[autopilot.offset], _sign(held, prefix) * fit.offset
-        moved = f"{'plus' if change > 0.0 else 'less'} {abs(change):.3g} Pa"
-        found = f"old value {moved}, where the corrected airspeed is zero"
-        settings.append(
-            Setting(autopilot.offset, before + change, fit.offset_two_sigma, before, found)
-        )
-    for switch, value, reason in autopilot.switches:
-        if not (fixed and switch == f"{prefix}SKIP_CAL"):
-            settings.append(Setting(switch, value, None, held.get(switch), reason))
-    return AutopilotSettings(name, tuple(settings), fit.calibrated, fit.bound, recorded.wash)
-
-
-def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, ...]) -> None:
-    missing = [n for n in (autopilot.gain, *more) if n not in held]
-    if missing:
-        has = f"it holds {', '.join(sorted(held))}" if held else "it holds none of an autopilot"
-        raise BadInputError(
-            f"the log does not hold {' and '.join(missing)}, with which its airspeed was shown "
-            f"({has}). Calibrate "
-            "the file that the autopilot wrote (.bin or .ulg), or state the old values: --params "
-            f"{autopilot.title.lower()},{autopilot.gain}=...,{autopilot.offset}=..."
-        )
-    if not held[autopilot.gain] > 0.0:
-        raise BadInputError(
-            f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above zero"
-        )
-    if reason := autopilot.refuse(held, autopilot.prefix):
-        raise BadInputError(
-            f"{reason}; calibrate without --params and correct the airspeed by the card"
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class _Fit:
-    """R [m²/s² per Pa] and δ [Pa] with 2σ, the calibrated airspeeds of the curve, the bound there
-    [m/s].
-    """
-
-    ratio: float
-    ratio_two_sigma: float
-    offset: float
-    offset_two_sigma: float
-    calibrated: Array
-    bound: Array
-
-
-def _fit(curve: ErrorCurve, old: float, fixed: bool) -> _Fit:
-    speed, two_sigma = curve.indicated_airspeed + curve.correction, curve.two_sigma
-    pressure = curve.indicated_airspeed**2 / old
-    terms = pressure[:, None] if fixed else np.column_stack([pressure, np.ones_like(pressure)])
-    weight = 1.0 / (speed * np.maximum(two_sigma, 1e-9))
-    inverse = np.linalg.pinv(terms * weight[:, None]) * weight  # from C² to the coefficients
-    slope, level = (*(inverse @ speed**2), 0.0)[:2]
-    if not slope > 0.0:
-        raise NoAnswerError(
-            "the corrected airspeed does not grow with the pressure: the curve is no scale and "
-            "offset; calibrate without --params and correct the airspeed by the card"
-        )
-    by_speed = inverse * (2.0 * speed)
-    known = np.ones((len(speed),) * 2) if curve.correlation is None else curve.correlation
-    covariance = by_speed @ (known * np.outer(two_sigma, two_sigma)) @ by_speed.T
-    if curve.correlation is None:  # how the errors go together is not known: take the worst
-        covariance = np.diag((np.abs(by_speed) @ two_sigma) ** 2)
-    shown = np.sqrt(np.maximum(slope * pressure + level, 0.0))
-    left = np.abs(shown - speed)
-    offset = -level / slope
-    toward = np.array([offset, 1.0][: len(covariance)]) / slope  # of −δ
-    return _Fit(
-        ratio=float(slope),
-        ratio_two_sigma=float(np.sqrt(covariance[0, 0]) + 2.0 * slope * np.max(left / speed)),
-        offset=float(offset),
-        offset_two_sigma=float(
-            np.sqrt(toward @ covariance @ toward) + np.max(2.0 * speed * left) / slope
-        ),
-        calibrated=speed,
-        bound=two_sigma + left,
-    )

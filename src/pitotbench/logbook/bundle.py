@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
+from pitotbench.logbook.formats import FORMATS, READ_ONLY
 from pitotbench.logbook.mapping import find_mapping, shipped
+from pitotbench.logbook.topics import TOPIC_READERS
 from pitotbench.records import BadInputError
 
 ZIP = ".zip"
@@ -54,21 +55,21 @@ def unpack(packed: Path, folder: Path) -> None:
         with zipfile.ZipFile(packed) as file:
             members = file.infolist()
             size = sum(entry.file_size for entry in members)
-            if size > _MOST_BYTES:
-                raise BadInputError(
-                    f"it unpacks to {size >> 20:,} MB: unpack it, and give the logs alone"
-                )
-            if len(members) > _MOST_MEMBERS:
-                raise BadInputError(
-                    f"it holds {len(members):,} files, where {_MOST_MEMBERS:,} are the most: give "
-                    "the logs alone"
-                )
-            strange = next(filter(_leads_out, members), None)
-            if strange is not None:
-                raise BadInputError(
-                    f"its member {strange.filename!r} is a link or leads out of the folder: pack "
-                    "the logs alone"
-                )
+            strange = [entry.filename for entry in members if _leads_out(entry)]
+            for bad, words in (
+                (size > _MOST_BYTES, f"it unpacks to {size >> 20:,} MB: unpack it, and give"),
+                (
+                    len(members) > _MOST_MEMBERS,
+                    f"it holds {len(members):,} files, where {_MOST_MEMBERS:,} are the most: give",
+                ),
+                (
+                    strange != [],
+                    f"its member {''.join(strange[:1])!r} is a link or leads out of the folder: "
+                    "pack",
+                ),
+            ):
+                if bad:
+                    raise BadInputError(f"{words} the logs alone")
             file.extractall(folder)
     except OSError as error:
         raise BadInputError(

@@ -103,13 +103,9 @@ def check_pauses(draft: Draft) -> None:
     if len(short):
         longest = float(np.max(np.diff(time)[short - 1]))
         draft.warnings.append(
-            f"the recording pauses {_times(len(short))}, for up to {longest:.0f} s, "
-            f"{_before(draft, short)}"
+            f"the recording pauses {'once' if len(short) == 1 else f'{len(short)} times'}, "
+            f"for up to {longest:.0f} s, {_before(draft, short)}"
         )
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
 
 
 def _before(draft: Draft, after: Indices) -> str:
@@ -156,7 +152,8 @@ def check_stuck(draft: Draft) -> None:
         and np.ptp(draft.channels["velocity_east"]) == 0.0
     ):
         raise BadInputError(
-            "the GPS velocity is the same in every row: the receiver is stuck; use another log"
+            "the GPS velocity is the same in every row: the receiver gave none, or is stuck; use "
+            "another log"
         )
     velocity = ["velocity_north", "velocity_east"]
     # Each sensor is compared with another one that must change in flight: pressure with velocity,
@@ -233,9 +230,8 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    limit = max(
-        _STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first)))
-    )
+    usual_run = float(np.median(np.diff(draft.channels["time"][first]))) if len(first) > 1 else 0.0
+    limit = max(_STUCK_TIME, _STUCK_RUNS * usual_run)
     long = (lasting > limit) & (moved[last] > moved[first])
     if draft.displayed & set(names) or all(_shows_steps(draft.channels[name]) for name in names):
         out = _steps_out(draft, names)[last]
@@ -292,10 +288,6 @@ def _changes(draft: Draft, names: list[str]) -> Booleans:
     return changed
 
 
-def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
-    return np.diff(time[first]) if len(first) > 1 else np.zeros(1)
-
-
 # Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
 # Rows are counted from 1, which is the first row below the line of column names.
 
@@ -325,12 +317,12 @@ def drop_blank_start(draft: Draft) -> None:
     """Drop the rows before the first in which each needed channel has given a number: a unit that
     starts up.
     """
-    needed = [QUANTITIES[name] for name in draft.channels if QUANTITIES[name].essential]
-    known = {q.name: ~np.isnan(draft.channels[q.name]) for q in needed if q.kind == "number"}
-    late = {
-        name: int(np.argmax(mask)) for name, mask in known.items() if mask.any() and not mask[0]
+    first = {
+        q.name: int(np.argmax(~np.isnan(draft.channels[q.name])))
+        for q in draft.numeric()
+        if q.essential
     }
-    late = {name: first for name, first in late.items() if first <= _MOST_BLANK * len(draft.rows)}
+    late = {name: row for name, row in first.items() if 0 < row <= _MOST_BLANK * len(draft.rows)}
     if not late:
         return
     count = max(late.values())
@@ -350,7 +342,9 @@ def check_time(draft: Draft) -> None:
     Raises BadInputError for a clock that stands still, and for time that runs back.
     """
     if len(draft.rows) < 2:
-        raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
+        raise BadInputError(
+            f"the log holds {len(draft.rows)} rows; at least 2 are needed: give the log of a flight"
+        )
     column = draft.columns["time"]
     time = draft.channels["time"] = _after_restarts(draft, draft.channels["time"])
     step = np.diff(time, prepend=-np.inf)

@@ -11,7 +11,6 @@ from datetime import UTC, date, datetime, time, timedelta
 from math import pi
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,8 @@ from numpy.typing import NDArray
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records import BadInputError
+from pitotbench.records.outputs import atomic as atomic
+from pitotbench.records.outputs import write_text as write_text
 from pitotbench.units import SUFFIXES, Array, Booleans, Seconds
 
 Column = NDArray[Any]
@@ -144,47 +145,43 @@ def flags(name: str, column: Column) -> NDArray[np.bool_]:
     if None in cells:
         row = cells.index(None)
         raise BadInputError(
-            f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0)"
+            f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0); "
+            "correct that cell"
         )
     return np.array(cells, dtype=np.bool_)
 
 
-def texts(column: Column) -> NDArray[np.str_]:
-    """Return a column as text; an empty cell is an empty text."""
+_LONGEST_TEXT = 1000  # letters: an array of texts has room for the longest of them in each row
+
+
+def texts(name: str, column: Column) -> NDArray[np.str_]:
+    """Return a column as text; an empty cell is an empty text. Raises BadInputError for a text that
+    is no label.
+    """
     if column.dtype.kind == "U":
         return column
     first = np.flatnonzero(
         np.r_[True, column[1:] != column[:-1]][: len(column)]
     )  # labels come in long runs
-    cells = np.array(["" if cell is None else str(cell) for cell in column[first]], dtype=np.str_)
-    return np.repeat(cells, np.diff(first, append=len(column)))
+    cells = ["" if cell is None else str(cell) for cell in column[first]]
+    longest = max(map(len, cells), default=0)
+    if longest > _LONGEST_TEXT:
+        raise BadInputError(
+            f"column {name!r} holds a text of {longest:,} letters, where {_LONGEST_TEXT:,} are the "
+            "most: shorten it"
+        )
+    return np.repeat(np.array(cells, dtype=np.str_), np.diff(first, append=len(column)))
 
 
 @contextmanager
-def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on
-    failure.
-
-    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist
-    or cannot be written.
-    """
-    # The random part of the name keeps two processes that write the same file apart.
-    temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+def within(part: Path | str) -> Iterator[None]:
+    """Put the file or the part of a log before an error of the block, or of its reading."""
     try:
-        yield temporary
-        temporary.replace(path)
+        yield
+    except BadInputError as error:
+        raise type(error)(f"{part}: {error}") from error
     except OSError as error:
-        raise BadInputError(
-            f"{path}: cannot be written: {error.strerror or error}; choose another folder"
-        ) from error
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
-    with atomic(path) as scratch:  # "replace": a file name from the disk may not be UTF-8
-        scratch.write_text(text, encoding="utf-8", errors="replace")
+        raise BadInputError(f"{part}: cannot be read: {error.strerror or error}") from error
 
 
 def require_regular(path: Path) -> None:
@@ -416,12 +413,14 @@ def clock_seconds(name: str, column: Column) -> Seconds:
             found[row] = _day_and_second(cell)
         except ValueError:
             raise BadInputError(
-                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time"
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time; correct that cell, "
+                "or leave it blank"
             ) from None
     known = np.isfinite(found[:, 1])
     day, second = found[known].T
     seconds = np.full(len(column), np.nan)
-    seconds[known] = second + _DAY * (day if np.isfinite(day).all() else _days_passed(second))
+    passed = np.cumsum(np.diff(second, prepend=second[:1]) < -_MIDNIGHT)
+    seconds[known] = second + _DAY * (day if np.isfinite(day).all() else passed)
     return seconds
 
 
@@ -443,7 +442,8 @@ def zone_seconds(name: str, column: Column) -> Seconds:
     for row, cell in enumerate(column):
         if found[cell] is None and not _blank(cell):
             raise BadInputError(
-                f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00)"
+                f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00); "
+                "correct that cell, or leave it blank"
             )
     seconds = {
         cell: np.nan
@@ -452,10 +452,6 @@ def zone_seconds(name: str, column: Column) -> Seconds:
         for cell, match in found.items()
     }
     return np.array([seconds[cell] for cell in column])
-
-
-def _days_passed(second: Array) -> Array:
-    return np.cumsum(np.diff(second, prepend=second[:1]) < -_MIDNIGHT).astype(np.float64)
 
 
 def _blank(cell: object) -> bool:
@@ -495,20 +491,16 @@ def _day(text: str) -> tuple[float, str]:
 
 
 def _second(day: float, text: str) -> tuple[float, float]:
-    found = _TIME.fullmatch(text)
+    found = _TIME.fullmatch(text := text.replace(",", "."))
     if found is None:
         short = _MINUTES.fullmatch(text)
         if short is None:
             raise ValueError(text)
-        return day, 60.0 * int(short[1]) + _number(short[2])
+        return day, 60.0 * int(short[1]) + float(short[2])
     number, hour, minute, second, half = found.groups()
     hours = int(hour)
     if half:
         hours = hours % 12 + (12 if half.lower() == "pm" else 0)
     if hours > 24:
         raise ValueError(text)
-    return (float(number) if number else day), 3600.0 * hours + 60.0 * int(minute) + _number(second)
-
-
-def _number(text: str) -> float:
-    return float(text.replace(",", "."))
+    return (float(number) if number else day), 3600.0 * hours + 60.0 * int(minute) + float(second)

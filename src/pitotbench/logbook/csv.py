@@ -3,8 +3,8 @@
 import gzip
 import re
 import zlib
-from codecs import getincrementaldecoder
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from csv import Error as CsvError
 from csv import reader as csv_rows
 from dataclasses import dataclass
@@ -15,134 +15,15 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.records import BadInputError
-from pitotbench.units import Booleans
 
 if TYPE_CHECKING:
     import pyarrow as pa
-    from pyarrow import csv
 
-
-# A plain CSV table, block by block into arrays: what is in memory is the columns and a few blocks
-# of the file. A column's type is that of its first block. Whole numbers and empty columns count as
-# floats. Where a later block does not fit, or a column holds anything but numbers, true and false,
-# or text, the table is not plain: the caller reads the file as a whole, which takes more memory and
-# can name the row.
 
 BLOCK = 1 << 20  # bytes of the file that are parsed at a time
-_SPARE = 1.1  # times the rows that are expected from the first block and the size of the file
-
-Types = dict[str, "pa.DataType"]
-
-
-class _NotPlainError(Exception):
-    """The table has to be read as a whole."""
-
-
-def read_blocks(
-    open_reader: "Callable[[Types | None], csv.CSVStreamingReader]", size: int
-) -> dict[str, Column] | None:
-    """The columns by name, in file order; None for a table that is not plain.
-
-    `open_reader` opens the file with column types, or with None to have them inferred; `size` is
-    that of the table [bytes]. An empty cell is NaN among numbers, None among texts.
-    """
-    import pyarrow as pa
-
-    columns: dict[str, _Growing] = {}
-    try:
-        schema = open_reader(None).schema
-        if len(set(schema.names)) < len(schema.names):
-            raise _NotPlainError
-        types = {field.name: _plain_type(field.type) for field in schema}
-        for block in open_reader(types):
-            if not block.num_rows:
-                continue
-            expected = int(_SPARE * block.num_rows * max(1.0, size / BLOCK))
-            for name, values in zip(block.schema.names, block.columns, strict=True):
-                columns.setdefault(name, _Growing(types[name], expected)).append(values)
-    except (pa.ArrowInvalid, UnicodeDecodeError, _NotPlainError):
-        return None
-    return {name: column.whole() for name, column in columns.items()} or None
-
-
-def _plain_type(kind: "pa.DataType") -> "pa.DataType":
-    import pyarrow as pa
-
-    if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_null(kind):
-        return pa.float64()
-    if pa.types.is_string(kind):
-        return pa.dictionary(pa.int32(), pa.string())
-    if pa.types.is_boolean(kind):
-        return kind
-    raise _NotPlainError
-
-
-class _Growing:
-    """A column to which blocks are appended. Of texts, each different one is kept once."""
-
-    def __init__(self, kind: "pa.DataType", rows: int) -> None:
-        import pyarrow as pa
-
-        flags, numbers = pa.types.is_boolean(kind), pa.types.is_floating(kind)
-        self._texts: dict[str | None, int] | None = None if flags or numbers else {}
-        self._values: NDArray[np.generic] = np.empty(
-            rows, np.bool_ if flags else np.float64 if numbers else np.intp
-        )
-        self._rows = 0
-
-    def append(self, block: "pa.Array") -> None:
-        """Copy a block behind the others. Raises _NotPlainError for a flag that is empty."""
-        first, self._rows = self._rows, self._rows + len(block)
-        if self._rows > len(self._values):
-            self._values.resize(2 * self._rows, refcheck=False)
-        space = self._values[first : self._rows]
-        if self._texts is not None:
-            space[:] = _numbered(block, self._texts)
-        elif space.dtype == np.bool_:
-            if block.null_count:
-                raise _NotPlainError
-            space[:] = _bits(block, 1)
-        else:  # plus zero: a minus zero would turn the direction of a velocity by half a circle
-            np.add(_values(block, np.float64), 0.0, out=space)
-            if block.null_count:
-                space[~_bits(block, 0)] = np.nan
-
-    def whole(self) -> Column:
-        """The column, with memory of its own and none to spare."""
-        self._values.resize(self._rows, refcheck=False)
-        return (
-            self._values
-            if self._texts is None
-            else np.array(list(self._texts), dtype=object)[self._values]
-        )
-
-
-def _numbered(block: "pa.DictionaryArray", texts: dict[str | None, int]) -> NDArray[np.intp]:
-    """The numbers of a block's texts; a new text gets a number."""
-    codes = _values(block.indices, np.int32)
-    if block.null_count:
-        codes = np.where(_bits(block.indices, 0), codes, -1)
-    different = [*block.dictionary.to_pylist(), *([None] if block.null_count else [])]
-    numbers: NDArray[np.intp] = np.array(
-        [texts.setdefault(text, len(texts)) for text in different], dtype=np.intp
-    )
-    return numbers.take(codes)
-
-
-def _values(block: "pa.Array", kind: type[np.generic]) -> NDArray[Any]:
-    """A block's values as they are in memory: Arrow's own conversion would import pandas."""
-    return np.frombuffer(block.buffers()[1], kind)[block.offset : block.offset + len(block)]
-
-
-def _bits(block: "pa.Array", buffer: int) -> Booleans:
-    """Buffer 0 of a block says which cells are not empty; buffer 1 of flags holds their values."""
-    bits = np.unpackbits(np.frombuffer(block.buffers()[buffer], np.uint8), bitorder="little")
-    return bits[block.offset : block.offset + len(block)].view(np.bool_)
-
 
 _EMPTY = [
     *("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"),
@@ -184,16 +65,18 @@ def read_csv(path: Path) -> Table:
     breaks off is dropped with a warning. Raises BadInputError for a file that is empty or is not
     text, and for any other row whose length differs from the first line.
     """
-    text = _as_utf8(path)
-    with text.open() as file:
-        above, comments, first_line = _split(file)
-        head = [first_line, *islice(file, _MOST_HEAD)]
+    with _utf8(path) as file:
+        return _read(file)
+
+
+def _read(file: BinaryIO) -> Table:
+    _require_text(file)
+    above, comments, first_line = _split(file)
+    head = [first_line, *islice(file, _MOST_HEAD)]
     place = _names_line(head)
     above += sum(map(len, head[:place]))
     comments += [line.decode("utf-8", errors="replace").strip() for line in head[:place]]
     first_line, *below = [*head[place:], *[b""] * _FEWEST_BELOW][: _MOST_BETWEEN + 2]
-    if not first_line.strip() or any("\ufffd" in comment for comment in comments):
-        _require_text(text.bytes())
     if not first_line.strip():
         raise BadInputError(
             "the file is empty: there is no line of column names"
@@ -205,49 +88,29 @@ def read_csv(path: Path) -> Table:
     between = _lines_between(cells)
     form = _Form(above, delimiter, _decimal(cells[between], delimiter), between)
     header, warnings = parse_header("\n".join(comments))
-    columns, ragged = _columns(text, form)
-    rows = len(columns[0][1])
+    names, arrays, ragged = _columns(file, form)
+    rows = len(arrays[0])
     warnings += _check_ragged(ragged, rows, between)
     warnings += _check_promise(header.pop(_ROWS, rows), rows)
-    names, arrays = zip(*columns, strict=True)
-    units = _units(
-        [_cells(comment.encode(), delimiter) for comment in comments[-1:]] + cells[:between],
-        len(names),
-    )
+    # The line of units: the first that has a cell for each column.
+    lines = [*(_cells(comment.encode(), delimiter) for comment in comments[-1:]), *cells[:between]]
+    units = next((tuple(line) for line in lines if len(line) == len(names) > 1), ())
     return Table(tuple(name.strip() for name in names), arrays, header, tuple(warnings), units)
 
 
-@dataclass(frozen=True, slots=True)
-class _Text:
-    """The UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16, that in
-    memory.
+def _utf8(path: Path) -> BinaryIO:
+    """Return the UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16,
+    that in memory.
     """
-
-    path: Path
-    recoded: bytes | None
-
-    def open(self) -> BinaryIO:
-        return self.path.open("rb") if self.recoded is None else BytesIO(self.recoded)
-
-    def bytes(self) -> bytes:
-        return self.path.read_bytes() if self.recoded is None else self.recoded
-
-    def size(self) -> int:
-        return self.path.stat().st_size if self.recoded is None else len(self.recoded)
-
-
-def _as_utf8(path: Path) -> _Text:
-    with path.open("rb") as file:
-        begin = file.read(2)
+    with path.open("rb") as raw:
+        begin = raw.read(len(_PACKED))
     data = unpacked(path) if begin == _PACKED else None
-    if (begin if data is None else data[:2]) not in (b"\xff\xfe", b"\xfe\xff"):
-        return _Text(path, data)
-    try:
-        return _Text(
-            path, (path.read_bytes() if data is None else data).decode("utf-16").encode("utf-8")
-        )
-    except UnicodeDecodeError as error:
-        raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
+    if (begin if data is None else data[:2]) in (b"\xff\xfe", b"\xfe\xff"):
+        try:
+            data = (path.read_bytes() if data is None else data).decode("utf-16").encode()
+        except UnicodeDecodeError as error:
+            raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
+    return path.open("rb") if data is None else BytesIO(data)
 
 
 def unpacked(path: Path) -> bytes:
@@ -327,17 +190,18 @@ def _decimal(row: list[str], delimiter: str) -> str:
     return "," if commas and not points else "."
 
 
-def _units(lines: list[list[str]], count: int) -> tuple[str, ...]:
-    """Return the line of units: the first that has a cell for each column."""
-    return next((tuple(cells) for cells in lines if len(cells) == count and count > 1), ())
-
-
-def _require_text(data: bytes) -> None:
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise BadInputError(f"line {line} is not UTF-8 text: save the log as UTF-8 CSV") from error
+def _require_text(file: BinaryIO) -> None:
+    """Raise BadInputError, with the line, for a file that is not UTF-8 text: Arrow would print a
+    traceback.
+    """
+    for number, line in enumerate(file, 1):
+        try:
+            line.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise BadInputError(
+                f"line {number} is not UTF-8 text: save the log as UTF-8 CSV"
+            ) from error
+    file.seek(0)
 
 
 def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
@@ -355,52 +219,46 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
         position += len(line)
         if position > _MOST_ABOVE:
             raise BadInputError(
-                "a megabyte of comments or blank lines stands above the table: this is no log"
+                "a megabyte of comments or blank lines stands above the table: remove them"
             )
     return position, comments, line
 
 
-class _Utf8:
-    """A file whose reading ends in a UnicodeDecodeError where its text is not UTF-8.
+def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column, ...], list[Any]]:
+    """Return names and columns in file order, and the rows of another length than the first line.
 
-    Arrow hands the text of a ragged row to `note`. If it is not UTF-8, Arrow prints a traceback
-    instead.
+    A column has the type of its first block. Where a later one does not fit, Arrow finds the types
+    with the whole text in memory.
     """
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self._decode = file, getincrementaldecoder("utf-8")().decode
-
-    def read(self, size: int = -1) -> bytes:
-        data = self._file.read(size)
-        self._decode(data, final=not data)
-        return data
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
-
-
-def _columns(text: _Text, form: _Form) -> tuple[list[tuple[str, Column]], list[Any]]:
-    """Return names and columns in file order, and the rows of another length than the first line."""
+    import pyarrow as pa
     from pyarrow import csv
 
     ragged: list[Any] = []
-    with text.open() as file:
 
-        def open_reader(types: Types | None) -> "csv.CSVStreamingReader":
-            file.seek(form.above)
-            ragged.clear()
-            return csv.open_csv(_Utf8(file), *_options(form, ragged, types))
+    def run(read: Any, types: Mapping[str, Any]) -> Any:
+        file.seek(form.above)
+        ragged.clear()
+        return read(file, *_options(form, ragged, types))
 
-        found = read_blocks(open_reader, text.size() - form.above)
-    if found is not None:
-        return list(found.items()), ragged
-    data = text.bytes()
-    _require_text(data)
-    table = _parse(data, form, ragged)
-    return [
-        (name, to_column(values))
-        for name, values in zip(table.column_names, table.columns, strict=True)
-    ], ragged
+    try:
+        types = {each.name: _typed(each.type) for each in run(csv.open_csv, {}).schema}
+        with suppress(pa.ArrowInvalid):
+            return *to_columns(run(csv.read_csv, types)), ragged
+        return *to_columns(run(csv.read_csv, {})), ragged
+    except pa.ArrowInvalid as error:
+        raise BadInputError(
+            f"not a CSV table: {str(error).splitlines()[0]}; check its quotation marks, and lines "
+            "of above a megabyte"
+        ) from error
+
+
+def _typed(kind: "pa.DataType") -> "pa.DataType":
+    """Return the type of a whole column of which the first block has a type."""
+    import pyarrow as pa
+
+    if pa.types.is_integer(kind) or pa.types.is_null(kind):
+        return pa.float64()
+    return kind
 
 
 def _check_promise(promised: object, found: int) -> list[str]:
@@ -418,18 +276,7 @@ def _delimiter(first_line: bytes, row: bytes = b"") -> str:
     return max(marks, key=first_line.count).decode()
 
 
-def _parse(data: bytes, form: _Form, ragged: list[Any]) -> "pa.Table":
-    import pyarrow as pa
-    from pyarrow import csv
-
-    ragged.clear()
-    try:
-        return csv.read_csv(BytesIO(memoryview(data)[form.above :]), *_options(form, ragged))
-    except pa.ArrowInvalid as error:
-        raise BadInputError(f"not a CSV table: {str(error).splitlines()[0]}") from error
-
-
-def _options(form: _Form, ragged: list[Any], types: Types | None = None) -> tuple[Any, Any, Any]:
+def _options(form: _Form, ragged: list[Any], types: Mapping[str, Any]) -> tuple[Any, Any, Any]:
     """Return how to read, parse and convert. Rows of another length than the first line go to
     `ragged`.
     """
@@ -446,6 +293,7 @@ def _options(form: _Form, ragged: list[Any], types: Types | None = None) -> tupl
         csv.ConvertOptions(
             null_values=_EMPTY,
             strings_can_be_null=True,
+            auto_dict_encode=True,
             column_types=types,
             decimal_point=form.decimal,
         ),
@@ -477,20 +325,31 @@ def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
     ]
 
 
-def to_column(column: "pa.ChunkedArray") -> Column:
-    """Return an Arrow column as an array: floats with NaN for empty cells, booleans, or objects."""
+def to_columns(table: "pa.Table") -> tuple[tuple[str, ...], tuple[Column, ...]]:
+    """Return the names and the columns of an Arrow table as arrays: floats with NaN for empty
+    cells, booleans, or objects. Each leaves the table as it comes, so that a long log is in memory once.
+    """
+    names, found = tuple(table.column_names), list[Column]()
+    while table.num_columns:
+        column, table = table.column(0), table.remove_column(0)
+        found.append(_to_column(column))
+    return names, tuple(found)
+
+
+def _to_column(column: "pa.ChunkedArray") -> Column:
     import pyarrow as pa
 
     if pa.types.is_null(column.type):
         return np.full(len(column), np.nan)
-    if pa.types.is_dictionary(column.type):
-        column = column.cast(column.type.value_type)
+    if pa.types.is_dictionary(column.type):  # each different text once
+        whole = column.unify_dictionaries().combine_chunks()
+        texts = np.array([*whole.dictionary.to_pylist(), None], dtype=object)
+        return np.asarray(texts[whole.indices.fill_null(len(texts) - 1).to_numpy()])
     values: Column = column.to_numpy()
     if values.dtype.kind not in "iuf":
         return values
-    return np.add(
-        values, 0.0, dtype=np.float64
-    )  # a copy of its own, and no minus zero, as of blocks
+    # A copy of its own. A minus zero would turn the direction of a velocity by half a circle.
+    return np.add(values, 0.0, dtype=np.float64)
 
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:

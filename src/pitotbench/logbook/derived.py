@@ -157,14 +157,12 @@ def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
         return None
     if source == "mach":
         return np.asarray(air.impact_pressure_from_mach(shown, static))
-    if cold is not None:
-        return np.asarray(air.impact_pressure_from_true_airspeed(shown, static, cold))
-    if total is not None:
-        return np.asarray(
-            air.impact_pressure_from_mach(air.mach_from_true_airspeed(shown, total), static)
-        )
-    standard = air.standard_temperature(air.pressure_altitude(static))
-    return np.asarray(air.impact_pressure_from_true_airspeed(shown, static, standard))
+    if cold is None and total is not None:
+        mach = air.mach_from_true_airspeed(shown, total)
+        return np.asarray(air.impact_pressure_from_mach(mach, static))
+    if cold is None:
+        cold = air.standard_temperature(air.pressure_altitude(static))
+    return np.asarray(air.impact_pressure_from_true_airspeed(shown, static, cold))
 
 
 _SEA_LEVEL = 350.0  # m, 2σ: height of 1013.25 hPa above the sea, from 970 to 1050 hPa

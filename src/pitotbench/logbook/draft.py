@@ -70,7 +70,8 @@ class Draft:
         """
         if int(good.sum()) < _FEWEST_ROWS:
             raise BadInputError(
-                f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains"
+                f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains: "
+                "mend that column, or give another log"
             )
         if good.all():
             return
@@ -102,6 +103,12 @@ class Draft:
                 f"0:00 to {minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
             )
         self.keep(rows)
+
+    def doubt(self, words: str, refused: bool) -> None:
+        """Warn of what is hardly possible; raise BadInputError where it is `refused`."""
+        if refused:
+            raise BadInputError(words)
+        self.warnings.append(words)
 
     def cautions(self, code: str) -> list[Caution]:
         """Return the warnings of a code."""
@@ -137,7 +144,9 @@ def draft_of(table: Table) -> Draft:
             continue
         if parsed is not None and counts[name] > 1:
             raise BadInputError(f"column {name!r} is given twice; keep one")
-        if parsed is None or _is_text_beside(parsed[0], column):
+        # Texts in a column that most logs do not need are another way to write it than ours.
+        beside = parsed and parsed[0].name in BESIDE and parsed[0].kind == "number"
+        if parsed is None or (beside and column.dtype.kind not in "fiub"):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed
@@ -152,20 +161,13 @@ def draft_of(table: Table) -> Draft:
     return draft
 
 
-def _is_text_beside(quantity: Channel, column: Column) -> bool:
-    """Return whether a column that most logs do not need holds texts: another way to write it than
-    ours.
-    """
-    return quantity.name in BESIDE and quantity.kind == "number" and column.dtype.kind not in "fiub"
-
-
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
     if (
         quantity.name == "clock_time" and column.dtype.kind in "mMfiu"
     ):  # numbers are seconds of the day
         return column
     if quantity.kind == "text":
-        return texts(column)
+        return texts(name, column)
     if quantity.name == "time" and is_clock(column):
         return clock_seconds(name, column)
     if quantity.kind == "flag":
@@ -243,11 +245,13 @@ def hold_fixes(draft: Draft) -> None:
     them.
     """
     fresh = np.isfinite(draft.channels["velocity_north"])
-    if fresh.all() or not _regular(fresh):
+    steps = np.diff(np.flatnonzero(fresh))
+    if fresh.all() or not _regular(steps):
         return
+    interval = float(np.median(steps))
     # The latest row with a fix, for each row: a running maximum of row numbers.
     fix = np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))
-    held = np.arange(len(fresh)) - fix < _SLOWEST * _interval(fresh)  # in a failure nothing is held
+    held = np.arange(len(fresh)) - fix < _SLOWEST * interval  # in a failure nothing is held
     for name in numbers_from("gps"):
         values = draft.channels.get(name)
         if values is not None and np.array_equal(np.isfinite(values), fresh):
@@ -259,27 +263,19 @@ def hold_fixes(draft: Draft) -> None:
         )
     draft.warnings.append(
         f"column {draft.columns['velocity_north']!r} is blank between fixes (one in "
-        f"{_interval(fresh):.0f} rows): "
+        f"{interval:.0f} rows): "
         "held from fix to fix"
     )
     draft.keep(np.arange(len(fresh)) >= int(np.argmax(fresh)))
 
 
-def _steps(fresh: Booleans) -> NDArray[np.intp]:
-    return np.diff(np.flatnonzero(fresh))
-
-
-def _interval(fresh: Booleans) -> float:
-    return float(np.median(_steps(fresh)))
-
-
-def _regular(fresh: Booleans) -> bool:
+def _regular(steps: NDArray[np.intp]) -> bool:
     """Return whether fixes come every two rows or more, at intervals few of which differ much from
     the median.
     """
-    if int(fresh.sum()) < 3:
+    if len(steps) < 2:
         return False
-    usual, steps = _interval(fresh), _steps(fresh)
+    usual = float(np.median(steps))
     odd = (steps > _SLOWEST * usual) | (steps < usual / _SLOWEST)
     return usual >= 2.0 and float(odd.mean()) <= _ODD
 

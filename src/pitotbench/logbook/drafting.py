@@ -63,6 +63,7 @@ _OF_A_BOX = frozenset((
 _BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
+_SLOWEST = 10.0  # s between rows
 _FEW_REPEATS = 0.01  # share of stamps that an even clock may repeat now and then
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
@@ -93,7 +94,7 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
 def _date(name: str) -> list[Guess]:
     return (
         [Guess(name, "date", ("",), _EXACT, True)]
-        if _plain(name) in SYNONYMS["date"].split()
+        if re.sub(r"[^a-z0-9°/^.-]", "", name.lower()) in SYNONYMS["date"].split()
         else []
     )
 
@@ -165,17 +166,13 @@ def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
         return (
             len(known) > 1
             and bool(np.mean(np.diff(known) > 0.0) > 0.9)
-            and _rate_fits(known, suffix)
+            and _FASTEST <= float(to_si(float(np.median(np.diff(known))), suffix)) <= _SLOWEST
         )
     if len(known) < 2:
         return False
     low, high = _RANGES.get(quantity.name, (quantity.low, quantity.high))
     size = np.abs(to_si(known, suffix) if suffix else known)
     return bool(low <= np.quantile(size, 0.7) and np.quantile(size, 0.95) <= high)
-
-
-def _rate_fits(time: Array, suffix: str) -> bool:
-    return _FASTEST <= float(to_si(float(np.median(np.diff(time))), suffix)) <= 10.0
 
 
 # Narrower than what a log may hold: the ranges of usual flights tell the units apart.
@@ -197,10 +194,6 @@ _RANGES = {
 
 
 _LONGEST_NAME = 200  # letters: an open quotation mark makes a name of the rest of the file
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9°/^.-]", "", name.lower())
 
 
 def _words(name: str, unit: str) -> tuple[list[str], str]:
@@ -379,11 +372,9 @@ _SUPERSEDED = {  # a quantity that is not needed beside others
 
 @dataclass(frozen=True, slots=True)
 class DraftedLine:
-    """A line of the mapping: the guess with its unit, whether it is sure, and the question to ask
-    where it is not."""
+    """A line of the mapping: the guess, and the question to ask where it is not sure."""
 
     guess: Guess
-    unit: str
     question: str = ""
 
 
@@ -437,7 +428,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
     beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = (
         *(
-            DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside))
+            DraftedLine(guess, _question(guess, _rivals(guess, offered), beside))
             for guess in fitted
         ),
         *_more_sensors(fitted, offered),
@@ -476,21 +467,22 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
     return sorted(chosen.values(), key=lambda guess: places.get(guess.theirs, len(order)))
 
 
+_COMPONENTS = ("velocity_north", "velocity_east", "velocity_down")
+_DIRECTED = ("ground_speed", "track", "magnetic_track")
+_POSITIONS = ("latitude", "longitude")
+
+
 def _without_superseded(chosen: list[Guess]) -> list[Guess]:
     here = {guess.quantity for guess in chosen if guess.score >= _SURE}
-    directed = "ground_speed" in here and here & {"track", "magnetic_track"}
-    by_components = {"velocity_north", "velocity_east"} <= here
-    if not by_components:
-        here -= {"velocity_north", "velocity_east"}
-        if directed or {"latitude", "longitude"} <= here:
-            chosen = [g for g in chosen if not g.quantity.startswith("velocity_")]
-    if not by_components and not directed and {"latitude", "longitude"} <= here:
-        chosen = [
-            g for g in chosen if g.quantity not in ("ground_speed", "track", "magnetic_track")
-        ]
-    elif by_components or directed:
-        chosen = [g for g in chosen if g.quantity not in ("latitude", "longitude")]
-    return _with_a_height([g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here])
+    dropped: tuple[str, ...] = _POSITIONS  # where the velocity has both components
+    if not here.issuperset(_COMPONENTS[:2]):
+        here -= set(_COMPONENTS)
+        directed = "ground_speed" in here and not here.isdisjoint(_DIRECTED[1:])
+        others = _DIRECTED if here.issuperset(_POSITIONS) else ()
+        dropped = (*_COMPONENTS, *(_POSITIONS if directed else others))
+        dropped = dropped if directed or others else ()
+    unneeded = {name for name, beside in _SUPERSEDED.items() if not here.isdisjoint(beside)}
+    return _with_a_height([g for g in chosen if g.quantity not in unneeded.union(dropped)])
 
 
 def _with_a_height(chosen: list[Guess]) -> list[Guess]:
@@ -587,7 +579,7 @@ def _more_sensors(fitted: Sequence[Guess], offered: Sequence[list[Guess]]) -> It
                 count += 1
                 unit = first.units[0] if first.units[0] in other.units else other.units[0]
                 numbered = replace(other, quantity=f"{first.quantity}_{count}", units=(unit,))
-                yield DraftedLine(numbered, unit, f"is this a sensor beside {first.theirs!r}?")
+                yield DraftedLine(numbered, f"is this a sensor beside {first.theirs!r}?")
 
 
 def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
@@ -691,7 +683,7 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
 
 def _line(line: DraftedLine) -> str:
     guess = line.guess
-    target = guess.target(line.unit)
+    target = guess.target()
     value = (
         json.dumps(target)
         if guess.factor == 1.0

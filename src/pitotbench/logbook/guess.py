@@ -21,10 +21,9 @@ class Guess:
     factor: float = 1.0
     doubt: str = ""
 
-    def target(self, unit: str | None = None) -> str:
-        """Return our column name, with the likeliest unit or another one."""
-        suffix = self.units[0] if unit is None else unit
-        return f"{self.quantity}_{suffix}" if suffix else self.quantity
+    def target(self) -> str:
+        """Return our column name, with the likeliest unit."""
+        return f"{self.quantity}_{self.units[0]}" if self.units[0] else self.quantity
 
     def values(self, table: Table) -> Array:
         """Return the values [SI] of the column, (n,), in the likeliest unit."""

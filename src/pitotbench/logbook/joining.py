@@ -2,8 +2,7 @@
 time base.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,11 +25,12 @@ from pitotbench.logbook.columns import (
     numbers,
     parse_column,
     plain_name,
+    within,
 )
 from pitotbench.logbook.derived import components
-from pitotbench.logbook.formats import topics_of
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.logbook.sensors import chosen
+from pitotbench.logbook.topics import topics_of
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, Booleans, from_si, to_si
 
@@ -57,7 +57,7 @@ def read_mapped(
     files = [] if topics else find_files(path, mapping)
     tables, held = topics.read(path, mapping.files) if topics else ([], {})
     for file in files:
-        with _within(file.name if file else ""):
+        with within(file.name if file else ""):
             tables.append(read_table(file) if file else None)
     if files and files[0]:
         held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
@@ -69,7 +69,7 @@ def read_mapped(
     for entry, table in zip(mapping.files, tables, strict=True):
         if table is None or entry.another:  # an optional file that is absent, or another sensor
             continue
-        with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
+        with within(entry.pattern if len(mapping.files) > 1 else "mapping"):
             shown = as_shown(
                 next(iter(_sensors(table).values()), table), {**held, **(stated or {})}, sensor
             )
@@ -117,18 +117,9 @@ def _parameters_beside(file: Path, pattern: str, read_table: ReadTable) -> dict[
     beside = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
     if not beside.is_file():
         return {}
-    with _within(beside.name):
+    with within(beside.name):
         table = read_table(beside)
         return dict(zip(table.column("Name"), numbers("Value", table.column("Value")), strict=True))
-
-
-@contextmanager
-def _within(part: str) -> Iterator[None]:
-    """Add to an error of the block the part of the log in which it lies."""
-    try:
-        yield
-    except BadInputError as error:
-        raise BadInputError(f"{part}: {error}") from error
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
@@ -167,7 +158,7 @@ def _only_match(folder: Path, pattern: str) -> Path:
     raise BadInputError(
         f"the folder holds several files {pattern!r} ({names}); name one of them"
         if found
-        else f"the folder holds no file {pattern!r}"
+        else f"the folder holds no file {pattern!r}: give the folder or the first file of the log"
     )
 
 
@@ -185,7 +176,8 @@ def rename(table: Table, entry: MappedFile) -> Table:
         parsed = (bare, "") if bare else parse_column(plain)
         if parsed is None:
             raise BadInputError(
-                f"the mapping names {target.name!r}, which is no column of a flight log"
+                f"the mapping names {target.name!r}, which is no column of a flight log: "
+                "`pitotbench map LOG` writes those that are"
             )
         quantities[target] = parsed[0], sensor
     table = first_of_each(table)
@@ -253,7 +245,8 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     inside = (time >= start) & (time <= end)
     if not inside.any():
         raise BadInputError(
-            "the files of the log do not overlap in time; check the mapping's time columns"
+            "the parts of the log do not overlap in time: take those of one flight, or correct the "
+            "time columns of the mapping"
         )
     names, columns = list(base.names), [column[inside] for column in base.columns]
     warnings = list(base.warnings)
@@ -301,7 +294,7 @@ def _time(table: Table) -> Array:
         (n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None
     )
     if name is None:
-        raise BadInputError("each file of a mapping needs a time column")
+        raise BadInputError("each file of a mapping needs a time column: add a line for it")
     column = table.column(name)
     time = (
         clock_seconds(name, column)
@@ -309,7 +302,11 @@ def _time(table: Table) -> Array:
         else to_si(numbers(name, column), name.removeprefix("time_"))
     )
     if len(time) < 2 or not np.all(np.diff(time) > 0.0):
-        raise BadInputError(f"column {name!r}: time must increase in every file of the log")
+        back = int(np.argmin(np.diff(time) > 0.0)) + 2 if len(time) > 1 else 1
+        raise BadInputError(
+            f"column {name!r}, row {back}: time must increase in every part of the log; remove the "
+            "rows that repeat or run back, in its tables as CSV"
+        )
     return time
 
 

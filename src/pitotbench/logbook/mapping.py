@@ -5,13 +5,14 @@ files.
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
+from types import GenericAlias
 from typing import Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import plain_name, require_regular, toml_table
+from pitotbench.logbook.columns import plain_name, require_regular, toml_table, within
 from pitotbench.records import BadInputError
 
 
@@ -83,15 +84,12 @@ def find_mapping(name: str | Path) -> Mapping:
     path = Path(name)
     if path.suffix != ".toml":
         return parse_mapping(str(name), shipped()[str(name)])
-    try:
+    with within(f"mapping {path}"):
         require_regular(path)
-        text = path.read_text(encoding="utf-8")
-    except BadInputError as error:
-        raise BadInputError(f"mapping {path}: {error}") from error
-    except UnicodeDecodeError as error:
-        raise BadInputError(f"mapping {path}: cannot be read: not UTF-8 text") from error
-    except OSError as error:
-        raise BadInputError(f"mapping {path}: cannot be read: {error.strerror or error}") from error
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            raise BadInputError("cannot be read: not UTF-8 text") from error
     return parse_mapping(str(path), text)
 
 
@@ -147,33 +145,30 @@ def _document() -> Any:
     """Return the model of a mapping file: its tables and keys. Made when asked for: pydantic is
     slow to load.
     """
-    from pydantic import BaseModel, ConfigDict
+    from pydantic import ConfigDict, create_model
 
-    class Target(BaseModel):
-        model_config = ConfigDict(extra="forbid", strict=False)
-        name: str
-        factor: float = 1.0
-        offset: float = 0.0
-        optional: bool = False
-
-    class File(BaseModel):
-        model_config = ConfigDict(extra="forbid")
-        file: str | list[str] = "*"
-        join: str = "last"
-        optional: bool = False
-        another: bool = False
-        columns: dict[str, str | Target]
-
-    class Document(BaseModel):
-        model_config = ConfigDict(extra="forbid")
-        title: str = ""
-        recognize: list[str | list[str]] = []
-        refuse: str = ""
-        columns: dict[str, str | Target] = {}
-        files: list[File] = []
-        calibrate: dict[str, str | float | bool | dict[str, float]] = {}
-
-    return Document
+    make: Any = partial(create_model, __config__=ConfigDict(extra="forbid"))
+    target = make(
+        "Target", name=(str, ...), factor=(float, 1.0), offset=(float, 0.0), optional=(bool, False)
+    )
+    columns = GenericAlias(dict, (str, str | target))  # of types that are made here
+    file = make(
+        "File",
+        file=(str | list[str], "*"),
+        join=(str, "last"),
+        optional=(bool, False),
+        another=(bool, False),
+        columns=(columns, ...),
+    )
+    return make(
+        "Document",
+        title=(str, ""),
+        recognize=(list[str | list[str]], []),
+        refuse=(str, ""),
+        columns=(columns, {}),
+        files=(GenericAlias(list, file), []),
+        calibrate=(dict[str, str | float | bool | dict[str, float]], {}),
+    )
 
 
 def _renamed(columns: dict[str, Any]) -> tuple[Renamed, ...]:

@@ -12,7 +12,6 @@ from pitotbench.logbook.plausible_air import (
     LIMITS,
     at_ceiling,
     check_height,
-    check_rise,
     check_temperature,
     other_units,
     some,
@@ -216,9 +215,7 @@ def _check_misfit(draft: Draft, factor: Factor) -> None:
         f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the "
         "air data"
     )
-    if factor.misfit > LIMITS.misfit_refused:
-        raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.doubt(words, factor.misfit > LIMITS.misfit_refused)
 
 
 def _check_change(draft: Draft, factor: Factor) -> None:
@@ -232,9 +229,7 @@ def _check_change(draft: Draft, factor: Factor) -> None:
         "gain or a source "
         "change in flight?"
     )
-    if doubted > LIMITS.change_refused:
-        raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.doubt(words, doubted > LIMITS.change_refused)
 
 
 def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
@@ -260,9 +255,8 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     forbidden = not 1.0 / LIMITS.scale_refused < needed < LIMITS.scale_refused
     # Nor does a pitot of subsonic flow show a supersonic speed.
     forbidden |= ground > float(np.median(air.sound_speed(flown.temperature))) > airspeed
-    if forbidden and (named or bool(np.all(absurd))):
-        raise BadInputError(words)
-    draft.warnings.append(Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"]))
+    told = Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"])
+    draft.doubt(told, forbidden and (named or bool(np.all(absurd))))
 
 
 def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:
@@ -326,7 +320,6 @@ def _offset(factor: Factor, impact_pressure: float) -> float:
 # exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says
 # which.
 
-Complex = NDArray[np.complex128]
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
     0: "the east velocity has the wrong sign",
     90: "the north and east velocities are exchanged",
@@ -372,7 +365,7 @@ def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
     """The least-squares a and winds of the velocity against the heading `psi` [rad], (n,)."""
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
-    velocity: Complex = flown.north + 1j * flown.east
+    velocity = flown.north + 1j * flown.east
     windows = np.arange(flown.window[-1] + 1) == flown.window[:, None]
     matrix = np.column_stack([pointer, windows])
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
@@ -392,34 +385,40 @@ def _turning(angle: Array) -> float:
 
 def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> Caution:
     direct, mirror = align(flown, psi, False), align(flown, psi, True)
-    if min(direct.misfit, mirror.misfit) > LIMITS.misfit_refused:
-        text = "the velocity does not follow the heading; check signs and units of both"
-        return Caution(text, "heading", size=min(direct.misfit, mirror.misfit))
+    least = min(direct.misfit, mirror.misfit)
+    if least > LIMITS.misfit_refused:
+        return Caution(
+            "the velocity does not follow the heading; check signs and units of both",
+            "heading",
+            size=least,
+        )
     if mirror.misfit < LIMITS.mirror_better * direct.misfit:
         quarter = round(mirror.angle / 90.0) * 90
-        text = (
+        return Caution(
             f"{_MIRRORED[180 if abs(quarter) == 180 else quarter]}, or the heading is counted "
-            "the wrong way"
+            "the wrong way",
+            "mirrored",
+            size=mirror.angle,
         )
-        return Caution(text, "mirrored", size=mirror.angle)
-    if min(direct.misfit, mirror.misfit) > LIMITS.misfit_doubted:
-        text = (
+    if least > LIMITS.misfit_doubted:
+        return Caution(
             f"the velocity does not follow the heading (they differ by {direct.misfit:.0%} rms): "
-            "does one of its "
-            "components lack its sign?"
+            "does one of its components lack its sign?",
+            "heading",
+            size=direct.misfit,
         )
-        return Caution(text, "heading", size=direct.misfit)
     # Where the latency is known, `calibrate` withdraws this (reduction), and `reconcile` where a
     # part explains it.
     if abs(direct.angle) - LIMITS.sigmas * direct.spread > LIMITS.angle_doubted:
-        text = (
-            f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them "
-            "magnetic, the heading "
-            "not the airplane's, a sign wrong, or one of them late in the turns?"
+        return Caution(
+            "both velocities have the wrong sign, or the heading is that of the tail"
+            if abs(direct.angle) > 150.0
+            else f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them "
+            "magnetic, the heading not the airplane's, a sign wrong, or one of them late in the "
+            "turns?",
+            "axes turned",
+            size=direct.angle,
         )
-        if abs(direct.angle) > 150.0:
-            text = "both velocities have the wrong sign, or the heading is that of the tail"
-        return Caution(text, "axes turned", size=direct.angle)
     if _is_reckoned(flown, factor):
         return Caution(
             "the velocity repeats the noise of the airspeed: it is made of the air data", "reckoned"
@@ -542,7 +541,6 @@ def check_plausibility(draft: Draft) -> None:
     """Warn of what is hardly possible; raise BadInputError for what is not."""
     check_height(draft)
     check_temperature(draft)
-    check_rise(draft)
     flown = flown_rows(draft)
     if flown is None or draft.cautions(BROKEN):
         return  # what is broken explains what does not fit

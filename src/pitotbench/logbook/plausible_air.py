@@ -154,22 +154,13 @@ _SHOULD_MOVE = 0.5  # K, standard deviation: a probe that should move by more ca
 
 
 def check_temperature(draft: Draft) -> None:
-    """Refuse a temperature that no day has; warn of one far from a standard day, or of a probe that
-    never moves.
+    """Refuse a temperature that no day has; warn of one far from a standard day, of a probe that
+    never moves, and where it rises with the airspeed as that of the other name would.
     """
     for name in TEMPERATURES:
         if name in draft.channels:
             _check_level(draft, name)
-            _check_still(draft, name)
-
-
-def check_rise(draft: Draft) -> None:
-    """Warn where the temperature rises with the airspeed as that of the other name would, or of
-    another unit.
-    """
-    for name in TEMPERATURES:
-        if name in draft.channels and np.ptp(draft.channels[name]) > 0.0:
-            _check_rise(draft, name)
+            (_check_rise if np.ptp(draft.channels[name]) > 0.0 else _check_still)(draft, name)
 
 
 def warmth(draft: Draft, static_pressure: Array) -> float:
@@ -214,9 +205,7 @@ def _check_level(draft: Draft, name: str) -> None:
         f"{'warmer' if excess > 0 else 'colder'} "
         f"than on a standard day at this pressure{way_out}"
     )
-    if abs(excess) > LIMITS.temperature_refused:
-        raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.doubt(words, abs(excess) > LIMITS.temperature_refused)
 
 
 def likely_temperatures(draft: Draft, name: str) -> list[str]:
@@ -236,10 +225,7 @@ def likely_temperatures(draft: Draft, name: str) -> list[str]:
 
 def _check_still(draft: Draft, name: str) -> None:
     """A constant is a number written by hand, or a dead probe."""
-    static = some(draft, "static_pressure")
-    if np.ptp(draft.channels[name]) > 0.0:
-        return
-    expected = _standard(static)
+    expected = _standard(some(draft, "static_pressure"))
     if name == "total_temperature":
         expected = air.total_temperature(expected, _mach(draft))
     if float(np.std(expected)) > _SHOULD_MOVE:
@@ -312,12 +298,12 @@ def check_height(draft: Draft) -> None:
     )
     other_static = [
         s
-        for s in _others(draft, "static_pressure")
+        for s, _ in other_units(draft, "static_pressure")
         if _fits(draft, _read_as(draft, "static_pressure", s), height)
     ]
     other_height = [
         s
-        for s in _others(draft, "altitude")
+        for s, _ in other_units(draft, "altitude")
         if _fits(draft, static, _read_as(draft, "altitude", s))
     ]
     if other_static:
@@ -342,10 +328,6 @@ def _fits(draft: Draft, static: Array, height: Array) -> bool:
     expected = air.pressure_altitude(np.maximum(static, 100.0)) * warmth(draft, static)
     distance = abs(float(np.median(expected - height)))
     return distance <= LIMITS.height_doubted + LIMITS.height_share * abs(float(np.median(height)))
-
-
-def _others(draft: Draft, name: str) -> list[str]:
-    return [s for s in QUANTITIES[name].suffixes if SUFFIXES[s] != SUFFIXES[draft.suffixes[name]]]
 
 
 def _read_as(draft: Draft, name: str, suffix: str) -> Array:
@@ -389,12 +371,9 @@ def at_ceiling(impact_pressure: Pascal) -> Booleans:
     if rows.sum() < _FEWEST or rows.all():
         return none
     step = float(np.median(np.diff(np.unique(impact_pressure))))
-    usual = np.count_nonzero(~rows) / _runs(impact_pressure[~rows])
+    # A recorder repeats the samples of a slower sensor: each run of them is one.
+    runs = 1 + np.count_nonzero(np.diff(impact_pressure[~rows]))
+    usual = np.count_nonzero(~rows) / runs
     lower = np.count_nonzero((impact_pressure >= top - 1.5 * step) & ~rows)
     found = step <= _COARSEST and rows.sum() >= max(_FEWEST * usual, _STANDS_OUT * lower)
     return rows if found else none
-
-
-def _runs(values: Pascal) -> int:
-    """Return the number of runs of equal values; a recorder repeats the samples of a slower sensor."""
-    return 1 + int(np.count_nonzero(np.diff(values)))

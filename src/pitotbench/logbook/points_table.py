@@ -15,6 +15,7 @@ from pitotbench.logbook.columns import (
     numbers,
     parse_column,
     texts,
+    within,
 )
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
@@ -126,12 +127,8 @@ def _read(
     path: Path, quantities: tuple[str, ...], columns: tuple[str, ...], usual: Mapping[str, float]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """Return the rows of a card by the fields of their record, and the steps of the readings [SI]."""
-    try:
+    with within(path):
         return _rows(read_csv(path), quantities, columns, usual)
-    except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from error
-    except OSError as error:
-        raise BadInputError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def _rows(
@@ -167,10 +164,12 @@ def _rows(
             )
     count = len(table)
     configurations = (
-        _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
+        _labels(CONFIGURATION, table.column(CONFIGURATION))
+        if CONFIGURATION in table.names
+        else [""] * count
     )
     if POINT in table.names:
-        points = _labels(table.column(POINT))
+        points = _labels(POINT, table.column(POINT))
     elif "ground_speed" in quantities:
         points = _by_airspeed(values["indicated_airspeed"], configurations)
     else:
@@ -227,7 +226,7 @@ def _parsed(name: str) -> tuple[str, str]:
     return ("", "") if parsed is None else (HEADING if turned else parsed[0].name, parsed[1])
 
 
-def _labels(column: Column) -> list[str]:
+def _labels(name: str, column: Column) -> list[str]:
     if column.dtype.kind in "fiu":
         return [f"{value:g}" for value in column]
-    return [str(text).strip() for text in texts(column)]
+    return [str(text).strip() for text in texts(name, column)]

@@ -15,11 +15,13 @@ from pitotbench.logbook.columns import (
     Table,
     require_regular,
     split_positions,
+    within,
 )
-from pitotbench.logbook.formats import reader_of, topics_of
+from pitotbench.logbook.formats import reader_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.logbook.sensors import of_sensor
+from pitotbench.logbook.topics import topics_of
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -53,11 +55,9 @@ def read_log(
     UnknownNameError for a mapping that is not shipped.
     """
     source = Path(path)
-    try:
+    with within(source):
         stated = dict(parameters or {})
         return log_of(whole_table(source, mapping, stated, temperature_c, airspeed_sensor), part)
-    except BadInputError as error:
-        raise type(error)(f"{source}: {error}") from error
 
 
 def whole_table(
@@ -181,10 +181,10 @@ def read_table(path: Path) -> Table:
     except OSError as error:
         raise BadInputError(f"cannot be read: {error.strerror or error}") from error
     if empty:
-        raise BadInputError("the file is empty")
+        raise BadInputError("the file is empty: copy it again from its source")
     table = read(path)
     if len(table) == 0:
-        raise BadInputError("the log has column names but no rows")
+        raise BadInputError("the log has column names but no rows: copy it again from its source")
     # A mapping that the file names was not applied by this reading.
     return replace(
         split_positions(table),

@@ -5,7 +5,6 @@ Recorders).
 import re
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +89,9 @@ def read_igc(path: Path) -> Table:
         )
     fixes = fixes[valid]
     columns = _columns(fixes, extensions)
-    header, begin = _header(data), float(columns["time_s"][0])
+    kept = ((name, re.search(pattern, data, re.MULTILINE)) for name, pattern in _KEPT.items())
+    header = {name: found[1].decode("utf-8", "replace").strip() for name, found in kept if found}
+    begin = float(columns["time_s"][0])
     date = _DATE.search(data)
     if date:
         day, month, year = (int(part) for part in date.groups())
@@ -148,12 +149,3 @@ def _numbers(fixes: NDArray[np.bytes_], span: tuple[int, int]) -> Array:
         return cells.astype(np.float64)
     except ValueError:
         return np.array([float(c) if _NUMBER.fullmatch(c) else np.nan for c in cells.tolist()])
-
-
-def _header(data: bytes) -> dict[str, Any]:
-    found = {name: re.search(pattern, data, re.MULTILINE) for name, pattern in _KEPT.items()}
-    return {
-        name: match[1].decode("utf-8", errors="replace").strip()
-        for name, match in found.items()
-        if match
-    }

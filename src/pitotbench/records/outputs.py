@@ -1,10 +1,12 @@
-"""The places where a command will write, checked before its work begins. An output is never one of
-the inputs.
+"""The places where a command will write, checked before its work begins, and files written whole or
+not at all. An output is never one of the inputs.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
+from uuid import uuid4
 
 from pitotbench.records import BadInputError
 
@@ -77,3 +79,30 @@ def _require_takes_files(folder: Path, path: Path) -> None:
         raise BadInputError(
             f"{path}: cannot be written: {reason}; choose another folder"
         ) from error
+
+
+@contextmanager
+def atomic(path: Path) -> Iterator[Path]:
+    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on
+    failure.
+
+    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist
+    or cannot be written.
+    """
+    # The random part of the name keeps two processes that write the same file apart.
+    temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+    try:
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        raise BadInputError(
+            f"{path}: cannot be written: {error.strerror or error}; choose another folder"
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
+    with atomic(path) as scratch:  # "replace": a file name from the disk may not be UTF-8
+        scratch.write_text(text, encoding="utf-8", errors="replace")

@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 
 from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
-from pitotbench.logbook.autopilot import autopilot_settings, stated_parameters
+from pitotbench.logbook.autopilot import stated_parameters
 from pitotbench.logbook.columns import write_text
+from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records.calibration import AutopilotSettings, Calibration, RecordedAutopilot
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account

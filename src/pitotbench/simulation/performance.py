@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.handbook import is_published
+from pitotbench.pressure_error.published import is_published
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Performance, PerformanceFigure
 from pitotbench.simulation.aircraft import original, parse_xml

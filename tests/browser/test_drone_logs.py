@@ -1,9 +1,9 @@
-"""Logs of autopilots on the page: the same parameters to set as by the command."""
+"""Logs of autopilots on the page: the parameters to set of the command, without being asked for."""
 
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,22 +21,26 @@ def test_the_parameters_of_a_drone_are_those_of_the_command(
     name: str, autopilot: str, tmp_path: Path
 ) -> None:
     if autopilot == "ardupilot":
-        held = {"ARSPD_RATIO": 1.6, "ARSPD_OFFSET": 12.0, "ARSPD_TYPE": 1.0}
+        held = {"ARSPD_RATIO": 1.3, "ARSPD_OFFSET": 12.0, "ARSPD_TYPE": 1.0}
         path = foreign_files.dataflash(tmp_path / name, flight(), held)
     else:
-        held = {"ASPD_SCALE_1": 0.98, "SENS_DPRES_OFF": 12.0}
+        held = {"ASPD_SCALE_1": 0.89, "SENS_DPRES_OFF": 12.0}
         path = foreign_files.ulog(tmp_path / name, flight(), True, held)
-    (found,) = next(work.find_flights(path, {}, tmp_path / "none"))
-    assert not found.flight.refusal
-    asked = work.Request((found.log,))
-    *_, plain = work.answer(asked, True)
-    assert isinstance(plain, work.Answer)
-    assert plain.settings is None
-    with_parameters = replace(asked, autopilot=autopilot)
-    *_, answer = work.answer(with_parameters, False)
-    assert isinstance(answer, work.Answer)
+    replies: list[Any] = []
+    tell = replies.append  # as of one child, which knows its latest answers
+    work.find_flights(tell, path, {}, tmp_path / "none")
+    (found,) = replies[-1]
+    assert (found.flight.refusal, found.autopilot) == ("", autopilot)
+    assert found.several == (autopilot == "ardupilot")  # and its second sensor is offered
+    for number in ("1", "2") if found.several else ():
+        log = work._read(found.log, work.Request((found.log,), sensor=number))
+        assert log.header["airspeed_sensor"] == int(number)
+    asked = work.Request((found.log,), autopilot=found.autopilot)
+    work.answer(tell, asked, True)
+    answer = replies[-1]
     assert answer.settings is not None
-    ((shown, text),) = work.take(with_parameters, "parameters")
+    work.take(tell, asked, "parameters", "kt")
+    shown, text = replies[-1]
     out = tmp_path / shown
     words = [
         sys.executable,
@@ -51,3 +55,7 @@ def test_the_parameters_of_a_drone_are_those_of_the_command(
     ]
     subprocess.run([*map(str, words)], check=True, capture_output=True, env=child_environment())
     assert text == out.read_text(encoding="utf-8")
+    # One ratio has one value: that of the table is that of the warning.
+    gain = answer.settings.settings[0]
+    (line,) = [each for each in answer.result.warnings if each.startswith("multiply")]
+    assert f"as {gain.name} {gain.value:.5g} ± {gain.two_sigma:.2g} (old" in line

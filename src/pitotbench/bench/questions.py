@@ -130,12 +130,13 @@ def calibrate_each(
     sources: "Iterable[Source]" = (),
     flags: Iterable[Choice] = (),
     published: tuple[PublishedCurve, ...] = (),
+    first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
     **choices: Any,
 ) -> tuple[CalibratedFlight, ...]:
     """Calibrate each flight of the logs as `calibrate` does, with what is held against its curve.
 
     `sources` are the files of the logs and `flags` further choices, for the record; `published` are
-    the curves of a handbook. Raises as `calibrate` does.
+    the curves of a handbook, and `first` is as for `calibrate_flights`. Raises as `calibrate` does.
     """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
@@ -161,7 +162,7 @@ def calibrate_each(
             calibration=replace(told, curve=curve, residual_two_sigma=scatter, provenance=made),
         )
 
-    return tuple(map(checked, calibrate_flights(logs, chosen)))
+    return tuple(map(checked, calibrate_flights(logs, chosen, first)))
 
 
 def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:

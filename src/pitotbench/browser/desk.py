@@ -29,8 +29,8 @@ from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
 from pitotbench.records.log import HeldFlight
 
-_SETTLE = 0.15  # s that a choice must stand before it is computed
-FLAGS = ("begin", "end", "model", "accuracy", "temperature", "autopilot")
+_SETTLE = 0.05  # s that a choice must stand before it is computed
+_KEPT = ("model", "accuracy", "temperature")  # of a request, for another log
 
 
 class Desk:
@@ -40,6 +40,7 @@ class Desk:
         self.store, self.workers = store, workers
         self.listeners: set[Callable[[], None]] = set()
         self.found: list[Found] = []
+        self.book: int | None = None  # the place of the handbook's table in the list
         self.unit = "kt"
         self.leave_out = False  # what is brushed
         self.legs: LegAnswer | Refusal | None = None
@@ -76,7 +77,12 @@ class Desk:
         async def work() -> None:
             await asyncio.sleep(wait)
             async for reply in self.workers.ask(*question):
-                then(reply)
+                if isinstance(reply, str):
+                    self._tasks[task] = reply
+                elif isinstance(reply, Refusal):
+                    then(Refusal(self.store.named(reply.words)))
+                else:
+                    then(reply)
                 self.tell()
 
         def over(task: asyncio.Task[None]) -> None:
@@ -99,15 +105,18 @@ class Desk:
     def add(self, place: Path, names: dict[str, str]) -> None:
         """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`."""
         shown = names.get(place.name, place.name)
+        self.store.known.append(LogFile(place, shown))
 
         def then(reply: tuple[Found, ...] | Refusal) -> None:
             if isinstance(reply, Refusal):
-                refused = HeldFlight(shown, reply.words.replace(str(place), shown))
-                reply = (Found(LogFile(place, shown), refused),)
+                reply = (Found(LogFile(place, shown), HeldFlight(shown, reply.words)),)
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
+            self.store.known += [each.log for each in reply]
             read = [i for i in places if not self.found[i].flight.refusal]
             strange = [i for i in places if self.found[i].flight.strange]
+            for each in [i for i in places if self.found[i].handbook]:
+                self.compare(each)
             if read or (strange and self.answer is None):
                 self.choose((read or strange)[:1])
 
@@ -115,20 +124,31 @@ class Desk:
 
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""
-        # The part and the parameters are of one log.
-        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in FLAGS[2:-1]}
+        chosen = [self.found[i] for i in dict.fromkeys(places)]
+        # The part, the sensor and the parameters are of one log.
+        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in _KEPT}
         self._stop()
         self._clear()
-        self.chosen = tuple(i for i in dict.fromkeys(places) if 0 <= i < len(self.found))
-        logs = tuple(dict.fromkeys(self.found[i].log for i in self.chosen))
-        refused = [self.found[i] for i in self.chosen if self.found[i].flight.refusal]
-        if logs and not refused:
-            self._answer(Request(logs, **kept))
+        self.chosen = tuple(dict.fromkeys(places))
+        refused = [each for each in chosen if each.flight.refusal]
+        if chosen and not refused:
+            logs = tuple(dict.fromkeys(each.log for each in chosen))
+            kept["autopilot"] = chosen[0].autopilot
+            self._answer(Request(logs, handbook=self._handbook(), **kept))
         for each in refused[:1]:
             self.refusal = str(each.flight)
             if each.flight.strange:
                 self._ask("drafting a mapping", self._drafted, draft, each.log)
         self.tell()
+
+    def compare(self, place: int) -> None:
+        """Compare the curve with the handbook at a place of the list, or with it no more."""
+        self.book = None if self.book == place else place
+        self.change(handbook=self._handbook())
+        self.tell()
+
+    def _handbook(self) -> LogFile | None:
+        return None if self.book is None else self.found[self.book].log
 
     def _drafted(self, reply: tuple[DraftRow, ...] | Refusal) -> None:
         if isinstance(reply, Refusal):
@@ -142,7 +162,7 @@ class Desk:
         self.draft = tuple(replace(row, ours=ours, unit=unit) for row, (ours, unit) in rows)
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
-        self._answer(Request((log,), self.store.write("mapping.toml", text)))
+        self._answer(Request((log,), self.store.write("mapping.toml", text), self._handbook()))
 
     def change(self, **flags: Any) -> None:
         """Change flags of the request, such as `begin`, and ask again."""
@@ -171,8 +191,6 @@ class Desk:
                 self.answer = reply
             else:
                 self.answer, self.refusal = None, reply.words
-                for log in (*request.logs, *filter(None, (request.mapping,))):
-                    self.refusal = self.refusal.replace(str(log.path), log.name)
 
         self._stop()
         self.request, self.refusal = request, ""
@@ -185,8 +203,6 @@ class Desk:
 
         def then(reply: LegAnswer | Refusal) -> None:
             self.legs = reply
-            if isinstance(reply, Refusal):
-                self.legs = Refusal(reply.words.replace(str(card.path), card.name))
 
         accuracy = getattr(self.request, "accuracy", "")
         self._ask("reducing the legs", then, reduce_legs, card.path, accuracy)
@@ -199,8 +215,8 @@ class Desk:
             return own.name, own.path.read_text(encoding="utf-8")
         if self.request is None or self.answer is None:
             return None
-        (found,) = [each async for each in self.workers.ask(take, self.request, kind)]
-        return None if isinstance(found, Refusal) else found
+        told = [each async for each in self.workers.ask(take, self.request, kind, self.unit)]
+        return None if isinstance(told[-1], Refusal) else told[-1]
 
     def close(self) -> None:
         """End the children, and delete the files."""

@@ -45,6 +45,7 @@ _COLUMNS = {  # of the data of each part of the pictures
     "curve": ("speed", "correction", "low", "high", "bound"),
     "samples": ("minute", "speed", "correction"),
     "legs": ("speed", "correction", "low", "high"),
+    "handbook": ("speed", "correction"),
     "marked": ("minute", "speed", "correction"),
 }
 _FLIGHT = {"minute": "@minute{0.00}", "airspeed": "@speed{0.0} UNIT", "altitude": "@height{0,0} ft"}
@@ -70,6 +71,13 @@ _GLYPHS: tuple[tuple[str, str, str, tuple[str, ...], dict[str, Any]], ...] = (
     ("error", "varea", "curve", ("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
     ("error", "scatter", "samples", ("speed", "correction"), {"color": _GREY, "alpha": 0.4}),
     ("error", "line", "curve", ("speed", "correction"), {"color": _BLUE, "line_width": 2}),
+    (
+        "error",
+        "line",
+        "handbook",
+        ("speed", "correction"),
+        {"color": _ORANGE, "line_dash": "dashed"},
+    ),
     ("error", "scatter", "legs", ("speed", "correction"), _LEG),
     ("error", "scatter", "marked", ("speed", "correction"), _MARK),
 )
@@ -99,6 +107,13 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
         data["samples"] = (minutes, speed / unit, correction / unit)
         legs = [_with_bound(point, unit)[:-1] for point in result.points]
         data["legs"] = tuple(zip(*legs, strict=True)) or data["legs"]
+        books = [
+            np.pad(
+                [each.indicated_airspeed, each.correction], ((0, 0), (0, 1)), constant_values=np.nan
+            )
+            for each in result.curve.published
+        ]  # not a number between the lines of two configurations
+        data["handbook"] = tuple(np.hstack(books) / unit) if books else data["handbook"]
     return data
 
 
@@ -199,7 +214,11 @@ class View:
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
             begin, end = (minutes_text(_MINUTE * minute) for minute in ends)
             if begin != end:
-                self._desk.brush(begin, end)
+                # Up to an end of the log is all up to there.
+                whole = (
+                    () if self._desk.leave_out else tuple(map(minutes_text, (0.0, _MINUTE * last)))
+                )
+                self._desk.brush(*("" if each in whole else each for each in (begin, end)))
 
 
 def open_document(desk: Desk, document: Document) -> View:

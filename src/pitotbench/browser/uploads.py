@@ -25,6 +25,7 @@ class Store:
     def __init__(self) -> None:
         self._own = TemporaryDirectory(prefix="pitotbench-")  # only its owner may enter
         self._drops: dict[str, dict[Path, str]] = {}
+        self.known: list[LogFile] = []
         self._numbers = count(1)
 
     def new_path(self, name: str, drop: str) -> Path | None:
@@ -50,6 +51,12 @@ class Store:
         """Return the files of a drop, with the names by which the user knows them."""
         return {path: name for path, name in self._drops.get(drop, {}).items() if path.exists()}
 
+    def named(self, words: str) -> str:
+        """Return words with the names that the user knows in place of the paths."""
+        for each in sorted(self.known, key=lambda file: -len(str(file.path))):
+            words = words.replace(str(each.path), each.name)
+        return words
+
     def new_folder(self) -> Path:
         """Return a folder that does not exist yet."""
         return Path(self._own.name) / f"own{next(self._numbers)}"
@@ -59,7 +66,8 @@ class Store:
         folder = self.new_folder()
         folder.mkdir()
         (folder / name).write_text(text, encoding="utf-8")
-        return LogFile(folder / name, name)
+        self.known.append(LogFile(folder / name, name))
+        return self.known[-1]
 
     def close(self) -> None:
         """Delete the folder."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from pitotbench.browser.desk import FLAGS, Desk
-from pitotbench.browser.work import LegAnswer, Refusal
+from pitotbench.browser.desk import Desk
+from pitotbench.browser.work import FLAGS, Found, LegAnswer, Refusal
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
@@ -17,6 +17,7 @@ from pitotbench.show.calibration import (
     assumption_lines,
     correction_sentence,
     glance_points,
+    handbook_lines,
     headline,
     location_lines,
     part_lines,
@@ -72,15 +73,18 @@ def state_of(desk: Desk) -> Plain:
         "status": desk.status,
         "refusal": desk.refusal,
         "flights": plain_table(HELD_COLUMNS, [each.flight for each in desk.found]),
-        "refused": [str(each.flight) if each.flight.refusal else "" for each in desk.found],
+        "refused": [_refused(each) for each in desk.found],
+        "books": [each.handbook for each in desk.found],
+        "book": desk.book,
         "chosen": list(desk.chosen),
+        "several": any(desk.found[i].several for i in desk.chosen),
         "unit": desk.unit,
         "leave_out": desk.leave_out,
         "flags": {name: getattr(asked, name, "") for name in FLAGS},
         "without": list(getattr(asked, "without", ())),
         "choices": {
             "model": ["", *MODELS, "auto"],
-            "autopilot": ["", *AUTOPILOTS],
+            "autopilot": [*AUTOPILOTS],
             "unit": {each: SYMBOLS[each] for each in UNITS},
         },
         "command": asked.command() if asked is not None else "",
@@ -90,13 +94,18 @@ def state_of(desk: Desk) -> Plain:
     }
 
 
+def _refused(found: Found) -> str:
+    if found.handbook:
+        return f"{found.log.name}: the airspeeds of a handbook, to compare a curve with"
+    return str(found.flight) if found.flight.refusal else ""
+
+
 def _answer(desk: Desk) -> Plain | None:
     answer, asked = desk.answer, desk.request
     if answer is None or asked is None:
         return None
     result, settings = answer.result, answer.settings
     short = short_answer_of(result, "")
-    held = {} if result.autopilot is None else result.autopilot.parameters
     rules = [judgment.sentence for judgment in judgments(result)]
     notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
     kinds = {"parameters": settings is not None, "mapping": asked.mapping is not None}
@@ -104,14 +113,13 @@ def _answer(desk: Desk) -> Plain | None:
         "doubts": headline(result),
         "usable": result.usable,
         "sentence": correction_sentence(short.corrections, desk.unit),
-        "lines": [short.wind_in(desk.unit), *rules, *answer.flights],
+        "lines": [*handbook_lines(result.curve), short.wind_in(desk.unit), *rules, *answer.flights],
         "warnings": list(short.warnings),
         "notes": [f"{line[:1].upper()}{line[1:]}" for line in notes],
         "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(result.curve)),
-        "autopilot": next((name for name, each in AUTOPILOTS.items() if each.gain in held), ""),
         "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
         "left": [] if settings is None else settings_lines(settings),
-        "take": [kind for kind in _KINDS if kinds.get(kind, True)],
+        "take": [kind for kind in _KINDS if answer.final and kinds.get(kind, True)],
     }
 
 

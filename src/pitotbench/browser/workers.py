@@ -6,13 +6,13 @@ import asyncio
 import multiprocessing
 import signal
 import time
-from collections.abc import AsyncGenerator, Callable, Iterator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from pitotbench.browser.work import Refusal, warm
+from pitotbench.browser.work import NEEDED, Refusal, warm
 from pitotbench.records import error_words
 
 _DONE = "done"
@@ -40,8 +40,10 @@ def serve(pipe: Connection, limits: Limits) -> None:
         while True:
             function, arguments = pipe.recv()
             _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
-            for reply in _replies(function, arguments):
-                pipe.send(reply)
+            try:
+                function(pipe.send, *arguments)
+            except Exception as error:
+                pipe.send(Refusal(error_words(error)))
             pipe.send(_DONE)
 
 
@@ -54,21 +56,17 @@ def _limit(name: str, most: int) -> None:
         resource.setrlimit(limit, (most, resource.getrlimit(limit)[1]))
 
 
-def _replies(
-    function: Callable[..., Iterator[object]], arguments: tuple[Any, ...]
-) -> Iterator[Any]:
-    try:
-        yield from function(*arguments)
-    except Exception as error:
-        yield Refusal(error_words(error))
-
-
 class Child:
     """A process that answers one question at a time."""
 
     def __init__(self, limits: Limits) -> None:
-        # A fresh interpreter: it holds no socket of the server.
-        context = multiprocessing.get_context("spawn")
+        # Of a fresh interpreter, which holds no socket of the server; of one that has loaded what is
+        # needed already, where the system can.
+        ways = multiprocessing.get_all_start_methods()
+        context: Any = multiprocessing.get_context(
+            "forkserver" if "forkserver" in ways else "spawn"
+        )
+        context.set_forkserver_preload([*NEEDED])
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=serve, args=(theirs, limits), daemon=True)
         self._process.start()
@@ -89,7 +87,7 @@ class Child:
     def end(self, wait: float = 0.0) -> int | None:
         """End the process; return what it had ended with by itself, None where it ran."""
         self._process.join(wait)
-        code = self._process.exitcode
+        code: int | None = self._process.exitcode
         self._process.kill()
         self._process.join()
         return code
@@ -116,7 +114,7 @@ class Workers:
         self._children[child] = asyncio.ensure_future(join())
 
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question, which is a generator function of `work`. Whoever stops
+        """Yield the replies to a question, which is a function of `work`. Whoever stops
         to listen, or is canceled, ends the child; another takes its place.
         """
         child, answered = await self._idle.get(), False

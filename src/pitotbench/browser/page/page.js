@@ -134,7 +134,7 @@ function flags() {
 }
 
 at("flags").addEventListener("submit", (event) => { event.preventDefault(); flags(); });
-for (const name of ["model", "autopilot"]) at("flags").elements[name].addEventListener("change", flags);
+for (const name of ["model", "autopilot", "sensor"]) at("flags").elements[name].addEventListener("change", flags);
 const look = () => act({ what: "show", unit: at("unit").value, leave_out: document.querySelector("[value=leave]").checked });
 at("unit").addEventListener("change", look);
 at("whole").addEventListener("click", () => {
@@ -215,26 +215,34 @@ function choices(select, names, chosen) {
   select.value = chosen;
 }
 
+function same(one, other, ...names) {
+  return JSON.stringify(names.map((name) => one[name])) === JSON.stringify(names.map((name) => other[name]));
+}
+
 function flights(found, before) {
-  if (before && JSON.stringify([before.flights, before.chosen]) === JSON.stringify([found.flights, found.chosen])) return;
+  if (before && same(before, found, "flights", "chosen", "book")) return;
   const body = make("tbody");
   found.flights.rows.forEach((cells, place) => {
     const row = make("tr");
     const cell = make("td");
     const box = make("input", "", { type: "checkbox", value: place, "aria-label": `mark ${cells[0]}` });
     box.checked = found.chosen.includes(place);
-    const open = make("button", found.chosen.includes(place) ? "shown" : "show", { type: "button", "aria-label": `show ${cells[0]}` });
-    open.addEventListener("click", () => act({ what: "choose", places: [place] }));
-    cell.append(box, " ", open);
+    const book = found.books[place];
+    const shown = book ? place === found.book : found.chosen.includes(place);
+    const word = book ? "compare" : "show";
+    const open = make("button", shown ? { compare: "compared", show: "shown" }[word] : word,
+      { type: "button", "aria-label": `${word} ${cells[0]}`, "aria-pressed": shown });
+    open.addEventListener("click", () => act(book ? { what: "compare", place } : { what: "choose", places: [place] }));
+    cell.append(...(book ? [] : [box, " "]), open);
     row.append(cell);
     const refused = found.refused[place];
     if (refused) row.append(make("td", refused, { colspan: found.flights.head.length }));
     else row.append(...cells.map((text) => make("td", text)));
-    row.className = (found.chosen.includes(place) ? "chosen" : "") + (refused ? " refused" : "");
+    row.className = (shown ? "chosen" : "") + (refused && !book ? " refused" : "");
     body.append(row);
   });
   at("flights").replaceChildren(...(found.flights.rows.length ? [head(["", ...found.flights.head]), body] : []));
-  at("together").hidden = found.flights.rows.length < 2;
+  at("together").hidden = found.refused.filter((words) => !words).length < 2;
 }
 
 function draft(found, before) {
@@ -258,12 +266,20 @@ function draft(found, before) {
   at("columns").replaceChildren(head(["their column", "ours (empty: not used)", "unit", "first values", "question"]), body);
 }
 
+// How long the same has been computed.
+let started = 0;
+setInterval(() => {
+  const seconds = Math.round((Date.now() - started) / 1000);
+  say("since", state && state.status && seconds > 1 ? `, ${seconds} s` : "");
+}, 500);
+
 const TAKE = { page: "Page (HTML)", card: "Card (CSV)", record: "Record (HTML)", parameters: "Parameters", mapping: "Mapping (TOML)", json: "JSON" };
 
 function show(text) {
   const before = state;
   state = JSON.parse(text);
   const answer = state.answer;
+  if (!before || before.status !== state.status) started = Date.now();
   say("status", state.status);
   at("status").classList.toggle("busy", Boolean(state.status));
   const refused = at("refusal").textContent !== state.refusal && state.refusal;
@@ -281,9 +297,11 @@ function show(text) {
   else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
   at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
   const form = at("flags");
-  const changed = !before || JSON.stringify([before.flags, before.without]) !== JSON.stringify([state.flags, state.without]);
+  const changed = !before || !same(before, state, "flags", "without");
   choices(form.elements.model, Object.fromEntries(state.choices.model.map((n) => [n, n || "usual"])), state.flags.model);
-  choices(form.elements.autopilot, Object.fromEntries(state.choices.autopilot.map((n) => [n, n || "none"])), state.flags.autopilot);
+  at("autopilots").replaceChildren(...state.choices.autopilot.map((value) => make("option", "", { value })));
+  at("sensor").hidden = !state.several;
+  document.querySelector(".key .book").hidden = state.book === null;
   choices(at("unit"), state.choices.unit, state.unit);
   for (const radio of document.getElementsByName("mode")) radio.checked = (radio.value === "leave") === state.leave_out;
   if (changed) {

@@ -13,10 +13,9 @@ from pitotbench.browser.work import (
     Answer,
     DraftRow,
     Found,
-    LegAnswer,
     LogFile,
     Look,
-    Refusal,
+    Plain,
     Request,
     answer,
     draft,
@@ -43,7 +42,7 @@ class Desk:
         self.book: int | None = None  # the place of the handbook's table in the list
         self.unit = "kt"
         self.leave_out = False  # what is brushed
-        self.legs: LegAnswer | Refusal | None = None
+        self.legs: Plain | None = None
         self._card: LogFile | None = None
         self._tasks: dict[asyncio.Task[None], str] = {}  # what runs, in words
         self._answering: asyncio.Task[None] | None = None
@@ -54,10 +53,9 @@ class Desk:
         self.chosen: tuple[int, ...] = ()
         self.request: Request | None = None
         self.refusal = ""
-        self.look: Look | None = None
+        self.look: tuple[Request, Look] | None = None  # how the log was read for it, and itself
         self.answer: Answer | None = None
-        self.draft: tuple[DraftRow, ...] = ()
-        self._looked_at: Request | None = None
+        self.draft: list[DraftRow] = []
 
     @property
     def status(self) -> str:
@@ -70,19 +68,17 @@ class Desk:
             listener()
 
     def _ask(
-        self, status: str, then: Callable[[Any], None], *question: Any, wait: float = 0.0
+        self, status: str, then: Callable[[str, Any], None], *question: Any, wait: float = 0.0
     ) -> asyncio.Task[None]:
-        """Ask the children a question, and call `then` with each reply."""
+        """Ask the children a question, and call `then` with the name of each reply and the reply."""
 
         async def work() -> None:
             await asyncio.sleep(wait)
-            async for reply in self.workers.ask(*question):
-                if isinstance(reply, str):
+            async for name, reply in self.workers.ask(*question):
+                if name == "status":
                     self._tasks[task] = reply
-                elif isinstance(reply, Refusal):
-                    then(Refusal(self.store.named(reply.words)))
                 else:
-                    then(reply)
+                    then(name, self.store.named(reply) if name == "refusal" else reply)
                 self.tell()
 
         def over(task: asyncio.Task[None]) -> None:
@@ -104,12 +100,12 @@ class Desk:
 
     def add(self, place: Path, names: dict[str, str]) -> None:
         """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`."""
-        shown = names.get(place.name, place.name)
+        shown = names.get(place.name) or names.get("") or f"{len(names)} files"
         self.store.known.append(LogFile(place, shown))
 
-        def then(reply: tuple[Found, ...] | Refusal) -> None:
-            if isinstance(reply, Refusal):
-                reply = (Found(LogFile(place, shown), HeldFlight(shown, reply.words)),)
+        def then(name: str, reply: Any) -> None:
+            if name == "refusal":
+                reply = (Found(LogFile(place, shown), HeldFlight(shown, reply)),)
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
             self.store.known += [each.log for each in reply]
@@ -138,7 +134,7 @@ class Desk:
         for each in refused[:1]:
             self.refusal = str(each.flight)
             if each.flight.strange:
-                self._ask("drafting a mapping", self._drafted, draft, each.log)
+                self._ask("drafting a mapping", self._heard, draft, each.log)
         self.tell()
 
     def compare(self, place: int) -> None:
@@ -150,16 +146,14 @@ class Desk:
     def _handbook(self) -> LogFile | None:
         return None if self.book is None else self.found[self.book].log
 
-    def _drafted(self, reply: tuple[DraftRow, ...] | Refusal) -> None:
-        if isinstance(reply, Refusal):
-            self.refusal += f": {reply.words}"
-        else:
-            self.draft = reply
+    def _heard(self, name: str, reply: Any) -> None:
+        """Hold a reply under its name."""
+        setattr(self, name, reply)
 
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
         rows = zip(self.draft, edited, strict=True)
-        self.draft = tuple(replace(row, ours=ours, unit=unit) for row, (ours, unit) in rows)
+        self.draft = [(theirs, *told, *rest) for (theirs, _, _, *rest), told in rows]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
         self._answer(Request((log,), self.store.write("mapping.toml", text), self._handbook()))
@@ -182,27 +176,19 @@ class Desk:
 
     def _answer(self, request: Request) -> None:
         """Ask for an answer; an older question is given up."""
-        whole = replace(request, begin="", end="", without=(), model="", accuracy="")
-
-        def then(reply: Look | Answer | Refusal) -> None:
-            if isinstance(reply, Look):
-                self.look, self._looked_at = reply, whole
-            elif isinstance(reply, Answer):
-                self.answer = reply
-            else:
-                self.answer, self.refusal = None, reply.words
-
         self._stop()
+        if self.refusal:
+            self.answer = None
         self.request, self.refusal = request, ""
-        question = (answer, request, whole != self._looked_at)
-        self._answering = self._ask("computing", then, *question, wait=_SETTLE)
+        look = self.look is None or self.look[0] != request.whole
+        self._answering = self._ask("reading", self._heard, answer, request, look, wait=_SETTLE)
 
     def reduce(self, text: str) -> None:
         """Reduce typed legs: a card of legs (CSV), or their ground speeds and tracks alone."""
         card = self._card = self.store.write("legs.csv", text)
 
-        def then(reply: LegAnswer | Refusal) -> None:
-            self.legs = reply
+        def then(name: str, reply: Any) -> None:
+            self.legs = {name: reply} if name == "refusal" else reply
 
         accuracy = getattr(self.request, "accuracy", "")
         self._ask("reducing the legs", then, reduce_legs, card.path, accuracy)
@@ -216,7 +202,7 @@ class Desk:
         if self.request is None or self.answer is None:
             return None
         told = [each async for each in self.workers.ask(take, self.request, kind, self.unit)]
-        return None if isinstance(told[-1], Refusal) else told[-1]
+        return dict(told).get("file")
 
     def close(self) -> None:
         """End the children, and delete the files."""

@@ -12,9 +12,9 @@ from bokeh.events import SelectionGeometry
 from bokeh.models import (
     BoxSelectTool,
     ColumnDataSource,
+    DataRange1d,
     HoverTool,
     LinearAxis,
-    Range1d,
     Span,
     TapTool,
     Whisker,
@@ -34,9 +34,8 @@ _ORANGE = "#B36200"  # darker than theirs, for thin lines and numbers on white
 _GREEN = "#009E73"
 _INK = "#222222"
 _GREY = "#777777"
-_TALL = 290  # px
+_TALL = 270  # px
 _FAINT = 0.15
-_ROOM = 50.0  # ft, above and below the heights flown
 _KILOMETER = 1000.0  # m
 _MINUTE = 60.0  # s
 _COLUMNS = {  # of the data of each part of the pictures
@@ -94,7 +93,8 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
     """
     unit = SUFFIXES[desk.unit].factor
     data: dict[str, tuple[Any, ...]] = {name: ((),) * len(c) for name, c in _COLUMNS.items()}
-    if (look := desk.look) is not None:
+    if desk.look is not None:
+        look = desk.look[1]
         way = (look.north / _KILOMETER, look.east / _KILOMETER)
         data["flight"] = (look.minute, look.airspeed / unit, look.height / FOOT, *way)
     if desk.answer is not None:
@@ -151,9 +151,9 @@ class View:
             name: ColumnDataSource({column: [] for column in columns})
             for name, columns in _COLUMNS.items()
         }
-        self.height = Range1d()
-        ranges = {"height": self.height}
-        self.time = _figure("time [min]", "", "xwheel_zoom", extra_y_ranges=ranges)
+        self.time = _figure(
+            "time [min]", "", "xwheel_zoom", extra_y_ranges={"height": DataRange1d()}
+        )
         self.track = _figure("east [km]", "north [km]", "wheel_zoom", match_aspect=True)
         self.error = _figure("", "", "wheel_zoom")
         drawn = {
@@ -164,7 +164,8 @@ class View:
         }
         speed, dots = drawn["time", "line", "flight"], drawn["error", "scatter", "samples"]
         dots.nonselection_glyph = dots.glyph
-        self.time.y_range.renderers = [speed]  # the height has its own
+        self.time.y_range.renderers = [speed]
+        self.time.extra_y_ranges["height"].renderers = [drawn["time", "step", "flight"]]
         brush = BoxSelectTool(dimensions="width", renderers=[], description="brush minutes")
         self.time.add_tools(brush, HoverTool(renderers=[speed], mode="vline"))
         self.time.toolbar.active_drag = brush
@@ -193,9 +194,7 @@ class View:
             self._label(SYMBOLS[desk.unit])
 
     def _label(self, unit: str) -> None:
-        """Name the axes and the numbers at the pointer; give the height its range."""
-        height = np.array([*self.data["flight"].data["height"]] or [0.0])
-        self.height.update(start=float(height.min()) - _ROOM, end=float(height.max()) + _ROOM)
+        """Name the axes and the numbers at the pointer."""
         self.time.yaxis[0].axis_label = self.error.xaxis.axis_label = f"indicated airspeed [{unit}]"
         self.error.yaxis.axis_label = f"correction to add [{unit}]"
         for name, rows in _AT_THE_POINTER.items():
@@ -210,7 +209,7 @@ class View:
     def _brushed(self, event: Any) -> None:
         """Use the minutes of the brush, or leave them out."""
         if event.final and self._desk.look is not None:
-            last = float(self._desk.look.minute[-1])
+            last = float(self._desk.look[1].minute[-1])
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
             begin, end = (minutes_text(_MINUTE * minute) for minute in ends)
             if begin != end:

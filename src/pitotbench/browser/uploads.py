@@ -24,7 +24,7 @@ class Store:
 
     def __init__(self) -> None:
         self._own = TemporaryDirectory(prefix="pitotbench-")  # only its owner may enter
-        self._drops: dict[str, dict[Path, str]] = {}
+        self._drops: dict[str, Path] = {}  # their folders
         self.known: list[LogFile] = []
         self._numbers = count(1)
 
@@ -38,18 +38,18 @@ class Store:
         ending, number = ending_of(name), next(self._numbers)
         if not ending or number > _MOST_FILES:
             return None
-        files = self._drops.setdefault(drop, {})
-        folder = Path(self._own.name) / f"drop{list(self._drops).index(drop)}"
+        folder = self._drops.setdefault(drop, self.new_folder())
         folder.mkdir(exist_ok=True)
         path = folder / f"log{ending}"
         if ending[0] == "." or path.exists():
             path = folder / f"log{number}{ending}"
-        files[path] = shown_name(name)
+        self.known.append(LogFile(path, shown_name(name)))
         return path
 
     def names(self, drop: str) -> dict[Path, str]:
         """Return the files of a drop, with the names by which the user knows them."""
-        return {path: name for path, name in self._drops.get(drop, {}).items() if path.exists()}
+        paths = {each.path: each.name for each in self.known if each.path.exists()}
+        return {path: name for path, name in paths.items() if path.parent == self._drops.get(drop)}
 
     def named(self, words: str) -> str:
         """Return words with the names that the user knows in place of the paths."""

@@ -2,12 +2,11 @@
 desk. The page puts them in as text, never as HTML.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
 
 from pitotbench.browser.desk import Desk
-from pitotbench.browser.work import FLAGS, Found, LegAnswer, Refusal
+from pitotbench.browser.work import FLAGS, Found, Plain, plain_table
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
@@ -23,27 +22,14 @@ from pitotbench.show.calibration import (
     part_lines,
     short_answer_of,
 )
-from pitotbench.show.columns import Column, shown_columns
+from pitotbench.show.columns import Column
 from pitotbench.show.inspection import HELD_COLUMNS
-from pitotbench.show.legs import CARD_POINT_COLUMNS
 from pitotbench.show.limits import judgments
 from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
 from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph")
 _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
-Row = TypeVar("Row")
-Plain = dict[str, Any]
-
-
-def plain_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> Plain:
-    """A table as texts: headings with their units, and rows of cells."""
-    rows = list(rows)
-    shown = shown_columns(columns, rows)
-    return {
-        "head": [column.title for column in shown],
-        "rows": [[column.text(row) for column in shown] for row in rows],
-    }
 
 
 def in_unit(columns: Sequence[Column[CurvePoint]], unit: str) -> list[Column[CurvePoint]]:
@@ -90,7 +76,7 @@ def state_of(desk: Desk) -> Plain:
         "command": asked.command() if asked is not None else "",
         "answer": _answer(desk),
         "draft": _draft(desk),
-        "legs": _legs(desk.legs),
+        "legs": desk.legs,
     }
 
 
@@ -102,7 +88,7 @@ def _refused(found: Found) -> str:
 
 def _answer(desk: Desk) -> Plain | None:
     answer, asked = desk.answer, desk.request
-    if answer is None or asked is None:
+    if answer is None or asked is None or desk.refusal:
         return None
     result, settings = answer.result, answer.settings
     short = short_answer_of(result, "")
@@ -124,13 +110,6 @@ def _answer(desk: Desk) -> Plain | None:
 
 
 def _draft(desk: Desk) -> Plain | None:
-    rows = [[r.theirs, r.ours, r.unit, r.values, r.question] for r in desk.draft]
-    ours = {*CHANNELS, *(row.ours for row in desk.draft)} - {""}
+    rows = [[theirs, ours, unit, *rest[::-1]] for theirs, ours, unit, _, *rest in desk.draft]
+    ours = {*CHANNELS, *(row[1] for row in rows)} - {""}
     return {"rows": rows, "ours": sorted(ours), "units": sorted(SUFFIXES)} if rows else None
-
-
-def _legs(found: LegAnswer | Refusal | None) -> Plain | None:
-    if isinstance(found, LegAnswer):
-        table = plain_table(CARD_POINT_COLUMNS, found.points)
-        return {"sentences": list(found.sentences), "table": table, "command": found.command}
-    return None if found is None else {"refusal": found.words}

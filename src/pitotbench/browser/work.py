@@ -1,23 +1,25 @@
 """What a child process computes for the page: flights of files, drafts of mappings, pictures,
-answers, downloads. Each function calls its first argument with its replies, as they are ready.
+answers, downloads. Each function calls its first argument with its replies, as they are ready: what
+a reply is, as the desk calls it, and the reply itself.
 """
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
-from pitotbench.records.legs import CardPoint
 from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.show.columns import Column, shown_columns
 from pitotbench.show.limits import AUTO
 from pitotbench.units import Array, Meters, MetersPerSecond
 
-Tell = Callable[[Any], object]
+Tell = Callable[[str, Any], object]
+Plain = dict[str, Any]
+Row = TypeVar("Row")
 _MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
@@ -60,6 +62,17 @@ class Request:
     autopilot: str = ""
     sensor: str = ""
 
+    @property
+    def reading(self) -> "Request":
+        """What of it says how a log is read and cut."""
+        stated = self.autopilot if "," in self.autopilot else ""  # old parameters
+        return replace(self, logs=(), handbook=None, model="", accuracy="", autopilot=stated)
+
+    @property
+    def whole(self) -> "Request":
+        """What of it says how a log is read."""
+        return replace(self.reading, begin="", end="", without=())
+
     def command(self) -> str:
         """The command that gives the same answer."""
         files = {"--mapping": self.mapping, "--handbook": self.handbook}
@@ -79,13 +92,6 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
-    """Why there is no answer, in the words of the command."""
-
-    words: str
-
-
-@dataclass(frozen=True, slots=True)
 class Found:
     """A flight of a file, or a file that was not read: it may be the table of a handbook. Of the
     log of an autopilot its name, and whether it has several airspeed sensors.
@@ -98,18 +104,9 @@ class Found:
     handbook: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class DraftRow:
-    """A column of a log with unknown names, what it may be (empty: nothing), its unit, the factor
-    of its numbers, the question to answer, and its first values.
-    """
-
-    theirs: str
-    ours: str
-    unit: str
-    factor: float
-    question: str
-    values: str
+# A column of a log with unknown names, what it may be (empty: nothing), its unit, the factor of its
+# numbers, the question to answer, and its first values.
+DraftRow = tuple[str, str, str, float, str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,21 +136,14 @@ class Answer:
     final: bool
 
 
-@dataclass(frozen=True, slots=True)
-class LegAnswer:
-    """The answer of typed legs: sentences, the points of a card where airspeeds were typed, and the
-    command that gives the same.
-    """
-
-    sentences: tuple[str, ...]
-    points: tuple[CardPoint, ...]
-    command: str
-
-
-def warm() -> None:
-    """Load what an answer needs, so that it does not wait for that."""
-    for name in NEEDED:
-        import_module(name)
+def plain_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> Plain:
+    """A table as texts: headings with their units, and rows of cells."""
+    rows = list(rows)
+    shown = shown_columns(columns, rows)
+    return {
+        "head": [column.title for column in shown],
+        "rows": [[column.text(row) for column in shown] for row in rows],
+    }
 
 
 def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Path) -> None:
@@ -171,21 +161,20 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         prefix = f"{names.get(place.name, place.name)}/"
         unpack(place, unpacked)
         place = unpacked
-    held = []
-    for each in flights_of(place, lambda path: _read(LogFile(path, ""))):
+    held, plain = [], Request(())
+    for each in flights_of(place, lambda path: _part(path, plain)):
         path = place / each.file if place.is_dir() else place
         name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
         told = replace(each, file=name, refusal=each.refusal.replace(str(path), name))
-        log = LogFile(path, name)
         if each.refusal:
             book = is_published(path)
-            held.append(
-                Found(log, replace(told, strange=told.strange and not book), "", False, book)
-            )
+            told = replace(told, strange=told.strange and not book)
+            held.append(Found(LogFile(path, name), told, handbook=book))
         else:
-            header = _read(log).header
-            held.append(Found(log, told, autopilot_of(header), SENSOR in header))
-    tell(tuple(held))
+            header = _part(path, plain).header
+            several = SENSOR in header
+            held.append(Found(LogFile(path, name), told, autopilot_of(header), several))
+    tell("found", tuple(held))
 
 
 def autopilot_of(header: Mapping[str, Any]) -> str:
@@ -198,38 +187,26 @@ def autopilot_of(header: Mapping[str, Any]) -> str:
     return next(known, "")
 
 
-_Key = tuple[Path, Path | None, tuple[tuple[str, float], ...], str | None, int | None]
-
-
 @lru_cache(maxsize=3)
-def _table(key: _Key) -> Any:
+def _table(path: Path, whole: Request) -> Any:
+    from pitotbench.logbook.autopilot import stated_parameters
     from pitotbench.logbook.reading import whole_table
 
-    path, mapping, stated, temperature, sensor = key
-    return whole_table(path, mapping, dict(stated), temperature, sensor)
+    stated = stated_parameters(whole.autopilot)[1] if whole.autopilot else {}
+    mapping = whole.mapping.path if whole.mapping else None
+    sensor = int(whole.sensor) if whole.sensor else None
+    return whole_table(path, mapping, stated, whole.temperature or None, sensor)
 
 
 @lru_cache(maxsize=4)
-def _part(key: _Key, part: Any) -> FlightLog:
-    """Return a part of a log, which is read and judged once."""
-    from pitotbench.logbook.assembly import log_of
+def _part(path: Path, reading: Request) -> FlightLog:
+    """Return the log at a path, read and judged once. Raises BadInputError without the path."""
+    from pitotbench.logbook.assembly import log_of, part_of
 
-    table = _table(key)
+    table = _table(path, reading.whole)
     # What checks a log may change its columns, and the table is read again for the next part.
-    return log_of(replace(table, columns=tuple(each.copy() for each in table.columns)), part)
-
-
-def _read(log: LogFile, request: Request | None = None) -> FlightLog:
-    """Return a log as a request states it, else as it is. Raises BadInputError without the path."""
-    from pitotbench.logbook.assembly import part_of
-    from pitotbench.logbook.autopilot import stated_parameters
-
-    asked = request or Request((log,))
-    stated = stated_parameters(asked.autopilot)[1] if asked.autopilot else {}
-    mapping = asked.mapping.path if asked.mapping else None
-    sensor = int(asked.sensor) if asked.sensor else None
-    key = log.path, mapping, tuple(stated.items()), asked.temperature or None, sensor
-    return _part(key, part_of(asked.begin, asked.end, asked.without))
+    fresh = replace(table, columns=tuple(column.copy() for column in table.columns))
+    return log_of(fresh, part_of(reading.begin, reading.end, reading.without))
 
 
 def draft(tell: Tell, log: LogFile) -> None:
@@ -239,17 +216,16 @@ def draft(tell: Tell, log: LogFile) -> None:
 
     table = read_table(log.path)
     known = {line.guess.theirs: line for line in draft_mapping(table).lines}
-    rows = []
-    for name, column in zip(table.names, table.columns, strict=True):
-        line = known.pop(name, None)
-        told = (
-            ("", "", 1.0, "")
-            if line is None
-            else (line.guess.quantity, line.unit, line.guess.factor, line.question)
-        )
-        values = ", ".join(str(value) for value in column[:_SHOWN_VALUES])
-        rows.append(DraftRow(name, *told, values))
-    tell(tuple(row for row in rows if row.theirs))
+    told = {
+        name: (line.guess.quantity, line.unit, line.guess.factor, line.question)
+        for name, line in known.items()
+    }
+    rows: list[DraftRow] = [
+        (name, *told.get(name, ("", "", 1.0, "")), ", ".join(map(str, column[:_SHOWN_VALUES])))
+        for name, column in zip(table.names, table.columns, strict=True)
+        if name
+    ]
+    tell("draft", rows)
 
 
 def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
@@ -257,12 +233,9 @@ def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
     import tomli_w
 
     columns = {
-        row.theirs: {
-            "name": f"{row.ours}_{row.unit}" if row.unit else row.ours,
-            "factor": row.factor,
-        }
-        for row in rows
-        if row.ours
+        theirs: {"name": f"{ours}_{unit}" if unit else ours, "factor": factor}
+        for theirs, ours, unit, factor, *_ in rows
+        if ours
     }
     return tomli_w.dumps({"title": title, "columns": columns})
 
@@ -272,9 +245,9 @@ def answer(tell: Tell, request: Request, look: bool) -> None:
     answer: its curve first, and all of it at the end.
     """
     if look:
-        tell(_look(_read(request.logs[0], replace(request, begin="", end="", without=()))))
+        tell("look", (request.whole, _look(_part(request.logs[0].path, request.whole))))
     flights = _calibrated(tell, request)
-    tell(_answer(flights, _settings(request, flights[0]), True))
+    tell("answer", _answer(flights, _settings(request, flights[0]), True))
 
 
 def _answer(
@@ -317,12 +290,12 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
 
     stated = {"model": request.model, "accuracies": parse_accuracies(request.accuracy)}
     choices: dict[str, Any] = {name: value for name, value in stated.items() if value}
-    logs = [_read(each, request) for each in request.logs]
-    tell(f"fitting {sum(map(len, logs)):,} rows")
+    logs = [_part(each.path, request.reading) for each in request.logs]
+    tell("status", f"fitting {sum(map(len, logs)):,} rows")
 
     def first(flights: Sequence[CalibratedFlight]) -> None:
-        tell(_answer(flights, None, False))
-        tell("looking for a factor on the airspeed")
+        tell("answer", _answer(flights, None, False))
+        tell("status", "looking for a factor on the airspeed")
 
     if request.autopilot and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1:
         raise BadInputError(
@@ -413,7 +386,7 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
         ending = PARAMETER_FILES[settings.autopilot][0]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]
-    tell((request.file_name(ending), make()))
+    tell("file", (request.file_name(ending), make()))
 
 
 def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
@@ -426,7 +399,7 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
     from pitotbench.logbook.csv import read_csv
     from pitotbench.logbook.points_table import is_points_table, read_points
     from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
-    from pitotbench.show.legs import legs_json, legs_sentences
+    from pitotbench.show.legs import CARD_POINT_COLUMNS, legs_json, legs_sentences
     from pitotbench.units import DEGREE, KNOT
 
     if is_points_table(path):
@@ -439,12 +412,16 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
             if p.correction is not None and p.two_sigma is not None
         ]
         answers = [correction_sentence(corrections)] if corrections else []
-        said = (*answers, *card.warnings, *dict.fromkeys(doubts))
-        tell(LegAnswer(said, card.points, "pitotbench fixed-speed legs.csv"))
+        said = [*answers, *card.warnings, *dict.fromkeys(doubts)]
+        table, command = (
+            plain_table(CARD_POINT_COLUMNS, card.points),
+            "pitotbench fixed-speed legs.csv",
+        )
+        tell("legs", {"sentences": said, "table": table, "command": command})
         return
     speeds, tracks = read_csv(path).columns
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
     command = f"pitotbench fixed-speed --ground-speed-kt={flags[0]} --track-deg={flags[1]}"
-    tell(LegAnswer(tuple(legs_sentences(answer)), (), command))
+    tell("legs", {"sentences": legs_sentences(answer), "table": None, "command": command})

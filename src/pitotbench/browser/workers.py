@@ -9,10 +9,11 @@ import time
 from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection
 from typing import Any
 
-from pitotbench.browser.work import NEEDED, Refusal, warm
+from pitotbench.browser.work import NEEDED
 from pitotbench.records import error_words
 
 _DONE = "done"
@@ -34,17 +35,22 @@ def serve(pipe: Connection, limits: Limits) -> None:
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C is for the server, which ends its children
     _limit("RLIMIT_AS", limits.memory)
-    warm()
+    for name in NEEDED:
+        import_module(name)
+
+    def tell(name: str, reply: object) -> None:
+        pipe.send((name, reply))
+
     with suppress(EOFError, OSError):
-        pipe.send(_DONE)
+        tell(_DONE, None)
         while True:
             function, arguments = pipe.recv()
             _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
             try:
-                function(pipe.send, *arguments)
+                function(tell, *arguments)
             except Exception as error:
-                pipe.send(Refusal(error_words(error)))
-            pipe.send(_DONE)
+                tell("refusal", error_words(error))
+            tell(_DONE, None)
 
 
 def _limit(name: str, most: int) -> None:
@@ -79,9 +85,9 @@ class Child:
     async def replies(
         self, function: Callable[..., Any], arguments: tuple[Any, ...]
     ) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question. Raises as `hear` does."""
+        """Yield the replies to a question with their names. Raises as `hear` does."""
         self._pipe.send((function, arguments))
-        while (reply := await self.hear()) != _DONE:
+        while (reply := await self.hear())[0] != _DONE:
             yield reply
 
     def end(self, wait: float = 0.0) -> int | None:
@@ -114,7 +120,7 @@ class Workers:
         self._children[child] = asyncio.ensure_future(join())
 
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question, which is a function of `work`. Whoever stops
+        """Yield the replies to a question with their names; it is a function of `work`. Whoever stops
         to listen, or is canceled, ends the child; another takes its place.
         """
         child, answered = await self._idle.get(), False
@@ -125,7 +131,7 @@ class Workers:
             answered = True
         except (EOFError, OSError):
             late = child.end(wait=1.0) == -getattr(signal, "SIGXCPU", 0)
-            yield Refusal(_TOO_LONG.format(self.limits.seconds) if late else _LOST)
+            yield "refusal", _TOO_LONG.format(self.limits.seconds) if late else _LOST
         finally:
             if answered:
                 self._idle.put_nowait(child)

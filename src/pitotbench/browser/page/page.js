@@ -45,8 +45,10 @@ async function act(choice) {
   const reply = await fetch("/act", {
     method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(choice),
   }).catch(() => null);
-  if (!reply) say("status", "pitotbench has ended: start it again");
-  else if (!reply.ok) say("status", reply.statusText);
+  if (!reply || !reply.ok) {
+    say("status", reply ? reply.statusText : "pitotbench has ended: start it again");
+    at("working").hidden = false;
+  }
 }
 
 // Files
@@ -115,6 +117,9 @@ for (const id of ["files", "folder"]) {
     at(id).value = "";
   });
 }
+
+// On a narrow screen a long doubt is cut until it is tapped.
+at("doubts").addEventListener("click", (event) => { event.target.closest("li")?.classList.toggle("open"); });
 
 // Choices
 
@@ -282,6 +287,7 @@ function show(text) {
   if (!before || before.status !== state.status) started = Date.now();
   say("status", state.status);
   at("status").classList.toggle("busy", Boolean(state.status));
+  at("working").hidden = !state.status;
   const refused = at("refusal").textContent !== state.refusal && state.refusal;
   say("refusal", state.refusal);
   if (refused) at("refusal").scrollIntoView({ block: "nearest" });
@@ -293,8 +299,8 @@ function show(text) {
   if (answer || !state.status) list("lines", answer ? answer.lines : []);
   const there = state.command !== "";
   at("flight").hidden = at("pair").hidden = !there;
-  if (!there) at("more").hidden = true;
-  else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
+  if (!there) at("more").hidden = at("known").hidden = true;
+  else if (answer || !state.status) at("more").hidden = at("known").hidden = at("curve").hidden = !answer;
   at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
   const form = at("flags");
   const changed = !before || !same(before, state, "flags", "without");

@@ -75,8 +75,8 @@ class Access:
 class Refused(RequestHandler):
     """Refuses a request before its body is read."""
 
-    def initialize(self, words: str, status: int) -> None:
-        self.refusal = HTTPError(status, reason=words)
+    def initialize(self, refusal: HTTPError) -> None:
+        self.refusal = refusal
 
     def prepare(self) -> None:
         raise self.refusal
@@ -106,7 +106,7 @@ class Page(DocHandler):  # type: ignore[misc]
 
         from bokeh.embed.server import server_html_page_for_session
 
-        session = await self.get_session()
+        session, nonce = await self.get_session(), token_urlsafe()
         document = session.document
         page = server_html_page_for_session(
             session,
@@ -115,7 +115,6 @@ class Page(DocHandler):  # type: ignore[misc]
             template=document.template,
             template_variables=document.template_variables,
         )
-        nonce = token_urlsafe()
         policy = _POLICY.format(nonce=nonce, host=self.request.headers["Host"])
         self.set_header("Content-Security-Policy", policy)
         self.finish(page.replace("<script", f'<script nonce="{nonce}"'))
@@ -157,9 +156,7 @@ class Guarded(BokehTornado):  # type: ignore[misc]
         if request.path == "/" and access.is_token(token) and words in ("", _CLOSED):
             return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
-            told = {
-                "words": words or "not here",
-                "status": HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND,
-            }
+            status = HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND
+            told = {"refusal": HTTPError(status, reason=words or "not here")}
             return self.get_handler_delegate(request, Refused, told)
         return super().find_handler(request)

@@ -153,7 +153,7 @@ class Desk:
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
         rows = zip(self.draft, edited, strict=True)
-        self.draft = [(theirs, *told, *rest) for (theirs, _, _, *rest), told in rows]
+        self.draft = [(row[0], *told, *row[3:]) for row, told in rows]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
         self._answer(Request((log,), self.store.write("mapping.toml", text), self._handbook()))

@@ -156,10 +156,9 @@ def _end_by_signals() -> None:
     """
     task, loop = asyncio.current_task(), asyncio.get_running_loop()
     assert task is not None
-    ends = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    with suppress(NotImplementedError):  # a loop of Windows takes no signals
-        for each in ends:
-            loop.add_signal_handler(each, task.cancel)
+    for name in ("SIGTERM", "SIGHUP"):
+        with suppress(AttributeError, NotImplementedError):  # a loop of Windows takes no signals
+            loop.add_signal_handler(getattr(signal, name), task.cancel)
 
 
 def run_page(

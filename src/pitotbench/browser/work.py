@@ -165,15 +165,16 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
     for each in flights_of(place, lambda path: _part(path, plain)):
         path = place / each.file if place.is_dir() else place
         name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
-        told = replace(each, file=name, refusal=each.refusal.replace(str(path), name))
-        if each.refusal:
-            book = is_published(path)
-            told = replace(told, strange=told.strange and not book)
-            held.append(Found(LogFile(path, name), told, handbook=book))
-        else:
-            header = _part(path, plain).header
-            several = SENSOR in header
-            held.append(Found(LogFile(path, name), told, autopilot_of(header), several))
+        book = bool(each.refusal) and is_published(path)
+        told = replace(
+            each,
+            file=name,
+            refusal=each.refusal.replace(str(path), name),
+            strange=each.strange and not book,
+        )
+        header = {} if each.refusal else _part(path, plain).header
+        log, several = LogFile(path, name), SENSOR in header
+        held.append(Found(log, told, autopilot_of(header), several, book))
     tell("found", tuple(held))
 
 
@@ -192,10 +193,13 @@ def _table(path: Path, whole: Request) -> Any:
     from pitotbench.logbook.autopilot import stated_parameters
     from pitotbench.logbook.reading import whole_table
 
-    stated = stated_parameters(whole.autopilot)[1] if whole.autopilot else {}
-    mapping = whole.mapping.path if whole.mapping else None
-    sensor = int(whole.sensor) if whole.sensor else None
-    return whole_table(path, mapping, stated, whole.temperature or None, sensor)
+    return whole_table(
+        path,
+        whole.mapping.path if whole.mapping else None,
+        stated_parameters(whole.autopilot)[1] if whole.autopilot else {},
+        whole.temperature or None,
+        int(whole.sensor) if whole.sensor else None,
+    )
 
 
 @lru_cache(maxsize=4)
@@ -315,21 +319,22 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
         "temperature_c": (request.temperature, "as logged, else a standard day"),
     }
     flags = [flag_choice(name, text or None, usual) for name, (text, usual) in texts.items()]
-    sources = [
-        *sources_of("log", [each.path for each in request.logs], logs),
-        *([("mapping", mapping.path, None)] if mapping else []),
-    ]
+    paths = [each.path for each in request.logs]
+    sources = sources_of("log", paths, logs) + (
+        [("mapping", mapping.path, None)] if mapping else []
+    )
     published = tuple(
         replace(each, source=Path(book.name).name)
         for book in filter(None, [request.handbook])
         for each in published_of(book.path)
     )
-    path = mapping.path if mapping else None
-    found = calibrate_each(logs, None, path, sources, flags, published, first, **choices)
+    place = mapping.path if mapping else None
+    found = calibrate_each(logs, None, place, sources, flags, published, first, **choices)
     names = {each.path.name: each.name for each in request.logs}
     made = found[0].calibration.provenance
-    inputs = tuple(replace(each, name=names.get(each.name, each.name)) for each in made.inputs)
-    told = replace(made, inputs=inputs)
+    told = replace(
+        made, inputs=tuple(replace(i, name=names.get(i.name, i.name)) for i in made.inputs)
+    )
     return tuple(
         replace(each, calibration=replace(each.calibration, provenance=told)) for each in found
     )
@@ -338,9 +343,8 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
 def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings | None:
     from pitotbench.logbook.autopilot import autopilot_settings, stated_parameters
 
-    if not request.autopilot:
-        return None
-    return autopilot_settings(flight.calibration, stated_parameters(request.autopilot)[0])
+    name = stated_parameters(request.autopilot)[0] if request.autopilot else ""
+    return autopilot_settings(flight.calibration, name) if name else None
 
 
 def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
@@ -358,31 +362,31 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
     )
 
     flights = _calibrated(tell, request)
-    first = flights[0].calibration
-    names = [request.logs[each.place].name for each in flights]
-    found = [_settings(request, each) for each in flights]
-    rows = list(zip(names, flights, found, strict=True))
-    documents = [flight_document(Path(n).name, each, s) for n, each, s in rows]
-    title = f"Pitot-static calibration: {', '.join(dict.fromkeys(names))}"
+    first, settings = flights[0].calibration, _settings(request, flights[0])
+    rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
+
+    def document() -> str:
+        found = [flight_document(Path(name).name, each, old) for name, each, old in rows]
+        return json_text(found if len(found) > 1 else found[0])
+
+    def page() -> str:
+        title = f"Pitot-static calibration: {', '.join(dict.fromkeys(row[0] for row in rows))}"
+        sections = [
+            log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old)
+            for name, each, old in rows
+        ]
+        return log_page(title, sections)
+
     makers: dict[str, tuple[str, Callable[[], str]]] = {
-        "json": (".json", lambda: json_text(documents if len(rows) > 1 else documents[0])),
+        "json": (".json", document),
         "card": (f"-card-{unit}.csv", lambda: card_csv(first.curve, doubts_of(first), unit)),
         "record": (
             "-record-kt.html",
             lambda: calibration_record([each.calibration for each in flights]),
         ),
-        "page": (
-            "-page-kt.html",
-            lambda: log_page(
-                title,
-                [
-                    log_section(n, each.log, each.calibration, AUTO, flight_lines(each), s)
-                    for n, each, s in rows
-                ],
-            ),
-        ),
+        "page": ("-page-kt.html", page),
     }
-    if (settings := found[0]) is not None:
+    if settings is not None:
         ending = PARAMETER_FILES[settings.autopilot][0]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]
@@ -403,16 +407,15 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
     from pitotbench.units import DEGREE, KNOT
 
     if is_points_table(path):
-        stated = accuracies_of(parse_accuracies(accuracy), {})
-        card = reduce_card(*read_points(path), stated)
-        doubts = [line for curve in card.curves.values() for line in doubts_of_curve(curve)]
+        card = reduce_card(*read_points(path), accuracies_of(parse_accuracies(accuracy), {}))
         corrections = [
             Correction(*(each / KNOT for each in (p.indicated_airspeed, p.correction, p.two_sigma)))
             for p in card.points
             if p.correction is not None and p.two_sigma is not None
         ]
         answers = [correction_sentence(corrections)] if corrections else []
-        said = [*answers, *card.warnings, *dict.fromkeys(doubts)]
+        doubts = dict.fromkeys(line for c in card.curves.values() for line in doubts_of_curve(c))
+        said = [*answers, *card.warnings, *doubts]
         table, command = (
             plain_table(CARD_POINT_COLUMNS, card.points),
             "pitotbench fixed-speed legs.csv",

@@ -156,23 +156,14 @@ def _settings(result: Calibration, scale: Scale) -> str:
     one.
     """
     recorded = result.autopilot or RecordedAutopilot({})
-    held = recorded.parameters
     for name, kind in AUTOPILOTS.items():
-        autopilot = kind.of_sensor(recorded.sensor)
-        if (old := held.get(autopilot.gain)) is not None and old > 0.0:
-            ratio = autopilot.ratio_of(old)
-            low, new, high = (
-                autopilot.gain_of(ratio * (scale.factor + side * scale.two_sigma) ** 2)
-                for side in (-1.0, 0.0, 1.0)
-            )
-            bound = 0.5 * (high - low)
+        if kind.of_sensor(recorded.sensor).gain in recorded.parameters:
             with suppress(BadInputError, NoAnswerError):
-                setting = autopilot_settings(result, name).settings[0]
-                new, bound = setting.value, setting.two_sigma or 0.0
-            return (
-                f"; as {autopilot.gain} {new:.5g} ± {bound:.2g} (old {old:g}; --params gives the "
-                "offset as well)"
-            )
+                gain = autopilot_settings(result, name).settings[0]
+                return (
+                    f"; as {gain.name} {gain.value:.5g} ± {gain.two_sigma:.2g} (old {gain.old:g}; "
+                    "--params gives the offset as well)"
+                )
     return f"; as ARSPD_RATIO the old one times {scale.factor**2:.3f}, as ASPD_SCALE times " + (
         f"{scale.factor:.3f}"
     )

@@ -18,4 +18,4 @@ def grow(_tell: Tell) -> None:
 
 def echo(tell: Tell, text: str) -> None:
     """Say what was said."""
-    tell(text)
+    tell("text", text)

@@ -26,21 +26,21 @@ def test_the_parameters_of_a_drone_are_those_of_the_command(
     else:
         held = {"ASPD_SCALE_1": 0.89, "SENS_DPRES_OFF": 12.0}
         path = foreign_files.ulog(tmp_path / name, flight(), True, held)
-    replies: list[Any] = []
-    tell = replies.append  # as of one child, which knows its latest answers
+    replies: dict[str, Any] = {}
+    tell = replies.__setitem__  # as of one child, which knows its latest answers
     work.find_flights(tell, path, {}, tmp_path / "none")
-    (found,) = replies[-1]
+    (found,) = replies["found"]
     assert (found.flight.refusal, found.autopilot) == ("", autopilot)
     assert found.several == (autopilot == "ardupilot")  # and its second sensor is offered
     for number in ("1", "2") if found.several else ():
-        log = work._read(found.log, work.Request((found.log,), sensor=number))
+        log = work._part(path, work.Request((), sensor=number))
         assert log.header["airspeed_sensor"] == int(number)
     asked = work.Request((found.log,), autopilot=found.autopilot)
     work.answer(tell, asked, True)
-    answer = replies[-1]
+    answer = replies["answer"]
     assert answer.settings is not None
     work.take(tell, asked, "parameters", "kt")
-    shown, text = replies[-1]
+    shown, text = replies["file"]
     out = tmp_path / shown
     words = [
         sys.executable,

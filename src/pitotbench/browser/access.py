@@ -54,16 +54,11 @@ class Access:
         """The name of the cookie: cookies are shared by all ports of a host."""
         return f"pitotbench-{self.port}"
 
-    def is_token(self, text: str) -> bool:
-        """Return whether a text is the address's secret, in a time that does not depend on it."""
-        return hmac.compare_digest(text.encode(), self.token.encode())
-
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return why a request is refused, before its body is read; empty where it is not."""
-        origins = [f"http://{host}" for host in self.hosts]
         if request.headers.get("Host", "") not in self.hosts:
             return "this page is on 127.0.0.1 alone"
-        if request.headers.get("Origin", origins[0]) not in origins:
+        if request.headers.get("Origin") not in (None, *(f"http://{host}" for host in self.hosts)):
             return "this page takes nothing from another page"
         held = request.cookies.get(self.cookie)
         if held is None or not hmac.compare_digest(held.value.encode(), self.held.encode()):
@@ -135,10 +130,9 @@ class Guarded(BokehTornado):  # type: ignore[misc]
     """
 
     def __init__(self, applications: Any, access: Access, **settings: Any) -> None:
-        origins = list(access.hosts)
         super().__init__(
             applications,
-            extra_websocket_origins=origins,
+            extra_websocket_origins=list(access.hosts),
             use_index=False,
             access=access,
             log_function=lambda handler: None,  # a stranger's path has no place on the terminal
@@ -151,9 +145,11 @@ class Guarded(BokehTornado):  # type: ignore[misc]
     def find_handler(self, request: HTTPServerRequest, **_: Any) -> Any:
         """Return what answers a request: the gate's refusal, the entrance, or the handler."""
         access = self.settings["access"]
-        token = request.query_arguments.get("token", [b""])[0].decode("utf-8", "replace")
+        token = request.query_arguments.get("token", [b""])[0]
         words = access.refusal(request)
-        if request.path == "/" and access.is_token(token) and words in ("", _CLOSED):
+        # In a time that does not depend on the token.
+        known = hmac.compare_digest(token, access.token.encode())
+        if request.path == "/" and known and words in ("", _CLOSED):
             return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
             status = HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND

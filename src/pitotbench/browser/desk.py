@@ -39,7 +39,7 @@ class Desk:
         self.store, self.workers = store, workers
         self.listeners: set[Callable[[], None]] = set()
         self.found: list[Found] = []
-        self.book: int | None = None  # the place of the handbook's table in the list
+        self.handbook: LogFile | None = None  # its table, with which the curve is compared
         self.unit = "kt"
         self.leave_out = False  # what is brushed
         self.legs: Plain | None = None
@@ -70,7 +70,7 @@ class Desk:
     def _ask(
         self, status: str, then: Callable[[str, Any], None], *question: Any, wait: float = 0.0
     ) -> asyncio.Task[None]:
-        """Ask the children a question, and call `then` with the name of each reply and the reply."""
+        """Ask the children a question, and call `then` with the name of each reply and itself."""
 
         async def work() -> None:
             await asyncio.sleep(wait)
@@ -130,7 +130,7 @@ class Desk:
         if chosen and not refused:
             logs = tuple(dict.fromkeys(each.log for each in chosen))
             kept["autopilot"] = chosen[0].autopilot
-            self._answer(Request(logs, handbook=self._handbook(), **kept))
+            self._answer(Request(logs, handbook=self.handbook, **kept))
         for each in refused[:1]:
             self.refusal = str(each.flight)
             if each.flight.strange:
@@ -139,12 +139,10 @@ class Desk:
 
     def compare(self, place: int) -> None:
         """Compare the curve with the handbook at a place of the list, or with it no more."""
-        self.book = None if self.book == place else place
-        self.change(handbook=self._handbook())
+        log = self.found[place].log
+        self.handbook = None if self.handbook == log else log
+        self.change(handbook=self.handbook)
         self.tell()
-
-    def _handbook(self) -> LogFile | None:
-        return None if self.book is None else self.found[self.book].log
 
     def _heard(self, name: str, reply: Any) -> None:
         """Hold a reply under its name."""
@@ -153,10 +151,10 @@ class Desk:
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
         rows = zip(self.draft, edited, strict=True)
-        self.draft = [(row[0], *told, *row[3:]) for row, told in rows]
+        self.draft = [(row[0], told, *row[2:]) for row, told in rows]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
-        self._answer(Request((log,), self.store.write("mapping.toml", text), self._handbook()))
+        self._answer(Request((log,), self.store.write("mapping.toml", text), self.handbook))
 
     def change(self, **flags: Any) -> None:
         """Change flags of the request, such as `begin`, and ask again."""
@@ -187,11 +185,11 @@ class Desk:
         """Reduce typed legs: a card of legs (CSV), or their ground speeds and tracks alone."""
         card = self._card = self.store.write("legs.csv", text)
 
-        def then(name: str, reply: Any) -> None:
-            self.legs = {name: reply} if name == "refusal" else reply
-
         accuracy = getattr(self.request, "accuracy", "")
-        self._ask("reducing the legs", then, reduce_legs, card.path, accuracy)
+        self._ask("reducing the legs", self._heard_of_legs, reduce_legs, card.path, accuracy)
+
+    def _heard_of_legs(self, name: str, reply: Any) -> None:
+        self.legs = {name: reply} if name == "refusal" else reply
 
     async def take(self, kind: str) -> tuple[str, str] | None:
         """Return name and text of a file to take away; None where there is none of the kind."""
@@ -201,8 +199,8 @@ class Desk:
             return own.name, own.path.read_text(encoding="utf-8")
         if self.request is None or self.answer is None:
             return None
-        told = [each async for each in self.workers.ask(take, self.request, kind, self.unit)]
-        return dict(told).get("file")
+        replies = self.workers.ask(take, self.request, kind, self.unit)
+        return {name: reply async for name, reply in replies}.get("file")
 
     def close(self) -> None:
         """End the children, and delete the files."""

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -166,9 +167,10 @@ class View:
         dots.nonselection_glyph = dots.glyph
         self.time.y_range.renderers = [speed]
         self.time.extra_y_ranges["height"].renderers = [drawn["time", "step", "flight"]]
-        brush = BoxSelectTool(dimensions="width", renderers=[], description="brush minutes")
+        self.time.toolbar.active_drag = brush = BoxSelectTool(
+            dimensions="width", renderers=[], description="brush minutes"
+        )
         self.time.add_tools(brush, HoverTool(renderers=[speed], mode="vline"))
-        self.time.toolbar.active_drag = brush
         self.track.add_tools(HoverTool(renderers=[drawn["track", "line", "flight"]]))
         curve = HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline")
         self.error.add_tools(TapTool(renderers=[dots]), curve)
@@ -211,13 +213,11 @@ class View:
         if event.final and self._desk.look is not None:
             last = float(self._desk.look[1].minute[-1])
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
-            begin, end = (minutes_text(_MINUTE * minute) for minute in ends)
-            if begin != end:
+            told = [minutes_text(_MINUTE * minute) for minute in ends]
+            if told[0] != told[1]:
                 # Up to an end of the log is all up to there.
-                whole = (
-                    () if self._desk.leave_out else tuple(map(minutes_text, (0.0, _MINUTE * last)))
-                )
-                self._desk.brush(*("" if each in whole else each for each in (begin, end)))
+                whole = [] if self._desk.leave_out else ["0:00", minutes_text(_MINUTE * last)]
+                self._desk.brush(*("" if each in whole else each for each in told))
 
 
 def open_document(desk: Desk, document: Document) -> View:
@@ -230,10 +230,7 @@ def open_document(desk: Desk, document: Document) -> View:
         model.name = name
         document.add_root(model)
     view.render()
-
-    def listen() -> None:
-        document.add_next_tick_callback(view.render)
-
+    listen = partial(document.add_next_tick_callback, view.render)
     desk.listeners.add(listen)
     document.on_session_destroyed(lambda _: desk.listeners.discard(listen))
     return view

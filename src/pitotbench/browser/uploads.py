@@ -48,8 +48,11 @@ class Store:
 
     def names(self, drop: str) -> dict[Path, str]:
         """Return the files of a drop, with the names by which the user knows them."""
-        paths = {each.path: each.name for each in self.known if each.path.exists()}
-        return {path: name for path, name in paths.items() if path.parent == self._drops.get(drop)}
+        return {
+            each.path: each.name
+            for each in self.known
+            if each.path.parent == self._drops.get(drop) and each.path.exists()
+        }
 
     def named(self, words: str) -> str:
         """Return words with the names that the user knows in place of the paths."""
@@ -111,8 +114,9 @@ class Upload(RequestHandler):
                 HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
                 reason=f"more than {most >> 20:,} MB: cut the log",
             )
-        name, drop = unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
-        self._path = self.settings["desk"].store.new_path(name, drop)
+        self._path = self.settings["desk"].store.new_path(
+            unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
+        )
         if self._path is None:
             raise HTTPError(
                 HTTPStatus.UNSUPPORTED_MEDIA_TYPE,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from pitotbench.browser.desk import Desk
-from pitotbench.browser.work import FLAGS, Found, Plain, plain_table
+from pitotbench.browser.work import FLAGS, Plain, plain_table
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
@@ -59,9 +59,9 @@ def state_of(desk: Desk) -> Plain:
         "status": desk.status,
         "refusal": desk.refusal,
         "flights": plain_table(HELD_COLUMNS, [each.flight for each in desk.found]),
-        "refused": [_refused(each) for each in desk.found],
+        "refused": [str(each.flight) if each.flight.refusal else "" for each in desk.found],
         "books": [each.handbook for each in desk.found],
-        "book": desk.book,
+        "compared": [each.log == desk.handbook for each in desk.found],
         "chosen": list(desk.chosen),
         "several": any(desk.found[i].several for i in desk.chosen),
         "unit": desk.unit,
@@ -80,36 +80,36 @@ def state_of(desk: Desk) -> Plain:
     }
 
 
-def _refused(found: Found) -> str:
-    if found.handbook:
-        return f"{found.log.name}: the airspeeds of a handbook, to compare a curve with"
-    return str(found.flight) if found.flight.refusal else ""
-
-
 def _answer(desk: Desk) -> Plain | None:
     answer, asked = desk.answer, desk.request
     if answer is None or asked is None or desk.refusal:
         return None
-    result, settings = answer.result, answer.settings
-    short = short_answer_of(result, "")
-    rules = [judgment.sentence for judgment in judgments(result)]
-    notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
-    kinds = {"parameters": settings is not None, "mapping": asked.mapping is not None}
+    result, settings, short = answer.result, answer.settings, short_answer_of(answer.result, "")
+    known: Plain = {"parameters": settings, "mapping": asked.mapping}
     return {
         "doubts": headline(result),
         "usable": result.usable,
         "sentence": correction_sentence(short.corrections, desk.unit),
-        "lines": [*handbook_lines(result.curve), short.wind_in(desk.unit), *rules, *answer.flights],
+        "lines": [
+            *handbook_lines(result.curve),
+            short.wind_in(desk.unit),
+            *(judgment.sentence for judgment in judgments(result)),
+            *answer.flights,
+        ],
         "warnings": list(short.warnings),
-        "notes": [f"{line[:1].upper()}{line[1:]}" for line in notes],
+        "notes": [
+            f"{line[:1].upper()}{line[1:]}"
+            for lines in (part_lines, location_lines, assumption_lines)
+            for line in lines(result)
+        ],
         "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(result.curve)),
         "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
         "left": [] if settings is None else settings_lines(settings),
-        "take": [kind for kind in _KINDS if answer.final and kinds.get(kind, True)],
+        "take": [kind for kind in _KINDS if answer.final and known.get(kind, kind)],
     }
 
 
 def _draft(desk: Desk) -> Plain | None:
-    rows = [[theirs, ours, unit, *rest[::-1]] for theirs, ours, unit, _, *rest in desk.draft]
-    ours = {*CHANNELS, *(row[1] for row in rows)} - {""}
+    rows = [[theirs, *told, *rest[::-1]] for theirs, told, _, *rest in desk.draft]
+    ours = {*CHANNELS, *(told[0] for _, told, *_ in desk.draft)} - {""}
     return {"rows": rows, "ours": sorted(ours), "units": sorted(SUFFIXES)} if rows else None

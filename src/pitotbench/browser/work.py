@@ -4,7 +4,7 @@ a reply is, as the desk calls it, and the reply itself.
 """
 
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -87,8 +87,8 @@ class Request:
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
         spans = [("from", self.begin), ("to", self.end), *(("without", s) for s in self.without)]
-        told = [f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text]
-        return "".join([Path(self.logs[0].name).name.partition(".")[0], *told, ending])
+        told = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
+        return f"{Path(self.logs[0].name).name.partition('.')[0]}{told}{ending}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +104,9 @@ class Found:
     handbook: bool = False
 
 
-# A column of a log with unknown names, what it may be (empty: nothing), its unit, the factor of its
-# numbers, the question to answer, and its first values.
-DraftRow = tuple[str, str, str, float, str, str]
+# A column of a log with unknown names, what it may be (empty: nothing) with its unit, the factor of
+# its numbers, the question to answer, and its first values.
+DraftRow = tuple[str, tuple[str, str], float, str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,9 +136,8 @@ class Answer:
     final: bool
 
 
-def plain_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> Plain:
+def plain_table(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> Plain:
     """A table as texts: headings with their units, and rows of cells."""
-    rows = list(rows)
     shown = shown_columns(columns, rows)
     return {
         "head": [column.title for column in shown],
@@ -173,8 +172,8 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
             strange=each.strange and not book,
         )
         header = {} if each.refusal else _part(path, plain).header
-        log, several = LogFile(path, name), SENSOR in header
-        held.append(Found(log, told, autopilot_of(header), several, book))
+        of_log = autopilot_of(header), SENSOR in header
+        held.append(Found(LogFile(path, name), told, *of_log, book))
     tell("found", tuple(held))
 
 
@@ -184,8 +183,7 @@ def autopilot_of(header: Mapping[str, Any]) -> str:
     from pitotbench.logbook.columns import PARAMETERS, SENSOR
 
     held, number = header.get(PARAMETERS, ()), header.get(SENSOR, 1)
-    known = (name for name, each in AUTOPILOTS.items() if each.of_sensor(number).gain in held)
-    return next(known, "")
+    return next((n for n, each in AUTOPILOTS.items() if each.of_sensor(number).gain in held), "")
 
 
 @lru_cache(maxsize=3)
@@ -219,13 +217,12 @@ def draft(tell: Tell, log: LogFile) -> None:
     from pitotbench.logbook.reading import read_table
 
     table = read_table(log.path)
-    known = {line.guess.theirs: line for line in draft_mapping(table).lines}
-    told = {
-        name: (line.guess.quantity, line.unit, line.guess.factor, line.question)
-        for name, line in known.items()
+    known = {
+        each.guess.theirs: ((each.guess.quantity, each.unit), each.guess.factor, each.question)
+        for each in draft_mapping(table).lines
     }
     rows: list[DraftRow] = [
-        (name, *told.get(name, ("", "", 1.0, "")), ", ".join(map(str, column[:_SHOWN_VALUES])))
+        (name, *known.get(name, (("", ""), 1.0, "")), ", ".join(map(str, column[:_SHOWN_VALUES])))
         for name, column in zip(table.names, table.columns, strict=True)
         if name
     ]
@@ -238,7 +235,7 @@ def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
 
     columns = {
         theirs: {"name": f"{ours}_{unit}" if unit else ours, "factor": factor}
-        for theirs, ours, unit, factor, *_ in rows
+        for theirs, (ours, unit), factor, *_ in rows
         if ours
     }
     return tomli_w.dumps({"title": title, "columns": columns})
@@ -362,31 +359,31 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
     )
 
     flights = _calibrated(tell, request)
-    first, settings = flights[0].calibration, _settings(request, flights[0])
     rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
 
-    def document() -> str:
-        found = [flight_document(Path(name).name, each, old) for name, each, old in rows]
-        return json_text(found if len(found) > 1 else found[0])
+    documents = [flight_document(Path(name).name, each, old) for name, each, old in rows]
 
     def page() -> str:
-        title = f"Pitot-static calibration: {', '.join(dict.fromkeys(row[0] for row in rows))}"
         sections = [
             log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old)
             for name, each, old in rows
         ]
-        return log_page(title, sections)
+        named = ", ".join(dict.fromkeys(name for name, *_ in rows))
+        return log_page(f"Pitot-static calibration: {named}", sections)
 
     makers: dict[str, tuple[str, Callable[[], str]]] = {
-        "json": (".json", document),
-        "card": (f"-card-{unit}.csv", lambda: card_csv(first.curve, doubts_of(first), unit)),
+        "json": (".json", lambda: json_text(documents if len(rows) > 1 else documents[0])),
+        "card": (
+            f"-card-{unit}.csv",
+            lambda: card_csv(rows[0][1].calibration.curve, doubts_of(rows[0][1].calibration), unit),
+        ),
         "record": (
             "-record-kt.html",
             lambda: calibration_record([each.calibration for each in flights]),
         ),
         "page": ("-page-kt.html", page),
     }
-    if settings is not None:
+    if (settings := rows[0][2]) is not None:
         ending = PARAMETER_FILES[settings.autopilot][0]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]

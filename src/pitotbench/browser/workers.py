@@ -66,11 +66,10 @@ class Child:
     """A process that answers one question at a time."""
 
     def __init__(self, limits: Limits) -> None:
-        # Of a fresh interpreter, which holds no socket of the server; of one that has loaded what is
-        # needed already, where the system can.
-        ways = multiprocessing.get_all_start_methods()
+        # Of a fresh interpreter, which holds no socket of the server; where the system can, of one
+        # that has loaded what is needed.
         context: Any = multiprocessing.get_context(
-            "forkserver" if "forkserver" in ways else "spawn"
+            "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
         )
         context.set_forkserver_preload([*NEEDED])
         self._pipe, theirs = context.Pipe()
@@ -120,7 +119,7 @@ class Workers:
         self._children[child] = asyncio.ensure_future(join())
 
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question with their names; it is a function of `work`. Whoever stops
+        """Yield the replies to a question, a function of `work`, with their names. Whoever stops
         to listen, or is canceled, ends the child; another takes its place.
         """
         child, answered = await self._idle.get(), False

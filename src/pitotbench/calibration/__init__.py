@@ -58,14 +58,11 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
         return with_scale(_judged(found, log), log, chosen)
 
 
-Flights = tuple[CalibratedFlight, ...]
-
-
 def calibrate_flights(
     logs: Sequence[FlightLog],
     options: CalibrationOptions | None = None,
-    first: Callable[[Flights], object] | None = None,
-) -> Flights:
+    first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
+) -> tuple[CalibratedFlight, ...]:
     """Estimate one curve from all flights of the logs, with a separate wind for each flight.
 
     A log that pauses for more than five minutes holds several flights. A warning says where the

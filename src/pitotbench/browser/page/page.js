@@ -225,7 +225,7 @@ function same(one, other, ...names) {
 }
 
 function flights(found, before) {
-  if (before && same(before, found, "flights", "chosen", "book")) return;
+  if (before && same(before, found, "flights", "chosen", "compared")) return;
   const body = make("tbody");
   found.flights.rows.forEach((cells, place) => {
     const row = make("tr");
@@ -233,14 +233,14 @@ function flights(found, before) {
     const box = make("input", "", { type: "checkbox", value: place, "aria-label": `mark ${cells[0]}` });
     box.checked = found.chosen.includes(place);
     const book = found.books[place];
-    const shown = book ? place === found.book : found.chosen.includes(place);
+    const shown = book ? found.compared[place] : found.chosen.includes(place);
     const word = book ? "compare" : "show";
     const open = make("button", shown ? { compare: "compared", show: "shown" }[word] : word,
       { type: "button", "aria-label": `${word} ${cells[0]}`, "aria-pressed": shown });
     open.addEventListener("click", () => act(book ? { what: "compare", place } : { what: "choose", places: [place] }));
     cell.append(...(book ? [] : [box, " "]), open);
     row.append(cell);
-    const refused = found.refused[place];
+    const refused = book ? `${cells[0]}: the airspeeds of a handbook, to compare a curve with` : found.refused[place];
     if (refused) row.append(make("td", refused, { colspan: found.flights.head.length }));
     else row.append(...cells.map((text) => make("td", text)));
     row.className = (shown ? "chosen" : "") + (refused && !book ? " refused" : "");
@@ -307,7 +307,7 @@ function show(text) {
   choices(form.elements.model, Object.fromEntries(state.choices.model.map((n) => [n, n || "usual"])), state.flags.model);
   at("autopilots").replaceChildren(...state.choices.autopilot.map((value) => make("option", "", { value })));
   at("sensor").hidden = !state.several;
-  document.querySelector(".key .book").hidden = state.book === null;
+  document.querySelector(".key .book").hidden = !state.compared.includes(true);
   choices(at("unit"), state.choices.unit, state.unit);
   for (const radio of document.getElementsByName("mode")) radio.checked = (radio.value === "leave") === state.leave_out;
   if (changed) {

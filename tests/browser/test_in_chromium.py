@@ -26,7 +26,7 @@ from pitotbench.sensing.sampling import data_system
 LEGS = [  # KIAS, pressure altitude [ft], air temperature [°C], ground speed [kt], track [°]
     ["90", "3000", "9", "100", "0"],
     ["90", "3,000", "9", "87", "120"],
-    ["90", "3000", "9", "95", "240"],
+    ["90 kt", "3000 ft", "9 °C", "95", "240°"],
 ]
 HEADINGS = (
     "indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt,track_deg"

@@ -37,6 +37,7 @@ _INK = "#222222"
 _GREY = "#777777"
 _TALL = 270  # px
 _FAINT = 0.15
+_ROOM = 50.0  # ft, above and below the heights flown
 _KILOMETER = 1000.0  # m
 _MINUTE = 60.0  # s
 _COLUMNS = {  # of the data of each part of the pictures
@@ -152,9 +153,8 @@ class View:
             name: ColumnDataSource({column: [] for column in columns})
             for name, columns in _COLUMNS.items()
         }
-        self.time = _figure(
-            "time [min]", "", "xwheel_zoom", extra_y_ranges={"height": DataRange1d()}
-        )
+        height = DataRange1d(range_padding=_ROOM, range_padding_units="absolute")
+        self.time = _figure("time [min]", "", "xwheel_zoom", extra_y_ranges={"height": height})
         self.track = _figure("east [km]", "north [km]", "wheel_zoom", match_aspect=True)
         self.error = _figure("", "", "wheel_zoom")
         drawn = {
@@ -166,7 +166,7 @@ class View:
         speed, dots = drawn["time", "line", "flight"], drawn["error", "scatter", "samples"]
         dots.nonselection_glyph = dots.glyph
         self.time.y_range.renderers = [speed]
-        self.time.extra_y_ranges["height"].renderers = [drawn["time", "step", "flight"]]
+        height.renderers = [drawn["time", "step", "flight"]]
         self.time.toolbar.active_drag = brush = BoxSelectTool(
             dimensions="width", renderers=[], description="brush minutes"
         )
@@ -178,7 +178,7 @@ class View:
         bars = Whisker(base="speed", lower="low", upper="high", source=self.data["legs"])
         self.time.add_layout(heights, "right")
         self.error.add_layout(bars)
-        self.error.add_layout(Span(location=0.0, dimension="width", line_width=0.5))
+        self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)
 
@@ -200,13 +200,16 @@ class View:
         self.time.yaxis[0].axis_label = self.error.xaxis.axis_label = f"indicated airspeed [{unit}]"
         self.error.yaxis.axis_label = f"correction to add [{unit}]"
         for name, rows in _AT_THE_POINTER.items():
-            told = [(label, text.replace("UNIT", unit)) for label, text in rows.items()]
-            getattr(self, name).select_one(HoverTool).tooltips = told
+            getattr(self, name).select_one(HoverTool).tooltips = [
+                (label, text.replace("UNIT", unit)) for label, text in rows.items()
+            ]
 
     def _tapped(self, _attribute: str, _old: object, new: Sequence[int]) -> None:
         """Light up the tapped sample in both pictures."""
-        held = self.data["samples"].data
-        self.data["marked"].data = {n: np.asarray(v)[list(new[:1])] for n, v in held.items()}
+        self.data["marked"].data = {
+            name: np.asarray(values)[list(new[:1])]
+            for name, values in self.data["samples"].data.items()
+        }
 
     def _brushed(self, event: Any) -> None:
         """Use the minutes of the brush, or leave them out."""

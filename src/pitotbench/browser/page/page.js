@@ -67,6 +67,8 @@ async function* filesOf(entry, folder = "") {
   }
 }
 
+let strangers = 0;
+
 function send(file, name, drop, line) {
   return new Promise((done) => {
     const bar = make("progress", "", { max: file.size || 1, value: 0, "aria-label": name });
@@ -76,7 +78,10 @@ function send(file, name, drop, line) {
     request.onloadend = () => {
       const whole = request.status === 200;
       if (whole) line.remove();
-      else line.textContent = `${name}: ${request.status ? request.responseText : "was not taken"}`;
+      else if (request.status === 415 && name.includes("/")) {
+        strangers += 1;  // other files of a folder
+        line.textContent = `left out: files that are no logs, such as ${name} (${strangers})`;
+      } else line.textContent = `${name}: ${request.statusText || "was not taken"}`;
       done(whole);
     };
     request.open("POST", "/upload");
@@ -91,11 +96,17 @@ async function sendAll(pairs) {
   const drop = Array.from(crypto.getRandomValues(new Uint32Array(3)), (part) => part.toString(36)).join("");
   at("uploads").replaceChildren();
   let arrived = 0;
+  strangers = 0;
   for await (const [file, name] of pairs) {
     if (name.split("/").some((part) => part.startsWith("."))) continue;
     const line = make("li");
     at("uploads").append(line);
+    const before = strangers;
     if (await send(file, name, drop, line)) arrived += 1;
+    if (strangers > before) {
+      at("uploads").querySelector(".strange")?.remove();
+      line.className = "strange";
+    }
   }
   if (arrived) await act({ what: "arrived", drop });
 }
@@ -170,7 +181,7 @@ for (const button of document.querySelectorAll("[data-copy]")) {
 
 // Legs
 
-const GROUP = "group (legs of one speed; may stay empty)";
+const GROUP = "group (optional)";
 const LEG = [GROUP, "KIAS", "pressure altitude [ft]", "air temperature [°C]", "ground speed [kt]", "direction [°]"];
 
 function addLeg() {
@@ -190,9 +201,9 @@ for (let leg = 0; leg < 3; leg += 1) addLeg();
 at("leg").addEventListener("click", addLeg);
 const COLUMNS = ["point", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"];
 
-// 3,000 ft and 3 000 ft are thousands; elsewhere a comma is that of a decimal.
+// 3,000 ft and 3 000 ft are thousands; elsewhere a comma is that of a decimal. A unit behind a number is passed over.
 function typed(text, name) {
-  const plain = text.replaceAll('"', "").trim();
+  const plain = text.replace(/["°]|\s*(kts?|ft|deg|c)\.?\s*$/gi, "").trim();
   const thousands = name.includes("altitude") && /^-?\d{1,3}([,.' \u00a0\u202f]\d{3})+$/.test(plain);
   return thousands ? plain.replace(/[^\d-]/g, "") : plain.replaceAll(",", ".");
 }

@@ -1,21 +1,21 @@
 """Questions to the children of the page: slow, large, and quick ones."""
 
-from collections.abc import Iterator
+from pitotbench.browser.work import Tell
 
 
-def spin() -> Iterator[str]:
+def spin(_tell: Tell) -> None:
     """Compute for ever."""
     while True:
         pass
 
 
-def grow() -> Iterator[str]:
+def grow(_tell: Tell) -> None:
     """Take all memory."""
     held = []
     while True:
         held.append(bytes(1 << 26))
 
 
-def echo(text: str) -> Iterator[str]:
+def echo(tell: Tell, text: str) -> None:
     """Say what was said."""
-    yield text
+    tell("text", text)

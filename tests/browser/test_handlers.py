@@ -25,7 +25,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import Found, LogFile, Refusal, Request, find_flights
+from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.logbook import bundle
@@ -48,7 +48,7 @@ class Recorder:
         self.answer = self.answer or asyncio.Event()
         await self.answer.wait()
         self.over.append(question)
-        yield Refusal("answered")
+        yield "refusal", "answered"
 
     def close(self) -> None:
         """Nothing to end."""
@@ -139,8 +139,9 @@ def test_the_names_in_a_zip_bring_no_control_codes_to_a_command(tmp_path: Path) 
     packed = tmp_path / "card.zip"
     with zipfile.ZipFile(packed, "w") as file:
         file.writestr("a\x03\nrm \u202e.csv", "time_s,x\n0,1\n")
-    (found,) = find_flights(packed, {packed.name: "card.zip"}, tmp_path / "unpacked")
-    names = [each.log.name for each in found]
+    told: dict[str, Any] = {}
+    find_flights(told.__setitem__, packed, {packed.name: "card.zip"}, tmp_path / "unpacked")
+    names = [each.log.name for each in told["found"]]
     assert names
     assert all(name.isprintable() for name in names)
 
@@ -312,8 +313,7 @@ def test_the_desk_outlives_the_tab() -> None:
         desk = Desk(Store(), Recorder())  # type: ignore[arg-type]
         desk.found = [found("<img src=x>.csv"), found("b.csv", "is empty")]
         desk.choose([0])
-        flags = {"begin": "1:00", "end": "", "model": "quadratic", "accuracy": "", "temperature": "",
-                 "autopilot": ""}  # fmt: skip
+        flags = dict.fromkeys(FLAGS, "") | {"begin": "1:00", "model": "quadratic"}
         act(desk, {"what": "flags", "flags": flags, "without": "3:00-4:00, 5:00-6:00"})
         act(desk, {"what": "show", "unit": "kmh", "leave_out": True})
         state = state_of(desk)
@@ -374,13 +374,13 @@ def test_a_child_that_exceeds_its_limits_ends_and_another_answers() -> None:
         workers = Workers(1, Limits(memory=2 << 30, seconds=1))
         try:
             (late,) = await told(workers, questions.spin)
-            assert isinstance(late, Refusal)
-            assert late.words.startswith("no answer within 1 s")
-            assert await told(workers, questions.echo, "again") == ["again"]
+            assert late[0] == "refusal"
+            assert late[1].startswith("no answer within 1 s")
+            assert await told(workers, questions.echo, "again") == [("text", "again")]
             (large,) = await told(workers, questions.grow)
-            assert isinstance(large, Refusal)
-            assert "memory" in large.words
-            assert await told(workers, questions.echo, "again") == ["again"]
+            assert large[0] == "refusal"
+            assert "memory" in large[1]
+            assert await told(workers, questions.echo, "again") == [("text", "again")]
         finally:
             workers.close()
 
@@ -391,7 +391,7 @@ def test_a_canceled_question_ends_its_child() -> None:
     async def run() -> None:
         workers = Workers(1)
         try:
-            assert await told(workers, questions.echo, "warm") == ["warm"]
+            assert await told(workers, questions.echo, "warm") == [("text", "warm")]
             (child,) = workers._children
             task = asyncio.ensure_future(told(workers, questions.spin))
             await asyncio.sleep(0.2)
@@ -399,7 +399,7 @@ def test_a_canceled_question_ends_its_child() -> None:
             with pytest.raises(asyncio.CancelledError):
                 await task
             assert child._process.exitcode is not None
-            assert await told(workers, questions.echo, "next") == ["next"]
+            assert await told(workers, questions.echo, "next") == [("text", "next")]
         finally:
             workers.close()
 
@@ -436,11 +436,16 @@ def test_without_bokeh_the_command_says_how_to_install_it(monkeypatch: pytest.Mo
 
 def test_a_request_is_the_command_that_gives_the_same() -> None:
     log, mapping = LogFile(Path("/tmp/1.csv"), "my log.csv"), LogFile(Path("/tmp/m.toml"), "m.toml")
-    asked = Request((log,), mapping, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4")
-    assert asked.command() == (
-        "pitotbench calibrate 'my log.csv' --mapping m.toml --from 1:00 --to 2:00 --model auto "
-        "--accuracy none --temperature-c '18±2@ground' --params px4"
+    book = LogFile(Path("/tmp/2.csv"), "poh.csv")
+    asked = Request(
+        (log,), mapping, book, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4", "2"
     )
+    assert asked.command() == (
+        "pitotbench calibrate 'my log.csv' --mapping m.toml --handbook poh.csv --from 1:00 --to "
+        "2:00 --model auto --accuracy none --temperature-c '18±2@ground' --params px4 "
+        "--airspeed-sensor 2"
+    )
+    assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signal")

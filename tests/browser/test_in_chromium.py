@@ -1,6 +1,5 @@
 """The page in a real browser: it says what the commands say, and asks no other host."""
 
-import gzip
 import json
 import os
 from collections.abc import Iterator
@@ -27,9 +26,8 @@ from pitotbench.sensing.sampling import data_system
 LEGS = [  # KIAS, pressure altitude [ft], air temperature [°C], ground speed [kt], track [°]
     ["90", "3000", "9", "100", "0"],
     ["90", "3,000", "9", "87", "120"],
-    ["90", "3000", "9", "95", "240"],
+    ["90 kt", "3000 ft", "9 °C", "95", "240°"],
 ]
-FIRST = 2_500  # rows of a real log, of one a second, that the page and the command answer
 HEADINGS = (
     "indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt,track_deg"
 )
@@ -83,6 +81,23 @@ def dropped(browser: Browser, log: Path) -> Browser:
     return browser
 
 
+@pytest.fixture(scope="module")
+def answer(log: Path) -> Any:
+    """The document of the command for the whole simulated log, with card and record beside it."""
+    beside = ["--card", log.with_name("card.csv"), "--record", log.with_name("record.html")]
+    return command("calibrate", log, *beside)
+
+
+def type_minutes(browser: Browser, begin: str, end: str) -> None:
+    """Type a part of the log into the form."""
+    browser.run(
+        "(() => { const form = document.getElementById('flags');"
+        f"form.elements.begin.value = {begin!r}; form.elements.end.value = {end!r};"
+        "form.requestSubmit(); })()"
+    )
+    browser.until(f"state.flags.begin === {begin!r} && state.flags.end === {end!r}")
+
+
 def download(browser: Browser, kind: str) -> str:
     """The text of a file to take away, by the cookie of the page."""
     return str(browser.run(f"fetch('/take/{kind}').then((reply) => reply.text())"))
@@ -94,9 +109,10 @@ def same(page: Any, other: Any) -> None:
         assert page[name] == other[name], name
 
 
-def test_a_dropped_log_has_the_answer_of_the_command(dropped: Browser, log: Path) -> None:
+def test_a_dropped_log_has_the_answer_of_the_command(
+    dropped: Browser, log: Path, answer: Any
+) -> None:
     state = dropped.answered()
-    answer = command("calibrate", log)
     page = json.loads(download(dropped, "json"))
     same(page, answer)
     assert page["log"] == log.name
@@ -110,11 +126,19 @@ def test_a_dropped_log_has_the_answer_of_the_command(dropped: Browser, log: Path
     assert dropped.run("document.querySelector('[aria-live] #sentence') !== null")
 
 
-def test_the_card_is_that_of_the_command(dropped: Browser, log: Path, tmp_path: Path) -> None:
-    command("calibrate", log, "--card", tmp_path / "card.csv")
-    assert download(dropped, "card") == (tmp_path / "card.csv").read_text(encoding="utf-8")
-    table = read_csv(tmp_path / "card.csv")
-    assert len(table) >= len(dropped.answered()["answer"]["card"]["rows"]) > 2
+def test_card_and_record_are_those_of_the_command(dropped: Browser, log: Path, answer: Any) -> None:
+    card = log.with_name("card.csv")
+    assert download(dropped, "card") == card.read_text(encoding="utf-8")
+    assert len(read_csv(card)) >= len(dropped.answered()["answer"]["card"]["rows"]) > 2
+    assert download(dropped, "record") == log.with_name("record.html").read_text(encoding="utf-8")
+    assert download(dropped, "json").count(answer["model"]) >= 1
+
+
+def test_a_file_says_its_minutes_and_its_unit_in_its_name(dropped: Browser) -> None:
+    type_minutes(dropped, "1:00", "4:00")
+    dropped.answered()
+    named = "fetch('/take/card').then((reply) => reply.headers.get('Content-Disposition'))"
+    assert dropped.run(named) == 'attachment; filename="flight-one-from-1m00-to-4m00-card-kt.csv"'
 
 
 def test_page_and_record_are_self_contained_pages(dropped: Browser, log: Path) -> None:
@@ -137,7 +161,7 @@ def test_brushed_minutes_have_the_answer_of_from_and_to(dropped: Browser, log: P
     )
 
 
-def test_minutes_are_left_out_as_by_without(dropped: Browser, log: Path) -> None:
+def test_minutes_are_left_out_as_by_without(dropped: Browser, log: Path, answer: Any) -> None:
     dropped.run("document.querySelector('[value=leave]').click()")
     dropped.until("state.leave_out")
     end = dropped.box("time")["end"]
@@ -146,18 +170,19 @@ def test_minutes_are_left_out_as_by_without(dropped: Browser, log: Path) -> None
     state = dropped.answered()
     document = json.loads(download(dropped, "json"))
     same(document, command("calibrate", log, "--without", state["without"][0]))
-    assert document["samples"] < command("calibrate", log)["samples"]
+    assert document["samples"] < answer["samples"]
     dropped.run("document.querySelector('[value=use]').click()")
     dropped.until("!state.leave_out")
 
 
-def test_typed_minutes_do_as_well_as_the_brush(dropped: Browser) -> None:
-    dropped.run(
-        "(() => { const form = document.getElementById('flags'); form.elements.begin.value = '1:00';"
-        "form.elements.end.value = '4:00'; form.requestSubmit(); })()"
-    )
-    dropped.until("state.flags.end === '4:00'")
-    assert "--from 1:00 --to 4:00" in dropped.answered()["command"]
+def test_a_brush_over_all_minutes_is_the_whole_log(dropped: Browser) -> None:
+    """Its answer is known, and not asked for again."""
+    box = dropped.box("time")
+    type_minutes(dropped, "1:00", "4:00")
+    y = box["y"] + 0.5 * box["height"]
+    dropped.drag((box["x"] + 1.0, y), (box["x"] + box["width"] - 1.0, y))
+    dropped.until("state.flags.begin + state.flags.end === ''")
+    assert "--from" not in dropped.answered()["command"]
 
 
 def test_a_wrong_flag_is_refused_in_the_words_of_the_command(dropped: Browser) -> None:
@@ -313,17 +338,71 @@ def test_the_page_is_usable_on_a_phone(dropped: Browser) -> None:
     dropped.resize(1200, 900)
 
 
-@pytest.mark.parametrize("name", ["c172s-g1000-2011.csv.gz", "pa28-gifd-2024.csv.gz"])
-def test_a_real_log_has_the_answer_of_the_command(
-    name: str, browser: Browser, tmp_path: Path
+def test_a_handbook_is_drawn_beside_the_curve_and_in_the_answer(
+    dropped: Browser, log: Path, tmp_path: Path
 ) -> None:
-    path = tmp_path / name  # the browser reads it from a folder of its own
-    rows = gzip.decompress(real_log("garmin", name).read_bytes()).splitlines(keepends=True)
-    path.write_bytes(gzip.compress(b"".join(rows[:FIRST])))
+    book = tmp_path / "poh.csv"
+    book.write_text("KIAS,KCAS\n80,82\n120,121\n170,168\n", encoding="utf-8")
+    dropped.choose_files([book])
+    dropped.until("state.command.includes('--handbook poh.csv')")
+    state = dropped.answered()
+    found = json.loads(download(dropped, "json"))
+    answer = command("calibrate", log, "--handbook", book)
+    same(found, answer)
+    assert found["handbook"] == answer["handbook"]
+    assert answer["handbook"][0]["words"] in state["answer"]["lines"]
+    row = state["compared"].index(True)
+    dropped.run(
+        f"document.querySelectorAll('#flights tbody tr')[{row}].querySelector('button').click()"
+    )
+    dropped.until("!state.command.includes('--handbook')")
+
+
+def test_one_curve_from_several_logs_is_that_of_the_command(
+    browser: Browser, log: Path, tmp_path: Path
+) -> None:
+    lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
+    head = next(i for i, line in enumerate(lines) if not line.startswith("#")) + 1
+    half = (head + len(lines)) // 2
+    parts = [tmp_path / "part1.csv", tmp_path / "part2.csv"]
+    for path, rows in zip(parts, (lines[head:half], lines[half:]), strict=True):
+        path.write_text("".join([*lines[:head], *rows]), encoding="utf-8")
+    first = browser.run("state.flights.rows.length")
+    browser.choose_files(parts)
+    browser.until(f"state.flights.rows.length === {first + 2}")
+    browser.run(
+        "(() => { document.querySelectorAll('#flights input').forEach((box) => {"
+        f"box.checked = Number(box.value) >= {first}; }});"
+        "document.getElementById('choose').click(); })()"
+    )
+    browser.until("state.command === 'pitotbench calibrate part1.csv part2.csv'")
+    assert browser.answered()["answer"], browser.run("state.refusal")
+    for one, other in zip(
+        json.loads(download(browser, "json")), command("calibrate", *parts), strict=True
+    ):
+        same(one, other)
+
+
+# The whole of an hour; parts of the others, which are long.
+@pytest.mark.parametrize(
+    ("folder", "name", "begin", "end"),
+    [
+        ("garmin", "c172s-g1000-2011.csv.gz", "", ""),
+        ("garmin", "pa28-gifd-2024.csv.gz", "40:00", "60:00"),
+        ("citation", "2019-03-12.parquet", "20:00", "30:00"),
+    ],
+)
+def test_a_real_log_has_the_answer_of_the_command(
+    folder: str, name: str, begin: str, end: str, browser: Browser, tmp_path: Path
+) -> None:
+    path = real_log(folder, name)
     count = browser.run("state.flights.rows.length")
     browser.drop([path])
     browser.until(f"state.flights.rows.length > {count} && state.command.endsWith({name!r})")
+    part = ["--from", begin, "--to", end] if begin else []
+    if begin:
+        type_minutes(browser, begin, end)
     state = browser.answered()
-    answer = command("calibrate", path)
+    answer = command("calibrate", path, *part)
     assert state["answer"]["warnings"] == answer["warnings"]
     same(json.loads(download(browser, "json")), answer)

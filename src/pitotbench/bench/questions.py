@@ -154,12 +154,14 @@ def calibrate_each(
     flags: Iterable[Choice] = (),
     published: tuple[PublishedCurve, ...] = (),
     known: "Known | None" = None,
+    first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
     **choices: Any,
 ) -> tuple[CalibratedFlight, ...]:
     """Calibrate each flight of the logs as `calibrate` does, with what is held against its curve.
 
     `sources` are the files of the logs and `flags` further choices, for the record; `published` are
-    the curves of a handbook, and `known` what was fitted before. Raises as `calibrate` does.
+    the curves of a handbook; `known` and `first` are as for `calibrate_flights`. Raises as
+    `calibrate` does.
     """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
@@ -185,7 +187,7 @@ def calibrate_each(
             calibration=replace(told, curve=curve, residual_two_sigma=scatter, provenance=made),
         )
 
-    return tuple(map(checked, calibrate_flights(logs, chosen, known)))
+    return tuple(map(checked, calibrate_flights(logs, chosen, known, first)))
 
 
 def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:

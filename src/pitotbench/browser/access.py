@@ -54,16 +54,11 @@ class Access:
         """The name of the cookie: cookies are shared by all ports of a host."""
         return f"pitotbench-{self.port}"
 
-    def is_token(self, text: str) -> bool:
-        """Return whether a text is the address's secret, in a time that does not depend on it."""
-        return hmac.compare_digest(text.encode(), self.token.encode())
-
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return why a request is refused, before its body is read; empty where it is not."""
-        origins = [f"http://{host}" for host in self.hosts]
         if request.headers.get("Host", "") not in self.hosts:
             return "this page is on 127.0.0.1 alone"
-        if request.headers.get("Origin", origins[0]) not in origins:
+        if request.headers.get("Origin") not in (None, *(f"http://{host}" for host in self.hosts)):
             return "this page takes nothing from another page"
         held = request.cookies.get(self.cookie)
         if held is None or not hmac.compare_digest(held.value.encode(), self.held.encode()):
@@ -75,8 +70,8 @@ class Access:
 class Refused(RequestHandler):
     """Refuses a request before its body is read."""
 
-    def initialize(self, words: str, status: int) -> None:
-        self.refusal = HTTPError(status, reason=words)
+    def initialize(self, refusal: HTTPError) -> None:
+        self.refusal = refusal
 
     def prepare(self) -> None:
         raise self.refusal
@@ -106,7 +101,7 @@ class Page(DocHandler):  # type: ignore[misc]
 
         from bokeh.embed.server import server_html_page_for_session
 
-        session = await self.get_session()
+        session, nonce = await self.get_session(), token_urlsafe()
         document = session.document
         page = server_html_page_for_session(
             session,
@@ -115,7 +110,6 @@ class Page(DocHandler):  # type: ignore[misc]
             template=document.template,
             template_variables=document.template_variables,
         )
-        nonce = token_urlsafe()
         policy = _POLICY.format(nonce=nonce, host=self.request.headers["Host"])
         self.set_header("Content-Security-Policy", policy)
         self.finish(page.replace("<script", f'<script nonce="{nonce}"'))
@@ -136,10 +130,9 @@ class Guarded(BokehTornado):  # type: ignore[misc]
     """
 
     def __init__(self, applications: Any, access: Access, **settings: Any) -> None:
-        origins = list(access.hosts)
         super().__init__(
             applications,
-            extra_websocket_origins=origins,
+            extra_websocket_origins=list(access.hosts),
             use_index=False,
             access=access,
             log_function=lambda handler: None,  # a stranger's path has no place on the terminal
@@ -152,14 +145,14 @@ class Guarded(BokehTornado):  # type: ignore[misc]
     def find_handler(self, request: HTTPServerRequest, **_: Any) -> Any:
         """Return what answers a request: the gate's refusal, the entrance, or the handler."""
         access = self.settings["access"]
-        token = request.query_arguments.get("token", [b""])[0].decode("utf-8", "replace")
+        token = request.query_arguments.get("token", [b""])[0]
         words = access.refusal(request)
-        if request.path == "/" and access.is_token(token) and words in ("", _CLOSED):
+        # In a time that does not depend on the token.
+        known = hmac.compare_digest(token, access.token.encode())
+        if request.path == "/" and known and words in ("", _CLOSED):
             return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
-            told = {
-                "words": words or "not here",
-                "status": HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND,
-            }
+            status = HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND
+            told = {"refusal": HTTPError(status, reason=words or "not here")}
             return self.get_handler_delegate(request, Refused, told)
         return super().find_handler(request)

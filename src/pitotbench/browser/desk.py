@@ -13,10 +13,9 @@ from pitotbench.browser.work import (
     Answer,
     DraftRow,
     Found,
-    LegAnswer,
     LogFile,
     Look,
-    Refusal,
+    Plain,
     Request,
     answer,
     draft,
@@ -29,8 +28,8 @@ from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
 from pitotbench.records.log import HeldFlight
 
-_SETTLE = 0.15  # s that a choice must stand before it is computed
-FLAGS = ("begin", "end", "model", "accuracy", "temperature", "autopilot")
+_SETTLE = 0.05  # s that a choice must stand before it is computed
+_KEPT = ("model", "accuracy", "temperature")  # of a request, for another log
 
 
 class Desk:
@@ -40,9 +39,10 @@ class Desk:
         self.store, self.workers = store, workers
         self.listeners: set[Callable[[], None]] = set()
         self.found: list[Found] = []
+        self.handbook: LogFile | None = None  # its table, with which the curve is compared
         self.unit = "kt"
         self.leave_out = False  # what is brushed
-        self.legs: LegAnswer | Refusal | None = None
+        self.legs: Plain | None = None
         self._card: LogFile | None = None
         self._tasks: dict[asyncio.Task[None], str] = {}  # what runs, in words
         self._answering: asyncio.Task[None] | None = None
@@ -53,10 +53,9 @@ class Desk:
         self.chosen: tuple[int, ...] = ()
         self.request: Request | None = None
         self.refusal = ""
-        self.look: Look | None = None
+        self.look: tuple[Request, Look] | None = None  # how the log was read for it, and itself
         self.answer: Answer | None = None
-        self.draft: tuple[DraftRow, ...] = ()
-        self._looked_at: Request | None = None
+        self.draft: list[DraftRow] = []
 
     @property
     def status(self) -> str:
@@ -69,14 +68,17 @@ class Desk:
             listener()
 
     def _ask(
-        self, status: str, then: Callable[[Any], None], *question: Any, wait: float = 0.0
+        self, status: str, then: Callable[[str, Any], None], *question: Any, wait: float = 0.0
     ) -> asyncio.Task[None]:
-        """Ask the children a question, and call `then` with each reply."""
+        """Ask the children a question, and call `then` with the name of each reply and itself."""
 
         async def work() -> None:
             await asyncio.sleep(wait)
-            async for reply in self.workers.ask(*question):
-                then(reply)
+            async for name, reply in self.workers.ask(*question):
+                if name == "status":
+                    self._tasks[task] = reply
+                else:
+                    then(name, self.store.named(reply) if name == "refusal" else reply)
                 self.tell()
 
         def over(task: asyncio.Task[None]) -> None:
@@ -98,16 +100,19 @@ class Desk:
 
     def add(self, place: Path, names: dict[str, str]) -> None:
         """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`."""
-        shown = names.get(place.name, place.name)
+        shown = names.get(place.name) or names.get("") or f"{len(names)} files"
+        self.store.known.append(LogFile(place, shown))
 
-        def then(reply: tuple[Found, ...] | Refusal) -> None:
-            if isinstance(reply, Refusal):
-                refused = HeldFlight(shown, reply.words.replace(str(place), shown))
-                reply = (Found(LogFile(place, shown), refused),)
+        def then(name: str, reply: Any) -> None:
+            if name == "refusal":
+                reply = (Found(LogFile(place, shown), HeldFlight(shown, reply)),)
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
+            self.store.known += [each.log for each in reply]
             read = [i for i in places if not self.found[i].flight.refusal]
             strange = [i for i in places if self.found[i].flight.strange]
+            for each in [i for i in places if self.found[i].handbook]:
+                self.compare(each)
             if read or (strange and self.answer is None):
                 self.choose((read or strange)[:1])
 
@@ -115,34 +120,41 @@ class Desk:
 
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""
-        # The part and the parameters are of one log.
-        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in FLAGS[2:-1]}
+        chosen = [self.found[i] for i in dict.fromkeys(places)]
+        # The part, the sensor and the parameters are of one log.
+        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in _KEPT}
         self._stop()
         self._clear()
-        self.chosen = tuple(i for i in dict.fromkeys(places) if 0 <= i < len(self.found))
-        logs = tuple(dict.fromkeys(self.found[i].log for i in self.chosen))
-        refused = [self.found[i] for i in self.chosen if self.found[i].flight.refusal]
-        if logs and not refused:
-            self._answer(Request(logs, **kept))
+        self.chosen = tuple(dict.fromkeys(places))
+        refused = [each for each in chosen if each.flight.refusal]
+        if chosen and not refused:
+            logs = tuple(dict.fromkeys(each.log for each in chosen))
+            kept["autopilot"] = chosen[0].autopilot
+            self._answer(Request(logs, handbook=self.handbook, **kept))
         for each in refused[:1]:
             self.refusal = str(each.flight)
             if each.flight.strange:
-                self._ask("drafting a mapping", self._drafted, draft, each.log)
+                self._ask("drafting a mapping", self._heard, draft, each.log)
         self.tell()
 
-    def _drafted(self, reply: tuple[DraftRow, ...] | Refusal) -> None:
-        if isinstance(reply, Refusal):
-            self.refusal += f": {reply.words}"
-        else:
-            self.draft = reply
+    def compare(self, place: int) -> None:
+        """Compare the curve with the handbook at a place of the list, or with it no more."""
+        log = self.found[place].log
+        self.handbook = None if self.handbook == log else log
+        self.change(handbook=self.handbook)
+        self.tell()
+
+    def _heard(self, name: str, reply: Any) -> None:
+        """Hold a reply under its name."""
+        setattr(self, name, reply)
 
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
         rows = zip(self.draft, edited, strict=True)
-        self.draft = tuple(replace(row, ours=ours, unit=unit) for row, (ours, unit) in rows)
+        self.draft = [(row[0], told, *row[2:]) for row, told in rows]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
-        self._answer(Request((log,), self.store.write("mapping.toml", text)))
+        self._answer(Request((log,), self.store.write("mapping.toml", text), self.handbook))
 
     def change(self, **flags: Any) -> None:
         """Change flags of the request, such as `begin`, and ask again."""
@@ -162,34 +174,22 @@ class Desk:
 
     def _answer(self, request: Request) -> None:
         """Ask for an answer; an older question is given up."""
-        whole = replace(request, begin="", end="", without=(), model="", accuracy="")
-
-        def then(reply: Look | Answer | Refusal) -> None:
-            if isinstance(reply, Look):
-                self.look, self._looked_at = reply, whole
-            elif isinstance(reply, Answer):
-                self.answer = reply
-            else:
-                self.answer, self.refusal = None, reply.words
-                for log in (*request.logs, *filter(None, (request.mapping,))):
-                    self.refusal = self.refusal.replace(str(log.path), log.name)
-
         self._stop()
+        if self.refusal:
+            self.answer = None
         self.request, self.refusal = request, ""
-        question = (answer, request, whole != self._looked_at)
-        self._answering = self._ask("computing", then, *question, wait=_SETTLE)
+        look = self.look is None or self.look[0] != request.whole
+        self._answering = self._ask("reading", self._heard, answer, request, look, wait=_SETTLE)
 
     def reduce(self, text: str) -> None:
         """Reduce typed legs: a card of legs (CSV), or their ground speeds and tracks alone."""
         card = self._card = self.store.write("legs.csv", text)
 
-        def then(reply: LegAnswer | Refusal) -> None:
-            self.legs = reply
-            if isinstance(reply, Refusal):
-                self.legs = Refusal(reply.words.replace(str(card.path), card.name))
-
         accuracy = getattr(self.request, "accuracy", "")
-        self._ask("reducing the legs", then, reduce_legs, card.path, accuracy)
+        self._ask("reducing the legs", self._heard_of_legs, reduce_legs, card.path, accuracy)
+
+    def _heard_of_legs(self, name: str, reply: Any) -> None:
+        self.legs = {name: reply} if name == "refusal" else reply
 
     async def take(self, kind: str) -> tuple[str, str] | None:
         """Return name and text of a file to take away; None where there is none of the kind."""
@@ -199,8 +199,8 @@ class Desk:
             return own.name, own.path.read_text(encoding="utf-8")
         if self.request is None or self.answer is None:
             return None
-        (found,) = [each async for each in self.workers.ask(take, self.request, kind)]
-        return None if isinstance(found, Refusal) else found
+        replies = self.workers.ask(take, self.request, kind, self.unit)
+        return {name: reply async for name, reply in replies}.get("file")
 
     def close(self) -> None:
         """End the children, and delete the files."""

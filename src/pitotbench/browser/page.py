@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,9 @@ from bokeh.events import SelectionGeometry
 from bokeh.models import (
     BoxSelectTool,
     ColumnDataSource,
+    DataRange1d,
     HoverTool,
     LinearAxis,
-    Range1d,
     Span,
     TapTool,
     Whisker,
@@ -34,7 +35,7 @@ _ORANGE = "#B36200"  # darker than theirs, for thin lines and numbers on white
 _GREEN = "#009E73"
 _INK = "#222222"
 _GREY = "#777777"
-_TALL = 290  # px
+_TALL = 270  # px
 _FAINT = 0.15
 _ROOM = 50.0  # ft, above and below the heights flown
 _KILOMETER = 1000.0  # m
@@ -45,6 +46,7 @@ _COLUMNS = {  # of the data of each part of the pictures
     "curve": ("speed", "correction", "low", "high", "bound"),
     "samples": ("minute", "speed", "correction"),
     "legs": ("speed", "correction", "low", "high"),
+    "handbook": ("speed", "correction"),
     "marked": ("minute", "speed", "correction"),
 }
 _FLIGHT = {"minute": "@minute{0.00}", "airspeed": "@speed{0.0} UNIT", "altitude": "@height{0,0} ft"}
@@ -70,6 +72,13 @@ _GLYPHS: tuple[tuple[str, str, str, tuple[str, ...], dict[str, Any]], ...] = (
     ("error", "varea", "curve", ("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
     ("error", "scatter", "samples", ("speed", "correction"), {"color": _GREY, "alpha": 0.4}),
     ("error", "line", "curve", ("speed", "correction"), {"color": _BLUE, "line_width": 2}),
+    (
+        "error",
+        "line",
+        "handbook",
+        ("speed", "correction"),
+        {"color": _ORANGE, "line_dash": "dashed"},
+    ),
     ("error", "scatter", "legs", ("speed", "correction"), _LEG),
     ("error", "scatter", "marked", ("speed", "correction"), _MARK),
 )
@@ -86,7 +95,8 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
     """
     unit = SUFFIXES[desk.unit].factor
     data: dict[str, tuple[Any, ...]] = {name: ((),) * len(c) for name, c in _COLUMNS.items()}
-    if (look := desk.look) is not None:
+    if desk.look is not None:
+        look = desk.look[1]
         way = (look.north / _KILOMETER, look.east / _KILOMETER)
         data["flight"] = (look.minute, look.airspeed / unit, look.height / FOOT, *way)
     if desk.answer is not None:
@@ -99,6 +109,13 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
         data["samples"] = (minutes, speed / unit, correction / unit)
         legs = [_with_bound(point, unit)[:-1] for point in result.points]
         data["legs"] = tuple(zip(*legs, strict=True)) or data["legs"]
+        books = [
+            np.pad(
+                [each.indicated_airspeed, each.correction], ((0, 0), (0, 1)), constant_values=np.nan
+            )
+            for each in result.curve.published
+        ]  # not a number between the lines of two configurations
+        data["handbook"] = tuple(np.hstack(books) / unit) if books else data["handbook"]
     return data
 
 
@@ -136,9 +153,8 @@ class View:
             name: ColumnDataSource({column: [] for column in columns})
             for name, columns in _COLUMNS.items()
         }
-        self.height = Range1d()
-        ranges = {"height": self.height}
-        self.time = _figure("time [min]", "", "xwheel_zoom", extra_y_ranges=ranges)
+        height = DataRange1d(range_padding=_ROOM, range_padding_units="absolute")
+        self.time = _figure("time [min]", "", "xwheel_zoom", extra_y_ranges={"height": height})
         self.track = _figure("east [km]", "north [km]", "wheel_zoom", match_aspect=True)
         self.error = _figure("", "", "wheel_zoom")
         drawn = {
@@ -149,10 +165,12 @@ class View:
         }
         speed, dots = drawn["time", "line", "flight"], drawn["error", "scatter", "samples"]
         dots.nonselection_glyph = dots.glyph
-        self.time.y_range.renderers = [speed]  # the height has its own
-        brush = BoxSelectTool(dimensions="width", renderers=[], description="brush minutes")
+        self.time.y_range.renderers = [speed]
+        height.renderers = [drawn["time", "step", "flight"]]
+        self.time.toolbar.active_drag = brush = BoxSelectTool(
+            dimensions="width", renderers=[], description="brush minutes"
+        )
         self.time.add_tools(brush, HoverTool(renderers=[speed], mode="vline"))
-        self.time.toolbar.active_drag = brush
         self.track.add_tools(HoverTool(renderers=[drawn["track", "line", "flight"]]))
         curve = HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline")
         self.error.add_tools(TapTool(renderers=[dots]), curve)
@@ -160,7 +178,7 @@ class View:
         bars = Whisker(base="speed", lower="low", upper="high", source=self.data["legs"])
         self.time.add_layout(heights, "right")
         self.error.add_layout(bars)
-        self.error.add_layout(Span(location=0.0, dimension="width", line_width=0.5))
+        self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)
 
@@ -178,28 +196,31 @@ class View:
             self._label(SYMBOLS[desk.unit])
 
     def _label(self, unit: str) -> None:
-        """Name the axes and the numbers at the pointer; give the height its range."""
-        height = np.array([*self.data["flight"].data["height"]] or [0.0])
-        self.height.update(start=float(height.min()) - _ROOM, end=float(height.max()) + _ROOM)
+        """Name the axes and the numbers at the pointer."""
         self.time.yaxis[0].axis_label = self.error.xaxis.axis_label = f"indicated airspeed [{unit}]"
         self.error.yaxis.axis_label = f"correction to add [{unit}]"
         for name, rows in _AT_THE_POINTER.items():
-            told = [(label, text.replace("UNIT", unit)) for label, text in rows.items()]
-            getattr(self, name).select_one(HoverTool).tooltips = told
+            getattr(self, name).select_one(HoverTool).tooltips = [
+                (label, text.replace("UNIT", unit)) for label, text in rows.items()
+            ]
 
     def _tapped(self, _attribute: str, _old: object, new: Sequence[int]) -> None:
         """Light up the tapped sample in both pictures."""
-        held = self.data["samples"].data
-        self.data["marked"].data = {n: np.asarray(v)[list(new[:1])] for n, v in held.items()}
+        self.data["marked"].data = {
+            name: np.asarray(values)[list(new[:1])]
+            for name, values in self.data["samples"].data.items()
+        }
 
     def _brushed(self, event: Any) -> None:
         """Use the minutes of the brush, or leave them out."""
         if event.final and self._desk.look is not None:
-            last = float(self._desk.look.minute[-1])
+            last = float(self._desk.look[1].minute[-1])
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
-            begin, end = (minutes_text(_MINUTE * minute) for minute in ends)
-            if begin != end:
-                self._desk.brush(begin, end)
+            told = [minutes_text(_MINUTE * minute) for minute in ends]
+            if told[0] != told[1]:
+                # Up to an end of the log is all up to there.
+                whole = [] if self._desk.leave_out else ["0:00", minutes_text(_MINUTE * last)]
+                self._desk.brush(*("" if each in whole else each for each in told))
 
 
 def open_document(desk: Desk, document: Document) -> View:
@@ -212,10 +233,7 @@ def open_document(desk: Desk, document: Document) -> View:
         model.name = name
         document.add_root(model)
     view.render()
-
-    def listen() -> None:
-        document.add_next_tick_callback(view.render)
-
+    listen = partial(document.add_next_tick_callback, view.render)
     desk.listeners.add(listen)
     document.on_session_destroyed(lambda _: desk.listeners.discard(listen))
     return view

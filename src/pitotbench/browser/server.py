@@ -22,10 +22,11 @@ from tornado.netutil import bind_sockets
 from tornado.web import HTTPError, RequestHandler, StaticFileHandler
 
 from pitotbench.browser.access import Access, Guarded
-from pitotbench.browser.desk import FLAGS, Desk
+from pitotbench.browser.desk import Desk
 from pitotbench.browser.page import open_document, own_folder
 from pitotbench.browser.uploads import MOST_BYTES, Store, Upload
 from pitotbench.browser.words import UNITS
+from pitotbench.browser.work import FLAGS
 from pitotbench.browser.workers import Workers
 from pitotbench.records import BadInputError
 
@@ -52,6 +53,8 @@ def act(desk: Desk, choice: dict[str, Any]) -> None:
             desk.add_drop(drop)
         case {"what": "choose", "places": places}:
             desk.choose([int(place) for place in places])
+        case {"what": "compare", "place": int(place)}:
+            desk.compare(place)
         case {"what": "flags", "flags": flags, "without": str(without)}:
             stated = {name: str(flags[name]).strip() for name in FLAGS}
             spans = tuple(span.strip() for span in without.split(",") if span.strip())
@@ -153,10 +156,9 @@ def _end_by_signals() -> None:
     """
     task, loop = asyncio.current_task(), asyncio.get_running_loop()
     assert task is not None
-    ends = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    with suppress(NotImplementedError):  # a loop of Windows takes no signals
-        for each in ends:
-            loop.add_signal_handler(each, task.cancel)
+    for name in ("SIGTERM", "SIGHUP"):
+        with suppress(AttributeError, NotImplementedError):  # a loop of Windows takes no signals
+            loop.add_signal_handler(getattr(signal, name), task.cancel)
 
 
 def run_page(

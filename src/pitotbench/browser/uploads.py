@@ -25,7 +25,8 @@ class Store:
 
     def __init__(self) -> None:
         self._own = TemporaryDirectory(prefix="pitotbench-")  # only its owner may enter
-        self._drops: dict[str, dict[Path, str]] = {}
+        self._drops: dict[str, Path] = {}  # their folders
+        self.known: list[LogFile] = []
         self._numbers = count(1)
 
     def new_path(self, name: str, drop: str) -> Path | None:
@@ -38,18 +39,27 @@ class Store:
         ending, number = ending_of(name), next(self._numbers)
         if not ending or number > _MOST_FILES:
             return None
-        files = self._drops.setdefault(drop, {})
-        folder = Path(self._own.name) / f"drop{list(self._drops).index(drop)}"
+        folder = self._drops.setdefault(drop, self.new_folder())
         folder.mkdir(exist_ok=True)
         path = folder / f"log{ending}"
         if ending[0] == "." or path.exists():
             path = folder / f"log{number}{ending}"
-        files[path] = shown_name(name)
+        self.known.append(LogFile(path, shown_name(name)))
         return path
 
     def names(self, drop: str) -> dict[Path, str]:
         """Return the files of a drop, with the names by which the user knows them."""
-        return {path: name for path, name in self._drops.get(drop, {}).items() if path.exists()}
+        return {
+            each.path: each.name
+            for each in self.known
+            if each.path.parent == self._drops.get(drop) and each.path.exists()
+        }
+
+    def named(self, words: str) -> str:
+        """Return words with the names that the user knows in place of the paths."""
+        for each in sorted(self.known, key=lambda file: -len(str(file.path))):
+            words = words.replace(str(each.path), each.name)
+        return words
 
     def new_folder(self) -> Path:
         """Return a folder that does not exist yet."""
@@ -60,7 +70,8 @@ class Store:
         folder = self.new_folder()
         folder.mkdir()
         (folder / name).write_text(text, encoding="utf-8")
-        return LogFile(folder / name, name)
+        self.known.append(LogFile(folder / name, name))
+        return self.known[-1]
 
     def close(self) -> None:
         """Delete the folder."""
@@ -104,8 +115,9 @@ class Upload(RequestHandler):
                 HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
                 reason=f"more than {most >> 20:,} MB: cut the log",
             )
-        name, drop = unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
-        self._path = self.settings["desk"].store.new_path(name, drop)
+        self._path = self.settings["desk"].store.new_path(
+            unquote(headers.get("X-Name", "")), headers.get("X-Drop", "")
+        )
         if self._path is None:
             raise HTTPError(
                 HTTPStatus.UNSUPPORTED_MEDIA_TYPE,

@@ -2,12 +2,11 @@
 desk. The page puts them in as text, never as HTML.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
 
-from pitotbench.browser.desk import FLAGS, Desk
-from pitotbench.browser.work import LegAnswer, Refusal
+from pitotbench.browser.desk import Desk
+from pitotbench.browser.work import FLAGS, Plain, plain_table
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
@@ -17,32 +16,20 @@ from pitotbench.show.calibration import (
     assumption_lines,
     correction_sentence,
     glance_points,
+    handbook_lines,
     headline,
     location_lines,
     part_lines,
     short_answer_of,
 )
-from pitotbench.show.columns import Column, shown_columns
+from pitotbench.show.columns import Column
 from pitotbench.show.inspection import HELD_COLUMNS
-from pitotbench.show.legs import CARD_POINT_COLUMNS
 from pitotbench.show.limits import judgments
 from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
 from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph")
 _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
-Row = TypeVar("Row")
-Plain = dict[str, Any]
-
-
-def plain_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> Plain:
-    """A table as texts: headings with their units, and rows of cells."""
-    rows = list(rows)
-    shown = shown_columns(columns, rows)
-    return {
-        "head": [column.title for column in shown],
-        "rows": [[column.text(row) for column in shown] for row in rows],
-    }
 
 
 def in_unit(columns: Sequence[Column[CurvePoint]], unit: str) -> list[Column[CurvePoint]]:
@@ -73,56 +60,56 @@ def state_of(desk: Desk) -> Plain:
         "refusal": desk.refusal,
         "flights": plain_table(HELD_COLUMNS, [each.flight for each in desk.found]),
         "refused": [str(each.flight) if each.flight.refusal else "" for each in desk.found],
+        "books": [each.handbook for each in desk.found],
+        "compared": [each.log == desk.handbook for each in desk.found],
         "chosen": list(desk.chosen),
+        "several": any(desk.found[i].several for i in desk.chosen),
         "unit": desk.unit,
         "leave_out": desk.leave_out,
         "flags": {name: getattr(asked, name, "") for name in FLAGS},
         "without": list(getattr(asked, "without", ())),
         "choices": {
             "model": ["", *MODELS, "auto"],
-            "autopilot": ["", *AUTOPILOTS],
+            "autopilot": [*AUTOPILOTS],
             "unit": {each: SYMBOLS[each] for each in UNITS},
         },
         "command": asked.command() if asked is not None else "",
         "answer": _answer(desk),
         "draft": _draft(desk),
-        "legs": _legs(desk.legs),
+        "legs": desk.legs,
     }
 
 
 def _answer(desk: Desk) -> Plain | None:
     answer, asked = desk.answer, desk.request
-    if answer is None or asked is None:
+    if answer is None or asked is None or desk.refusal:
         return None
-    result, settings = answer.result, answer.settings
-    short = short_answer_of(result, "")
-    held = {} if result.autopilot is None else result.autopilot.parameters
-    rules = [judgment.sentence for judgment in judgments(result)]
-    notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
-    kinds = {"parameters": settings is not None, "mapping": asked.mapping is not None}
+    result, settings, short = answer.result, answer.settings, short_answer_of(answer.result, "")
+    known: Plain = {"parameters": settings, "mapping": asked.mapping}
     return {
         "doubts": headline(result),
         "usable": result.usable,
         "sentence": correction_sentence(short.corrections, desk.unit),
-        "lines": [short.wind_in(desk.unit), *rules, *answer.flights],
+        "lines": [
+            *handbook_lines(result.curve),
+            short.wind_in(desk.unit),
+            *(judgment.sentence for judgment in judgments(result)),
+            *answer.flights,
+        ],
         "warnings": list(short.warnings),
-        "notes": [f"{line[:1].upper()}{line[1:]}" for line in notes],
+        "notes": [
+            f"{line[:1].upper()}{line[1:]}"
+            for lines in (part_lines, location_lines, assumption_lines)
+            for line in lines(result)
+        ],
         "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(result.curve)),
-        "autopilot": next((name for name, each in AUTOPILOTS.items() if each.gain in held), ""),
         "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
         "left": [] if settings is None else settings_lines(settings),
-        "take": [kind for kind in _KINDS if kinds.get(kind, True)],
+        "take": [kind for kind in _KINDS if answer.final and known.get(kind, kind)],
     }
 
 
 def _draft(desk: Desk) -> Plain | None:
-    rows = [[r.theirs, r.ours, r.unit, r.values, r.question] for r in desk.draft]
-    ours = {*CHANNELS, *(row.ours for row in desk.draft)} - {""}
+    rows = [[theirs, *told, *rest[::-1]] for theirs, told, _, *rest in desk.draft]
+    ours = {*CHANNELS, *(told[0] for _, told, *_ in desk.draft)} - {""}
     return {"rows": rows, "ours": sorted(ours), "units": sorted(SUFFIXES)} if rows else None
-
-
-def _legs(found: LegAnswer | Refusal | None) -> Plain | None:
-    if isinstance(found, LegAnswer):
-        table = plain_table(CARD_POINT_COLUMNS, found.points)
-        return {"sentences": list(found.sentences), "table": table, "command": found.command}
-    return None if found is None else {"refusal": found.words}

@@ -1,31 +1,38 @@
 """What a child process computes for the page: flights of files, drafts of mappings, pictures,
-answers, downloads. Each function yields its replies as they are ready.
+answers, downloads. Each function calls its first argument with its replies, as they are ready: what
+a reply is, as the desk calls it, and the reply itself.
 """
 
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
-from pitotbench.records.legs import CardPoint
 from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.show.columns import Column, shown_columns
 from pitotbench.show.limits import AUTO
 from pitotbench.units import Array, Meters, MetersPerSecond
 
+Tell = Callable[[str, Any], object]
+Plain = dict[str, Any]
+Row = TypeVar("Row")
 _MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
-_SLOW = (
-    "pandas",
-    "pyarrow.compute",
-    "pyarrow.csv",
-    "pydantic",
-    "scipy.interpolate",
-    "scipy.optimize",
-)  # to load
+NEEDED = (  # modules that an answer loads, which are slow to load
+    "pandas", "pyarrow.compute", "pyarrow.csv", "pydantic", "scipy.interpolate", "scipy.optimize",
+    "pitotbench.bench.contents", "pitotbench.bench.digests", "pitotbench.bench.questions",
+    "pitotbench.calibration.fit_checks", "pitotbench.calibration.flights",
+    "pitotbench.calibration.leg_points", "pitotbench.logbook.autopilot",
+    "pitotbench.logbook.drafting", "pitotbench.show.takehome",
+)  # fmt: skip
+FLAGS = {  # of `pitotbench calibrate`, by the field of a request
+    "begin": "--from", "end": "--to", "model": "--model", "accuracy": "--accuracy",
+    "temperature": "--temperature-c", "autopilot": "--params", "sensor": "--airspeed-sensor",
+}  # fmt: skip
 _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 
@@ -39,12 +46,13 @@ class LogFile:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What an answer is asked from: logs, a mapping, and flags of `pitotbench calibrate` as texts,
-    empty where not stated. `without` are spans that are left out.
+    """What an answer is asked from: logs, a mapping, the table of a handbook, and flags of
+    `pitotbench calibrate` as texts, empty where not stated. `without` are spans that are left out.
     """
 
     logs: tuple[LogFile, ...]
     mapping: LogFile | None = None
+    handbook: LogFile | None = None
     begin: str = ""
     end: str = ""
     without: tuple[str, ...] = ()
@@ -52,50 +60,53 @@ class Request:
     accuracy: str = ""
     temperature: str = ""
     autopilot: str = ""
+    sensor: str = ""
+
+    @property
+    def reading(self) -> "Request":
+        """What of it says how a log is read and cut."""
+        stated = self.autopilot if "," in self.autopilot else ""  # old parameters
+        return replace(self, logs=(), handbook=None, model="", accuracy="", autopilot=stated)
+
+    @property
+    def whole(self) -> "Request":
+        """What of it says how a log is read."""
+        return replace(self.reading, begin="", end="", without=())
 
     def command(self) -> str:
         """The command that gives the same answer."""
-        flags = {
-            "--mapping": "" if self.mapping is None else self.mapping.name,
-            "--from": self.begin,
-            "--to": self.end,
-            "--model": self.model,
-            "--accuracy": self.accuracy,
-            "--temperature-c": self.temperature,
-            "--params": self.autopilot,
-        }
-        stated = [*flags.items(), *(("--without", span) for span in self.without)]
+        files = {"--mapping": self.mapping, "--handbook": self.handbook}
+        stated = [
+            *((flag, file.name) for flag, file in files.items() if file is not None),
+            *((flag, text) for name, flag in FLAGS.items() if (text := getattr(self, name))),
+            *(("--without", span) for span in self.without),
+        ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
-        return shlex.join([*words, *(part for each in stated if each[1] for part in each)])
+        return shlex.join([*words, *(part for each in stated for part in each)])
 
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """Why there is no answer, in the words of the command."""
-
-    words: str
+    def file_name(self, ending: str) -> str:
+        """The name of a file with the answer: that of the first log, and the minutes used."""
+        spans = [("from", self.begin), ("to", self.end), *(("without", s) for s in self.without)]
+        told = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
+        return f"{Path(self.logs[0].name).name.partition('.')[0]}{told}{ending}"
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A flight of a file, or a file that was not read."""
+    """A flight of a file, or a file that was not read: it may be the table of a handbook. Of the
+    log of an autopilot its name, and whether it has several airspeed sensors.
+    """
 
     log: LogFile
     flight: HeldFlight
+    autopilot: str = ""
+    several: bool = False
+    handbook: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class DraftRow:
-    """A column of a log with unknown names, what it may be (empty: nothing), its unit, the factor
-    of its numbers, the question to answer, and its first values.
-    """
-
-    theirs: str
-    ours: str
-    unit: str
-    factor: float
-    question: str
-    values: str
+# A column of a log with unknown names, what it may be (empty: nothing) with its unit, the factor of
+# its numbers, the question to answer, and its first values.
+DraftRow = tuple[str, tuple[str, str], float, str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,111 +126,111 @@ class Look:
 class Answer:
     """The answer of a request: the calibration of its first flight, which flights share it in
     words, the used spans [s, on the log's clock], and the autopilot's parameters where they were
-    asked for.
+    asked for. What is not `final` is checked further.
     """
 
     result: Calibration
     flights: tuple[str, ...]
     spans: tuple[tuple[float, float], ...]
     settings: AutopilotSettings | None
+    final: bool
 
 
-@dataclass(frozen=True, slots=True)
-class LegAnswer:
-    """The answer of typed legs: sentences, the points of a card where airspeeds were typed, and the
-    command that gives the same.
-    """
-
-    sentences: tuple[str, ...]
-    points: tuple[CardPoint, ...]
-    command: str
+def plain_table(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> Plain:
+    """A table as texts: headings with their units, and rows of cells."""
+    shown = shown_columns(columns, rows)
+    return {
+        "head": [column.title for column in shown],
+        "rows": [[column.text(row) for column in shown] for row in rows],
+    }
 
 
-def warm() -> None:
-    """Load what an answer needs, so that it does not wait for that."""
-    from pitotbench.bench import contents, digests, questions
-    from pitotbench.calibration import fit_checks, flights, leg_points
-    from pitotbench.logbook import autopilot, drafting
-    from pitotbench.show import takehome
-
-    _ = (
-        contents,
-        digests,
-        questions,
-        fit_checks,
-        flights,
-        leg_points,
-        autopilot,
-        drafting,
-        takehome,
-    )
-    for name in _SLOW:
-        import_module(name)
-
-
-def find_flights(place: Path, names: dict[str, str], unpacked: Path) -> Iterator[tuple[Found, ...]]:
-    """Yield the flights of a file, a folder or a .zip file, which is unpacked into `unpacked`.
+def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Path) -> None:
+    """Tell the flights of a file, a folder or a .zip file, which is unpacked into `unpacked`.
     `names` are those by which the user knows the files, by their path in the folder; that of the
     empty path stands before all others.
     """
     from pitotbench.bench.contents import flights_of
     from pitotbench.logbook.bundle import ZIP, unpack
+    from pitotbench.logbook.columns import SENSOR
+    from pitotbench.logbook.handbook import is_published
 
     prefix = names.get("", "")
     if place.suffix.lower() == ZIP:
         prefix = f"{names.get(place.name, place.name)}/"
         unpack(place, unpacked)
         place = unpacked
-    held = []
-    for each in flights_of(place, lambda path: _read(LogFile(path, ""))):
+    held, plain = [], Request(())
+    for each in flights_of(place, lambda path: _part(path, plain)):
         path = place / each.file if place.is_dir() else place
         name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
-        told = replace(each, file=name, refusal=each.refusal.replace(str(path), name))
-        held.append(Found(LogFile(path, name), told))
-    yield tuple(held)
+        book = bool(each.refusal) and is_published(path)
+        told = replace(
+            each,
+            file=name,
+            refusal=each.refusal.replace(str(path), name),
+            strange=each.strange and not book,
+        )
+        header = {} if each.refusal else _part(path, plain).header
+        of_log = autopilot_of(header), SENSOR in header
+        held.append(Found(LogFile(path, name), told, *of_log, book))
+    tell("found", tuple(held))
+
+
+def autopilot_of(header: Mapping[str, Any]) -> str:
+    """Return the autopilot whose parameters the header of a log holds, empty where it is none."""
+    from pitotbench.logbook.autopilot import AUTOPILOTS
+    from pitotbench.logbook.columns import PARAMETERS, SENSOR
+
+    held, number = header.get(PARAMETERS, ()), header.get(SENSOR, 1)
+    return next((n for n, each in AUTOPILOTS.items() if each.of_sensor(number).gain in held), "")
 
 
 @lru_cache(maxsize=3)
-def _table(
-    path: Path, mapping: Path | None, stated: tuple[tuple[str, float], ...], temperature: str | None
-) -> Any:
+def _table(path: Path, whole: Request) -> Any:
+    from pitotbench.logbook.autopilot import stated_parameters
     from pitotbench.logbook.reading import whole_table
 
-    return whole_table(path, mapping, dict(stated), temperature)
+    return whole_table(
+        path,
+        whole.mapping.path if whole.mapping else None,
+        stated_parameters(whole.autopilot)[1] if whole.autopilot else {},
+        whole.temperature or None,
+        int(whole.sensor) if whole.sensor else None,
+    )
 
 
-def _read(log: LogFile, request: Request | None = None) -> FlightLog:
-    """Return a log as a request states it, else as it is. Raises BadInputError without the path."""
+@lru_cache(maxsize=4)
+def _part(path: Path, reading: Request) -> FlightLog:
+    """Return the log at a path, read and judged once. Raises BadInputError without the path."""
     from pitotbench.logbook.assembly import log_of, part_of
-    from pitotbench.logbook.autopilot import stated_parameters
 
-    asked = request or Request((log,))
-    stated = stated_parameters(asked.autopilot)[1] if asked.autopilot else {}
-    mapping = asked.mapping.path if asked.mapping else None
-    table = _table(log.path, mapping, tuple(stated.items()), asked.temperature or None)
+    table = _table(path, reading.whole)
     # What checks a log may change its columns, and the table is read again for the next part.
     fresh = replace(table, columns=tuple(column.copy() for column in table.columns))
-    return log_of(fresh, part_of(asked.begin, asked.end, asked.without))
+    return log_of(fresh, part_of(reading.begin, reading.end, reading.without))
 
 
-def draft(log: LogFile) -> Iterator[tuple[DraftRow, ...]]:
-    """Yield the draft of a mapping as a row a column, as `pitotbench map` drafts it."""
+def draft(tell: Tell, log: LogFile) -> None:
+    """Tell the draft of a mapping as a row a column, as `pitotbench map` drafts it."""
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.logbook.reading import read_table
 
     table = read_table(log.path)
-    known = {line.guess.theirs: line for line in draft_mapping(table).lines}
-    rows = []
-    for name, column in zip(table.names, table.columns, strict=True):
-        line = known.pop(name, None)
-        told = (
-            ("", "", 1.0, "")
-            if line is None
-            else (line.guess.quantity, line.guess.units[0], line.guess.factor, line.question)
+    known = {
+        each.guess.theirs: (
+            (each.guess.quantity, each.guess.units[0]),
+            each.guess.factor,
+            each.question,
         )
-        values = ", ".join(str(value) for value in column[:_SHOWN_VALUES])
-        rows.append(DraftRow(name, *told, values))
-    yield tuple(row for row in rows if row.theirs)
+        for each in draft_mapping(table).lines
+    }
+    rows: list[DraftRow] = [
+        (name, *known.get(name, (("", ""), 1.0, "")), ", ".join(map(str, column[:_SHOWN_VALUES])))
+        for name, column in zip(table.names, table.columns, strict=True)
+        if name
+    ]
+    tell("draft", rows)
 
 
 def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
@@ -227,31 +238,31 @@ def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
     import tomli_w
 
     columns = {
-        row.theirs: {
-            "name": f"{row.ours}_{row.unit}" if row.unit else row.ours,
-            "factor": row.factor,
-        }
-        for row in rows
-        if row.ours
+        theirs: {"name": f"{ours}_{unit}" if unit else ours, "factor": factor}
+        for theirs, (ours, unit), factor, *_ in rows
+        if ours
     }
     return tomli_w.dumps({"title": title, "columns": columns})
 
 
-def answer(request: Request, look: bool) -> Iterator[Look | Answer]:
-    """Yield the picture of the first log where `look` asks for it, then the answer."""
+def answer(tell: Tell, request: Request, look: bool) -> None:
+    """Tell what is done in words, the picture of the first log where `look` asks for it, and the
+    answer: its curve first, and all of it at the end.
+    """
+    if look:
+        tell("look", (request.whole, _look(_part(request.logs[0].path, request.whole))))
+    flights = _calibrated(tell, request)
+    tell("answer", _answer(flights, _settings(request, flights[0]), True))
+
+
+def _answer(
+    flights: Sequence[CalibratedFlight], settings: AutopilotSettings | None, final: bool
+) -> Answer:
     from pitotbench.show.calibration import flight_lines
 
-    if look:
-        yield _look(_read(request.logs[0], replace(request, begin="", end="", without=())))
-    flights = _calibrated(request)
-    first = flights[0].calibration
+    lines = tuple(line for each in flights for line in flight_lines(each))
     spans = {span for each in flights if each.place == 0 for span in each.calibration.parts}
-    yield Answer(
-        first,
-        tuple(line for each in flights for line in flight_lines(each)),
-        tuple(sorted(spans)),
-        _settings(request, flights[0]),
-    )
+    return Answer(flights[0].calibration, lines, tuple(sorted(spans)), settings, final)
 
 
 def _look(log: FlightLog) -> Look:
@@ -273,30 +284,53 @@ def _look(log: FlightLog) -> Look:
     )
 
 
-@lru_cache(maxsize=1)
-def _calibrated(request: Request) -> tuple[CalibratedFlight, ...]:
-    """Return the flights of the logs with their calibration: the answer of the command."""
-    from pitotbench.bench.questions import calibrate_each, flag_choice, sources_of
+@lru_cache(maxsize=4)
+def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
+    """Return the flights of the logs with their calibration: the answer of the command. Where it is
+    not known yet, tell what is done, and the curve as soon as it is.
+    """
+    from pitotbench.bench.questions import calibrate_each, flag_choice, published_of, sources_of
     from pitotbench.calibration.options import parse_accuracies
+    from pitotbench.logbook.columns import PARAMETERS
 
     stated = {"model": request.model, "accuracies": parse_accuracies(request.accuracy)}
     choices: dict[str, Any] = {name: value for name, value in stated.items() if value}
-    logs = [_read(each, request) for each in request.logs]
-    mapping = request.mapping
-    flags = [
-        flag_choice("mapping", mapping.name if mapping else None, "as recognized"),
-        flag_choice("from", request.begin or None, "the first row"),
-        flag_choice("to", request.end or None, "the last row"),
-        flag_choice("without", ", ".join(request.without) or None, "none"),
-        flag_choice("limit", None, "auto"),
-        flag_choice("params", request.autopilot or None, "none"),
-        flag_choice("temperature_c", request.temperature or None, "as logged, else a standard day"),
-    ]
-    sources = [
-        *sources_of("log", [each.path for each in request.logs], logs),
-        *([("mapping", mapping.path, None)] if mapping else []),
-    ]
-    found = calibrate_each(logs, None, mapping.path if mapping else None, sources, flags, **choices)
+    logs = [_part(each.path, request.reading) for each in request.logs]
+    tell("status", f"fitting {sum(map(len, logs)):,} rows")
+
+    def first(flights: Sequence[CalibratedFlight]) -> None:
+        tell("answer", _answer(flights, None, False))
+        tell("status", "looking for a factor on the airspeed")
+
+    if request.autopilot and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1:
+        raise BadInputError(
+            "the logs were flown with different parameters, so their airspeeds have no curve in "
+            "common: show one log, or ask for no parameters"
+        )
+    mapping, book = request.mapping, request.handbook
+    texts = {  # in the order of the command's record
+        "mapping": (mapping.name if mapping else "", "as recognized"),
+        "from": (request.begin, "the first row"),
+        "to": (request.end, "the last row"),
+        "without": (", ".join(request.without), "none"),
+        "limit": (None, "auto"),
+        "params": (request.autopilot, "none"),
+        "handbook": (Path(book.name).name if book else "", "none"),
+        "airspeed_sensor": (request.sensor, "the first"),
+        "temperature_c": (request.temperature, "as logged, else a standard day"),
+    }
+    flags = [flag_choice(name, text or None, usual) for name, (text, usual) in texts.items()]
+    paths = [each.path for each in request.logs]
+    sources = sources_of("log", paths, logs) + (
+        [("mapping", mapping.path, None)] if mapping else []
+    )
+    published = tuple(
+        replace(each, source=Path(book.name).name)
+        for book in filter(None, [request.handbook])
+        for each in published_of(book.path)
+    )
+    place = mapping.path if mapping else None
+    found = calibrate_each(logs, None, place, sources, flags, published, first=first, **choices)
     names = {each.path.name: each.name for each in request.logs}
     made = found[0].calibration.provenance
     told = replace(
@@ -311,13 +345,14 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
     from pitotbench.logbook.autopilot import stated_parameters
     from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
-    if not request.autopilot:
-        return None
-    return autopilot_settings(flight.calibration, stated_parameters(request.autopilot)[0])
+    name = stated_parameters(request.autopilot)[0] if request.autopilot else ""
+    return autopilot_settings(flight.calibration, name) if name else None
 
 
-def take(request: Request, kind: str) -> Iterator[tuple[str, str]]:
-    """Yield name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`."""
+def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
+    """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. The
+    card is in the `unit` of speed; the name says which unit a file is in.
+    """
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
     from pitotbench.show.pages import log_page, log_section
@@ -328,40 +363,40 @@ def take(request: Request, kind: str) -> Iterator[tuple[str, str]]:
         parameter_file,
     )
 
-    flights = _calibrated(request)
-    first = flights[0].calibration
-    names = [request.logs[each.place].name for each in flights]
-    found = [_settings(request, each) for each in flights]
-    rows = list(zip(names, flights, found, strict=True))
-    documents = [flight_document(Path(n).name, each, s) for n, each, s in rows]
-    title = f"Pitot-static calibration: {', '.join(dict.fromkeys(names))}"
+    flights = _calibrated(tell, request)
+    rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
+
+    documents = [flight_document(Path(name).name, each, old) for name, each, old in rows]
+
+    def page() -> str:
+        sections = [
+            log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old)
+            for name, each, old in rows
+        ]
+        named = ", ".join(dict.fromkeys(name for name, *_ in rows))
+        return log_page(f"Pitot-static calibration: {named}", sections)
+
     makers: dict[str, tuple[str, Callable[[], str]]] = {
         "json": (".json", lambda: json_text(documents if len(rows) > 1 else documents[0])),
-        "card": ("-card.csv", lambda: card_csv(first.curve, doubts_of(first))),
+        "card": (
+            f"-card-{unit}.csv",
+            lambda: card_csv(rows[0][1].calibration.curve, doubts_of(rows[0][1].calibration), unit),
+        ),
         "record": (
-            "-record.html",
+            "-record-kt.html",
             lambda: calibration_record([each.calibration for each in flights]),
         ),
-        "page": (
-            ".html",
-            lambda: log_page(
-                title,
-                [
-                    log_section(n, each.log, each.calibration, AUTO, flight_lines(each), s)
-                    for n, each, s in rows
-                ],
-            ),
-        ),
+        "page": ("-page-kt.html", page),
     }
-    if (settings := found[0]) is not None:
+    if (settings := rows[0][2]) is not None:
         ending = PARAMETER_FILES[settings.autopilot][0]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]
-    yield Path(names[0]).name.partition(".")[0] + ending, make()
+    tell("file", (request.file_name(ending), make()))
 
 
-def reduce_legs(path: Path, accuracy: str) -> Iterator[LegAnswer]:
-    """Yield the answer of the legs of a card (CSV), as `pitotbench fixed-speed` gives it; of one
+def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
+    """Tell the answer of the legs of a card (CSV), as `pitotbench fixed-speed` gives it; of one
     with ground speeds and tracks alone the true airspeed and the wind.
     """
     from pitotbench.calibration.hand_card import reduce_card
@@ -370,25 +405,28 @@ def reduce_legs(path: Path, accuracy: str) -> Iterator[LegAnswer]:
     from pitotbench.logbook.csv import read_csv
     from pitotbench.logbook.points_table import is_points_table, read_points
     from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
-    from pitotbench.show.legs import legs_json, legs_sentences
+    from pitotbench.show.legs import CARD_POINT_COLUMNS, legs_json, legs_sentences
     from pitotbench.units import DEGREE, KNOT
 
     if is_points_table(path):
-        stated = accuracies_of(parse_accuracies(accuracy), {})
-        card = reduce_card(*read_points(path), stated)
-        doubts = [line for curve in card.curves.values() for line in doubts_of_curve(curve)]
+        card = reduce_card(*read_points(path), accuracies_of(parse_accuracies(accuracy), {}))
         corrections = [
             Correction(*(each / KNOT for each in (p.indicated_airspeed, p.correction, p.two_sigma)))
             for p in card.points
             if p.correction is not None and p.two_sigma is not None
         ]
         answers = [correction_sentence(corrections)] if corrections else []
-        told = (*answers, *card.warnings, *dict.fromkeys(doubts))
-        yield LegAnswer(told, card.points, "pitotbench fixed-speed legs.csv")
+        doubts = dict.fromkeys(line for c in card.curves.values() for line in doubts_of_curve(c))
+        said = [*answers, *card.warnings, *doubts]
+        table, command = (
+            plain_table(CARD_POINT_COLUMNS, card.points),
+            "pitotbench fixed-speed legs.csv",
+        )
+        tell("legs", {"sentences": said, "table": table, "command": command})
         return
     speeds, tracks = read_csv(path).columns
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
     command = f"pitotbench fixed-speed --ground-speed-kt={flags[0]} --track-deg={flags[1]}"
-    yield LegAnswer(tuple(legs_sentences(answer)), (), command)
+    tell("legs", {"sentences": legs_sentences(answer), "table": None, "command": command})

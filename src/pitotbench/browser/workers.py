@@ -6,13 +6,14 @@ import asyncio
 import multiprocessing
 import signal
 import time
-from collections.abc import AsyncGenerator, Callable, Iterator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection
 from typing import Any
 
-from pitotbench.browser.work import Refusal, warm
+from pitotbench.browser.work import NEEDED
 from pitotbench.records import error_words
 
 _DONE = "done"
@@ -34,15 +35,22 @@ def serve(pipe: Connection, limits: Limits) -> None:
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C is for the server, which ends its children
     _limit("RLIMIT_AS", limits.memory)
-    warm()
+    for name in NEEDED:
+        import_module(name)
+
+    def tell(name: str, reply: object) -> None:
+        pipe.send((name, reply))
+
     with suppress(EOFError, OSError):
-        pipe.send(_DONE)
+        tell(_DONE, None)
         while True:
             function, arguments = pipe.recv()
             _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
-            for reply in _replies(function, arguments):
-                pipe.send(reply)
-            pipe.send(_DONE)
+            try:
+                function(tell, *arguments)
+            except Exception as error:
+                tell("refusal", error_words(error))
+            tell(_DONE, None)
 
 
 def _limit(name: str, most: int) -> None:
@@ -54,21 +62,16 @@ def _limit(name: str, most: int) -> None:
         resource.setrlimit(limit, (most, resource.getrlimit(limit)[1]))
 
 
-def _replies(
-    function: Callable[..., Iterator[object]], arguments: tuple[Any, ...]
-) -> Iterator[Any]:
-    try:
-        yield from function(*arguments)
-    except Exception as error:
-        yield Refusal(error_words(error))
-
-
 class Child:
     """A process that answers one question at a time."""
 
     def __init__(self, limits: Limits) -> None:
-        # A fresh interpreter: it holds no socket of the server.
-        context = multiprocessing.get_context("spawn")
+        # Of a fresh interpreter, which holds no socket of the server; where the system can, of one
+        # that has loaded what is needed.
+        context: Any = multiprocessing.get_context(
+            "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+        )
+        context.set_forkserver_preload([*NEEDED])
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=serve, args=(theirs, limits), daemon=True)
         self._process.start()
@@ -81,15 +84,15 @@ class Child:
     async def replies(
         self, function: Callable[..., Any], arguments: tuple[Any, ...]
     ) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question. Raises as `hear` does."""
+        """Yield the replies to a question with their names. Raises as `hear` does."""
         self._pipe.send((function, arguments))
-        while (reply := await self.hear()) != _DONE:
+        while (reply := await self.hear())[0] != _DONE:
             yield reply
 
     def end(self, wait: float = 0.0) -> int | None:
         """End the process; return what it had ended with by itself, None where it ran."""
         self._process.join(wait)
-        code = self._process.exitcode
+        code: int | None = self._process.exitcode
         self._process.kill()
         self._process.join()
         return code
@@ -116,7 +119,7 @@ class Workers:
         self._children[child] = asyncio.ensure_future(join())
 
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question, which is a generator function of `work`. Whoever stops
+        """Yield the replies to a question, a function of `work`, with their names. Whoever stops
         to listen, or is canceled, ends the child; another takes its place.
         """
         child, answered = await self._idle.get(), False
@@ -127,7 +130,7 @@ class Workers:
             answered = True
         except (EOFError, OSError):
             late = child.end(wait=1.0) == -getattr(signal, "SIGXCPU", 0)
-            yield Refusal(_TOO_LONG.format(self.limits.seconds) if late else _LOST)
+            yield "refusal", _TOO_LONG.format(self.limits.seconds) if late else _LOST
         finally:
             if answered:
                 self._idle.put_nowait(child)

@@ -4,7 +4,7 @@ The estimators load with the first calibration, so that options and the arithmet
 wait for SciPy. All arrays are SI and radians; parameters of the error curve are without units.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -47,6 +47,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     from pitotbench.calibration.average import calibrate_auto
     from pitotbench.calibration.reduction import reduce_log
     from pitotbench.calibration.result import assemble
+    from pitotbench.calibration.scale import with_scale
 
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause([log], chosen):
@@ -58,22 +59,25 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
             )
         except OneHeadingError as error:
             found = _by_height(log, chosen, error)
-        return _judged(found, log, chosen)
+        return with_scale(_judged(found, log), log, chosen)
 
 
 def calibrate_flights(
     logs: Sequence[FlightLog],
     options: CalibrationOptions | None = None,
     known: "Known | None" = None,
+    first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
 ) -> tuple[CalibratedFlight, ...]:
     """Estimate one curve from all flights of the logs, with a separate wind for each flight.
 
     A log that pauses for more than five minutes holds several flights. A warning says where the
-    flights disagree about the curve. Raises as `calibrate` does, and BadInputError for several logs
-    with the model `auto`; a single log may have it, which gives each of its flights a curve of its
-    own. `known` keeps what was fitted of each log (`reduce_flights`).
+    flights disagree about the curve. `known` keeps what was fitted of each log (`reduce_flights`).
+    `first` is called with the flights before a factor on their airspeed is looked for, which may
+    cost as much again. Raises as `calibrate` does, and BadInputError for several logs with the
+    model `auto`; a single log may have it, which gives each of its flights a curve of its own.
     """
     from pitotbench.calibration.flights import reduce_flights
+    from pitotbench.calibration.scale import with_scale
 
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause(logs, chosen):
@@ -83,9 +87,14 @@ def calibrate_flights(
             if len(logs) > 1:
                 raise
             flights = [CalibratedFlight(logs[0], _by_height(logs[0], chosen, error), 0)]
+        judged = tuple(
+            replace(each, calibration=_judged(each.calibration, each.log)) for each in flights
+        )
+        if first is not None:
+            first(judged)
         return tuple(
-            replace(flight, calibration=_judged(flight.calibration, flight.log, chosen))
-            for flight in flights
+            replace(each, calibration=with_scale(each.calibration, each.log, chosen))
+            for each in judged
         )
 
 
@@ -132,7 +141,7 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
         raise type(error)(text + "".join({limit_words(log, options): 0 for log in logs})) from error
 
 
-def _judged(calibration: Calibration, log: FlightLog, options: CalibrationOptions) -> Calibration:
+def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
     """Return the calibration with the steps of the log's display in its bound; warn where its curve
     is doubtful.
 
@@ -140,7 +149,6 @@ def _judged(calibration: Calibration, log: FlightLog, options: CalibrationOption
     """
     from pitotbench.calibration.fit_checks import judge_curve, require_useful, wash_of
     from pitotbench.calibration.result import with_display_steps
-    from pitotbench.calibration.scale import with_scale
 
     calibration = with_display_steps(calibration, log)
     held = log.header.get(PARAMETERS)
@@ -169,5 +177,4 @@ def _judged(calibration: Calibration, log: FlightLog, options: CalibrationOption
         for each in log.cautions
         if each.code == BROKEN
     ]
-    calibration = replace(calibration, disagreements=(*told, *calibration.disagreements))
-    return with_scale(calibration, log, options)
+    return replace(calibration, disagreements=(*told, *calibration.disagreements))

@@ -1,5 +1,6 @@
 """The factor on the airspeed: what it is, what else explains it, and what to set."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,8 @@ from pitotbench.calibration.prediction import ZERO
 from pitotbench.calibration.reduction import reduce_log
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.logbook.plausibility import SPEED_FACTOR
-from pitotbench.records import NoAnswerError
+from pitotbench.pressure_error.autopilot_settings import autopilot_settings
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, Disagreement, RecordedAutopilot, Scale
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array
@@ -151,21 +153,18 @@ def _factor_words(scale: Scale) -> str:
 
 
 def _settings(result: Calibration, scale: Scale) -> str:
-    """The factor as the parameter of an autopilot."""
+    """The factor as the parameter of an autopilot: the value that `--params` gives, where it gives
+    one.
+    """
     recorded = result.autopilot or RecordedAutopilot({})
-    held = recorded.parameters
-    for kind in AUTOPILOTS.values():
-        autopilot = kind.of_sensor(recorded.sensor)
-        if (old := held.get(autopilot.gain)) is not None and old > 0.0:
-            ratio = autopilot.ratio_of(old)
-            low, new, high = (
-                autopilot.gain_of(ratio * (scale.factor + side * scale.two_sigma) ** 2)
-                for side in (-1.0, 0.0, 1.0)
-            )
-            return (
-                f"; as {autopilot.gain} {new:.3g} ± {0.5 * (high - low):.2g} (old {old:g}; "
-                "--params gives the offset as well)"
-            )
+    for name, kind in AUTOPILOTS.items():
+        if kind.of_sensor(recorded.sensor).gain in recorded.parameters:
+            with suppress(BadInputError, NoAnswerError):
+                gain = autopilot_settings(result, name).settings[0]
+                return (
+                    f"; as {gain.name} {gain.value:.5g} ± {gain.two_sigma:.2g} (old {gain.old:g}; "
+                    "--params gives the offset as well)"
+                )
     return f"; as ARSPD_RATIO the old one times {scale.factor**2:.3f}, as ASPD_SCALE times " + (
         f"{scale.factor:.3f}"
     )

@@ -325,18 +325,21 @@ def card_html(result: Calibration, subject: str) -> str:
     return f'{doubts}{table}<p class="save">{link}</p>'
 
 
-def card_csv(curve: ErrorCurve, doubts: Sequence[str] = ()) -> str:
-    """The card as CSV: the unit ends each column's name; all points of the curve, each with the
-    doubts.
+def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") -> str:
+    """The card as CSV, speeds in a unit such as `kmh`: the unit ends each column's name; all points
+    of the curve, each with the doubts.
     """
     points = curve_points(curve)
     keys = [column.key for column in shown_columns(GLANCE_COLUMNS, points)]
     told = [" ".join(doubts)] if doubts else []
     text = StringIO()
     rows = writer(text, lineterminator="\n")
-    rows.writerow([*keys, *["doubts"] * len(told)])
+    rows.writerow([*(k.replace("_kt", f"_{unit}") for k in keys), *["doubts"] * len(told)])
+    factors = {key: KNOT / SUFFIXES[unit].factor if key.endswith("_kt") else 1.0 for key in keys}
     for point in points:
-        cells = ("" if (value := point[key]) is None else f"{value:.3f}" for key in keys)
+        cells = (
+            "" if (value := point[key]) is None else f"{value * factors[key]:.3f}" for key in keys
+        )
         rows.writerow([*cells, *told])
     return text.getvalue()
 

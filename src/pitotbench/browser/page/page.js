@@ -45,8 +45,10 @@ async function act(choice) {
   const reply = await fetch("/act", {
     method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(choice),
   }).catch(() => null);
-  if (!reply) say("status", "pitotbench has ended: start it again");
-  else if (!reply.ok) say("status", reply.statusText);
+  if (!reply || !reply.ok) {
+    say("status", reply ? reply.statusText : "pitotbench has ended: start it again");
+    at("working").hidden = false;
+  }
 }
 
 // Files
@@ -65,6 +67,8 @@ async function* filesOf(entry, folder = "") {
   }
 }
 
+let strangers = 0;
+
 function send(file, name, drop, line) {
   return new Promise((done) => {
     const bar = make("progress", "", { max: file.size || 1, value: 0, "aria-label": name });
@@ -74,7 +78,10 @@ function send(file, name, drop, line) {
     request.onloadend = () => {
       const whole = request.status === 200;
       if (whole) line.remove();
-      else line.textContent = `${name}: ${request.status ? request.responseText : "was not taken"}`;
+      else if (request.status === 415 && name.includes("/")) {
+        strangers += 1;  // other files of a folder
+        line.textContent = `left out: files that are no logs, such as ${name} (${strangers})`;
+      } else line.textContent = `${name}: ${request.statusText || "was not taken"}`;
       done(whole);
     };
     request.open("POST", "/upload");
@@ -89,11 +96,17 @@ async function sendAll(pairs) {
   const drop = Array.from(crypto.getRandomValues(new Uint32Array(3)), (part) => part.toString(36)).join("");
   at("uploads").replaceChildren();
   let arrived = 0;
+  strangers = 0;
   for await (const [file, name] of pairs) {
     if (name.split("/").some((part) => part.startsWith("."))) continue;
     const line = make("li");
     at("uploads").append(line);
+    const before = strangers;
     if (await send(file, name, drop, line)) arrived += 1;
+    if (strangers > before) {
+      at("uploads").querySelector(".strange")?.remove();
+      line.className = "strange";
+    }
   }
   if (arrived) await act({ what: "arrived", drop });
 }
@@ -116,6 +129,9 @@ for (const id of ["files", "folder"]) {
   });
 }
 
+// On a narrow screen a long doubt is cut until it is tapped.
+at("doubts").addEventListener("click", (event) => { event.target.closest("li")?.classList.toggle("open"); });
+
 // Choices
 
 // The axis is in minutes, and so is a number alone: 42.5 is 42:30.
@@ -134,7 +150,7 @@ function flags() {
 }
 
 at("flags").addEventListener("submit", (event) => { event.preventDefault(); flags(); });
-for (const name of ["model", "autopilot"]) at("flags").elements[name].addEventListener("change", flags);
+for (const name of ["model", "autopilot", "sensor"]) at("flags").elements[name].addEventListener("change", flags);
 const look = () => act({ what: "show", unit: at("unit").value, leave_out: document.querySelector("[value=leave]").checked });
 at("unit").addEventListener("change", look);
 at("whole").addEventListener("click", () => {
@@ -165,7 +181,7 @@ for (const button of document.querySelectorAll("[data-copy]")) {
 
 // Legs
 
-const GROUP = "group (legs of one speed; may stay empty)";
+const GROUP = "group (optional)";
 const LEG = [GROUP, "KIAS", "pressure altitude [ft]", "air temperature [°C]", "ground speed [kt]", "direction [°]"];
 
 function addLeg() {
@@ -185,9 +201,9 @@ for (let leg = 0; leg < 3; leg += 1) addLeg();
 at("leg").addEventListener("click", addLeg);
 const COLUMNS = ["point", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"];
 
-// 3,000 ft and 3 000 ft are thousands; elsewhere a comma is that of a decimal.
+// 3,000 ft and 3 000 ft are thousands; elsewhere a comma is that of a decimal. A unit behind a number is passed over.
 function typed(text, name) {
-  const plain = text.replaceAll('"', "").trim();
+  const plain = text.replace(/["°]|\s*(kts?|ft|deg|c)\.?\s*$/gi, "").trim();
   const thousands = name.includes("altitude") && /^-?\d{1,3}([,.' \u00a0\u202f]\d{3})+$/.test(plain);
   return thousands ? plain.replace(/[^\d-]/g, "") : plain.replaceAll(",", ".");
 }
@@ -215,26 +231,34 @@ function choices(select, names, chosen) {
   select.value = chosen;
 }
 
+function same(one, other, ...names) {
+  return JSON.stringify(names.map((name) => one[name])) === JSON.stringify(names.map((name) => other[name]));
+}
+
 function flights(found, before) {
-  if (before && JSON.stringify([before.flights, before.chosen]) === JSON.stringify([found.flights, found.chosen])) return;
+  if (before && same(before, found, "flights", "chosen", "compared")) return;
   const body = make("tbody");
   found.flights.rows.forEach((cells, place) => {
     const row = make("tr");
     const cell = make("td");
     const box = make("input", "", { type: "checkbox", value: place, "aria-label": `mark ${cells[0]}` });
     box.checked = found.chosen.includes(place);
-    const open = make("button", found.chosen.includes(place) ? "shown" : "show", { type: "button", "aria-label": `show ${cells[0]}` });
-    open.addEventListener("click", () => act({ what: "choose", places: [place] }));
-    cell.append(box, " ", open);
+    const book = found.books[place];
+    const shown = book ? found.compared[place] : found.chosen.includes(place);
+    const word = book ? "compare" : "show";
+    const open = make("button", shown ? { compare: "compared", show: "shown" }[word] : word,
+      { type: "button", "aria-label": `${word} ${cells[0]}`, "aria-pressed": shown });
+    open.addEventListener("click", () => act(book ? { what: "compare", place } : { what: "choose", places: [place] }));
+    cell.append(...(book ? [] : [box, " "]), open);
     row.append(cell);
-    const refused = found.refused[place];
+    const refused = book ? `${cells[0]}: the airspeeds of a handbook, to compare a curve with` : found.refused[place];
     if (refused) row.append(make("td", refused, { colspan: found.flights.head.length }));
     else row.append(...cells.map((text) => make("td", text)));
-    row.className = (found.chosen.includes(place) ? "chosen" : "") + (refused ? " refused" : "");
+    row.className = (shown ? "chosen" : "") + (refused && !book ? " refused" : "");
     body.append(row);
   });
   at("flights").replaceChildren(...(found.flights.rows.length ? [head(["", ...found.flights.head]), body] : []));
-  at("together").hidden = found.flights.rows.length < 2;
+  at("together").hidden = found.refused.filter((words) => !words).length < 2;
 }
 
 function draft(found, before) {
@@ -258,14 +282,23 @@ function draft(found, before) {
   at("columns").replaceChildren(head(["their column", "ours (empty: not used)", "unit", "first values", "question"]), body);
 }
 
+// How long the same has been computed.
+let started = 0;
+setInterval(() => {
+  const seconds = Math.round((Date.now() - started) / 1000);
+  say("since", state && state.status && seconds > 1 ? `, ${seconds} s` : "");
+}, 500);
+
 const TAKE = { page: "Page (HTML)", card: "Card (CSV)", record: "Record (HTML)", parameters: "Parameters", mapping: "Mapping (TOML)", json: "JSON" };
 
 function show(text) {
   const before = state;
   state = JSON.parse(text);
   const answer = state.answer;
+  if (!before || before.status !== state.status) started = Date.now();
   say("status", state.status);
   at("status").classList.toggle("busy", Boolean(state.status));
+  at("working").hidden = !state.status;
   const refused = at("refusal").textContent !== state.refusal && state.refusal;
   say("refusal", state.refusal);
   if (refused) at("refusal").scrollIntoView({ block: "nearest" });
@@ -277,13 +310,15 @@ function show(text) {
   if (answer || !state.status) list("lines", answer ? answer.lines : []);
   const there = state.command !== "";
   at("flight").hidden = at("pair").hidden = !there;
-  if (!there) at("more").hidden = true;
-  else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
+  if (!there) at("more").hidden = at("known").hidden = true;
+  else if (answer || !state.status) at("more").hidden = at("known").hidden = at("curve").hidden = !answer;
   at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
   const form = at("flags");
-  const changed = !before || JSON.stringify([before.flags, before.without]) !== JSON.stringify([state.flags, state.without]);
+  const changed = !before || !same(before, state, "flags", "without");
   choices(form.elements.model, Object.fromEntries(state.choices.model.map((n) => [n, n || "usual"])), state.flags.model);
-  choices(form.elements.autopilot, Object.fromEntries(state.choices.autopilot.map((n) => [n, n || "none"])), state.flags.autopilot);
+  at("autopilots").replaceChildren(...state.choices.autopilot.map((value) => make("option", "", { value })));
+  at("sensor").hidden = !state.several;
+  document.querySelector(".key .book").hidden = !state.compared.includes(true);
   choices(at("unit"), state.choices.unit, state.unit);
   for (const radio of document.getElementsByName("mode")) radio.checked = (radio.value === "leave") === state.leave_out;
   if (changed) {

@@ -16,7 +16,8 @@ from pitotbench.bench.digests import file_sha256
 from pitotbench.cli.app import main
 from pitotbench.records.calibration import Disagreement, LatencyFound
 from pitotbench.records.log import Caution
-from pitotbench.show.takehome import calibration_record, checks_of
+from pitotbench.show.pages import calibration_record
+from pitotbench.show.record import checks_of
 
 
 @pytest.fixture(scope="module")

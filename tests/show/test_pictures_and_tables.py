@@ -14,7 +14,12 @@ from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.campaign import remarks
-from pitotbench.show.curves import curve_panels, residual_autocorrelation, residual_panels
+from pitotbench.show.curves import (
+    bound_panels,
+    curve_panel,
+    residual_autocorrelation,
+    residual_panels,
+)
 from pitotbench.show.flights import flight_panels
 from pitotbench.show.legs import points_json, print_points
 from pitotbench.show.pages import log_page, log_section
@@ -30,7 +35,9 @@ def _words(panels: list[Panel]) -> str:
 
 
 def test_panels_carry_units_truth_and_the_limit(result):
-    text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
+    truth = result.curve.correction
+    drawn = curve_panel({"inverse+": result}, {"inverse+": truth})
+    text = _words([drawn, *bound_panels(result, truth)])
     for wanted in (
         "Error curve",
         "indicated airspeed [kt]",
@@ -56,9 +63,9 @@ def point():
 
 def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
     assert "four-leg, ±2σ" in _words(
-        curve_panels({"inverse+": replace(result, points=(point,))}, None)
+        [curve_panel({"inverse+": replace(result, points=(point,))}, None)]
     )
-    assert "four-leg" not in _words(curve_panels({"inverse+": result}, None))
+    assert "four-leg" not in _words([curve_panel({"inverse+": result}, None)])
     assert "four-leg" in log_section("a.csv", log, replace(result, points=(point,))).html
     (plain,) = points_json([point])
     assert plain["correction_kt"] == pytest.approx(-1.0)

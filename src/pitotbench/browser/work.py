@@ -319,13 +319,8 @@ def take(request: Request, kind: str) -> Iterator[tuple[str, str]]:
     """Yield name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`."""
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
-    from pitotbench.show.pages import log_page, log_section
-    from pitotbench.show.takehome import (
-        PARAMETER_FILES,
-        calibration_record,
-        flight_document,
-        parameter_file,
-    )
+    from pitotbench.show.pages import calibration_record, log_page, log_section
+    from pitotbench.show.takehome import PARAMETER_FILES, flight_document, parameter_file
 
     flights = _calibrated(request)
     first = flights[0].calibration

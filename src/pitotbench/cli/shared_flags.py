@@ -269,6 +269,19 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the reader's units: `--units`."""
+    from pitotbench.show.reader_units import WORDS
+
+    parser.add_argument(
+        "--units",
+        default="",
+        metavar="UNIT,...",
+        help=f"what is read, in your units: {WORDS}, such as km/h,m (default: kt,ft,degc,inhg; "
+        "JSON and CSV keep the units of their keys)",
+    )
+
+
 def add_table(parser: argparse.ArgumentParser) -> None:
     """Add the flag of the tables: `--table`."""
     parser.add_argument(

@@ -11,7 +11,6 @@ from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, Hand
 from pitotbench.show.calibration import CurvePoint, curve_points
 from pitotbench.show.columns import (
     Column,
-    html_table,
     json_rows,
     outside,
     print_table,
@@ -57,14 +56,6 @@ def print_points(
     if points and curve is not None:
         console.print()  # the curve stands above
     print_table(point_columns(curve), points, console, "fixed-speed methods")
-
-
-def points_html(points: Sequence[FixedSpeedPoint], curve: ErrorCurve | None = None) -> str:
-    """The same table, folded away, as HTML; empty for no points."""
-    if not points:
-        return ""
-    table = html_table(point_columns(curve), points)
-    return f"<details><summary>Fixed-speed methods in numbers</summary>{table}</details>"
 
 
 def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:

@@ -24,25 +24,23 @@ from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.show.calibration import (
     CURVE_COLUMNS,
-    GLANCE_COLUMNS,
-    assumption_lines,
     card_csv,
     curve_points,
     doubts_of,
-    glance_points,
-    handbook_lines,
-    headline,
     short_answer_of,
 )
+from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import html_table, json_rows
 from pitotbench.show.curves import draw_curve
 from pitotbench.show.gap_words import sentences
 from pitotbench.show.inspection import CHANNEL_COLUMNS, QUESTION_COLUMNS, inspection_sentences
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
-from pitotbench.show.pages import draw_front, log_page, log_section
+from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section
 from pitotbench.show.plan import plan_advice, plan_columns, plan_json
+from pitotbench.show.reader_units import units_named
+from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
-from pitotbench.show.takehome import calibration_record
+from pitotbench.show.tree import ANSWER
 from pitotbench.show.verdict import FLIGHT_COLUMNS, candidate_columns
 from pitotbench.show.words import words
 from pitotbench.units import KNOT
@@ -92,7 +90,9 @@ def plot(record: object, axes: Axes | None = None) -> Figure:
 
 in_one_line.register(
     Calibration,
-    lambda r: " ".join([f"{r.model}.", *headline(r), short_answer_of(r, "").correction_sentence]),
+    lambda r: " ".join(
+        [f"{r.model}.", *doubts_of(r)[:1], short_answer_of(r, "").correction_sentence]
+    ),
 )
 in_one_line.register(LogInspection, lambda record: " ".join(inspection_sentences(record)))
 in_one_line.register(Plan, lambda record: plan_advice(record)[0])
@@ -108,14 +108,8 @@ draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 
 @to_html.register
 def _(record: Calibration) -> str:
-    answer = short_answer_of(record, "")
-    limits = [judgment.sentence for judgment in judgments(record)]
-    compared = handbook_lines(record.curve)
-    told = [*doubts_of(record), answer.correction_sentence, *compared, answer.wind_sentence]
-    lines = [*told, *limits, *assumption_lines(record)]
-    warnings = [f"<b>Warning:</b> {escape(text)}" for text in record.warnings]
-    words = "".join(f"<p>{line}</p>" for line in [*map(escape, lines), *warnings])
-    return words + html_table(GLANCE_COLUMNS, glance_points(record.curve))
+    tree = calibration_tree("", {record.model: record})
+    return html_of(tree.nodes, depth=ANSWER)
 
 
 @draw_record.register
@@ -123,17 +117,18 @@ def _(record: Calibration, axes: Axes) -> None:
     draw_curve(axes, {record.model: record}, None, limit_for(record))
 
 
-def write_page(record: Calibration, path: Path) -> None:
-    """Write a calibration with its pictures and its card as a page."""
+def write_page(record: Calibration, path: Path, units: str) -> None:
+    """Write a calibration with its pictures and its card as a page, in the units asked for."""
     require_file(path, PAGES)
     name = ", ".join(each.name for each in record.provenance.inputs) or "a log"
-    write_text(path, log_page("Pitot-static calibration", [log_section(name, None, record)]))
+    section = log_section(name, None, record, units=units_named(units))
+    write_text(path, log_page("Pitot-static calibration", [section]))
 
 
-def write_record(record: Calibration, path: Path, rule: str) -> None:
-    """Write the record of a calibration for the file."""
+def write_record(record: Calibration, path: Path, rule: str, units: str) -> None:
+    """Write the record of a calibration for the file, in the units asked for."""
     require_file(path, PAGES)
-    write_text(path, calibration_record([record], limit_named(rule)))
+    write_text(path, calibration_record([record], limit_named(rule), units_named(units)))
 
 
 def write_card(record: Calibration, path: Path) -> None:

@@ -1,6 +1,7 @@
 """The pages: a campaign, calibrated logs, the account of a log, the check of an aircraft, a plan."""
 
 from collections.abc import Mapping, Sequence
+from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 from math import log
@@ -15,24 +16,11 @@ from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.log import FlightLog, LogInspection
-from pitotbench.show.calibration import (
-    ShortAnswer,
-    calibration_html,
-    card_html,
-    condition_lines,
-    handbook_lines,
-    headline,
-    short_answer_of,
-)
+from pitotbench.show.calibration import ShortAnswer, short_answer_of
+from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import (
-    all_flights_panel,
-    corrections_panel,
-    curve_panels,
-    parts_panel,
-    residual_panels,
-)
+from pitotbench.show.curves import all_flights_panel, corrections_panel
 from pitotbench.show.flights import flight_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
@@ -42,10 +30,12 @@ from pitotbench.show.inspection import (
     check_sentences,
     inspection_sentences,
 )
-from pitotbench.show.legs import points_html
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, render
 from pitotbench.show.plan import card_lines, plan_advice, plan_columns
+from pitotbench.show.reader_units import BENCH, Units
+from pitotbench.show.record import record_page
+from pitotbench.show.renderers import html_of
 from pitotbench.show.style import (
     BLUE,
     GREEN,
@@ -61,7 +51,7 @@ from pitotbench.show.style import (
     panel,
     thin,
 )
-from pitotbench.show.takehome import settings_html
+from pitotbench.show.tree import SOURCES, Download, Heading
 from pitotbench.show.words import words
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
 
@@ -190,8 +180,10 @@ def flight_section(
     answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
     flown = [] if tolerances is None else flight_panels(flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
-    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown)
-    return Section(name, maneuver, system, answer, html)
+    tree = calibration_tree(
+        f"{maneuver.capitalize()}, {system} Hz", results, truth=truth, flown=flown
+    )
+    return Section(name, maneuver, system, answer, _section_html(name, tree, BENCH))
 
 
 def log_section(
@@ -201,63 +193,48 @@ def log_section(
     limit: Limit | str | None = AUTO,
     lines: Sequence[str] = (),
     settings: AutopilotSettings | None = None,
+    units: Units = BENCH,
 ) -> Section:
-    """The section of a log that was read from a file, or of a flight of it; `lines` say which.
+    """The section of a log that was read from a file, or of a flight of it, in the reader's units.
 
-    `settings` are the parameters of its autopilot, where they were asked for.
-
-    Its group says whether a simulator made the log. `limit` as for `judgments`. Without the `log`
-    nothing is shown of the parts that were left out.
+    Its group says whether a simulator made the log. The rest as for `calibration_tree`.
     """
-    answer = short_answer_of(result, name)
-    rows = " ".join(
-        [*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log or ()):,} rows read,"]
+    tree = calibration_tree(
+        name, {result.model: result}, limit, lines=lines, log=log, settings=settings
     )
-    rows = f"{rows} {result.samples:,} used." if log else f"{result.samples:,} rows used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    parts = [parts_panel(log, result)] if log and result.left_out else []
-    html = _html(
-        anchor, name, rows, answer, {result.model: result}, None, [], limit, parts, settings
-    )
     simulated = (
         log.simulated
         if log
         else any(each.origin == "simulated" for each in result.provenance.inputs)
     )
     origin = "simulated logs" if simulated else "measured logs"
-    return Section(anchor, origin, name, answer, html)
+    html = _section_html(anchor, tree, units)
+    return Section(anchor, origin, name, short_answer_of(result, name), html)
 
 
-def _html(
-    anchor: str,
-    title: str,
-    remark: str,
-    answer: ShortAnswer,
-    results: Mapping[str, Calibration],
-    truth: Mapping[str, MetersPerSecond] | None,
-    flown: Sequence[Panel],
-    limit: Limit | str | None = AUTO,
-    parts: Sequence[Panel] = (),
-    settings: AutopilotSettings | None = None,
+def calibration_record(
+    flights: Sequence[Calibration], limit: Limit | str | None = AUTO, units: Units = BENCH
 ) -> str:
-    first = next(iter(results.values()))
-    curves = curve_panels(results, truth, limit)
-    return render(
-        "section.html",
-        anchor=anchor,
-        title=title,
-        remark=remark,
-        answer=answer,
-        flown=flown,
-        curve=curves[0],
-        headline=headline(first),
-        handbook=handbook_lines(first.curve),
-        conditions=condition_lines(first),
-        settings="" if settings is None else settings_html(settings),
-        card=card_html(first, title),
-        panels=[*parts, *curves[1:], *residual_panels(first)],
-        numbers=calibration_html(first) + points_html(first.points, first.curve),
-    )
+    """The record of one curve, from one flight or from several with a wind each, as a page of two
+    sheets. `limit` as for `judgments`.
+    """
+    first = flights[0]
+    tree = calibration_tree("", {first.model: first}, limit, flights=flights)
+    answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
+    parts = [
+        Heading("Answer", tuple(answer)),
+        *(each for each in tree.nodes if isinstance(each, Heading) and each.depth == SOURCES),
+    ]
+    told = [(each.text, [], html_of(each.nodes, units, SOURCES)) for each in parts]
+    title = "Record of a pitot-static calibration"
+    objective = "Find the correction of the airspeed, with a bound."
+    return record_page(title, objective, first.provenance, told, [])
+
+
+def _section_html(anchor: str, tree: Heading, units: Units) -> str:
+    title = f"<h2>{escape(tree.text)}</h2>"
+    return f'<section class="tree" id="{anchor}">{title}{html_of(tree.nodes, units)}</section>\n'
 
 
 def aircraft_page(check: AircraftCheck) -> str:

@@ -11,8 +11,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
+from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.timeline import pauses
 from pitotbench.units import Array
 
@@ -27,6 +30,7 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
 )
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
+_MOST_TICKS = 7  # of an axis in the reader's unit
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {
@@ -74,17 +78,21 @@ def panel(
     note: str = "",
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
+    units: Units = BENCH,
 ) -> Panel:
-    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above
-    the data.
+    """A panel of a size [in] with the axes that `draw` fills in the units of the bench, read in
+    those of the reader; labeled artists go to a legend above the data.
     """
-    with stacked([draw], size, legend_columns) as figure:
+    with stacked([draw], size, legend_columns, units) as figure:
         return Panel(title, svg(figure, title), note)
 
 
 @contextmanager
 def stacked(
-    draws: Sequence[Callable[[Axes], None]], size: tuple[float, float], legend_columns: int
+    draws: Sequence[Callable[[Axes], None]],
+    size: tuple[float, float],
+    legend_columns: int,
+    units: Units = BENCH,
 ) -> Iterator[Figure]:
     """The figure of several axes, one below the other, with one range of x and one legend without
     repetitions.
@@ -95,14 +103,39 @@ def stacked(
             draw(axes)
             if axes is not every[0]:
                 axes.set_xlim(every[0].get_xlim())
+            for axis in (axes.xaxis, axes.yaxis):
+                _translate(axis, units)
             handles, labels = axes.get_legend_handles_labels()
             named |= {
-                label: handle
+                units.text(label): handle
                 for handle, label in zip(handles, labels, strict=True)
-                if label not in named
+                if units.text(label) not in named
             }
         _add_legend(figure, named, legend_columns)
         yield figure
+
+
+class _RoundTicks(MaxNLocator):
+    """Ticks at round numbers of the reader's unit, of which one of the axis is `factor`."""
+
+    def __init__(self, factor: float) -> None:
+        super().__init__(nbins=_MOST_TICKS, steps=[1, 2, 2.5, 5, 10])
+        self.factor = factor
+
+    def tick_values(self, vmin: float, vmax: float) -> Array:
+        """The places of the ticks between two places of the axis."""
+        found = super().tick_values(self.factor * vmin, self.factor * vmax)
+        return np.asarray(found, dtype=np.float64) / self.factor
+
+
+def _translate(axis: Axis, units: Units) -> None:
+    """Write the label and the ticks of an axis in the reader's unit, by the label's `[unit]`."""
+    label, _, unit = axis.get_label_text().removesuffix("]").rpartition("[")
+    factor, symbol = units.scale(unit)
+    if factor != 1.0:
+        axis.set_label_text(f"{label}[{symbol}]")
+        axis.set_major_locator(_RoundTicks(factor))
+        axis.set_major_formatter(lambda value, _: f"{factor * value:g}".replace("-", "−"))
 
 
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:

@@ -10,7 +10,6 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Account, Closing, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
-    Check,
     Closure,
     Detectable,
     Gap,
@@ -26,6 +25,7 @@ from pitotbench.show.gap_words import (
     reported_rivals,
     sentences,
 )
+from pitotbench.show.record import CHECK_COLUMNS
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
@@ -45,12 +45,6 @@ PLACE_COLUMNS: tuple[Column[Located], ...] = (
     Column("", lambda place: place.phase, key="phase"),
     Column("", lambda place: place.variable, key="variable"),
     Column("gap", lambda place: place.significance, "σ", "+.1f", "significance"),
-)
-
-CHECK_COLUMNS: tuple[Column[Check], ...] = (
-    Column("check", lambda check: check.name, key="name"),
-    Column("result", lambda check: check.status, key="status"),
-    Column("reason", lambda check: check.why, key="why"),
 )
 
 DETECTABLE_COLUMNS: tuple[Column[Detectable], ...] = (

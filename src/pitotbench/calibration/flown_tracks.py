@@ -1,0 +1,55 @@
+"""Which airspeeds of a log were flown on one side of the compass only: what to fly again."""
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.records.calibration import Calibration, OneSided
+from pitotbench.records.log import FlightLog
+from pitotbench.units import DEGREE, Array
+
+_BANDS = 8  # of airspeed, between the ends of a curve
+_SECTORS = 12  # of track, 30° each
+_LEAST_SHARE = 0.03  # of a band's rows: a sector with fewer is passed in a turn, not flown
+_SIDE = 180.0  # °: tracks of no more than this lie on one side
+
+
+def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
+    """Return the slowest and the fastest airspeeds of a calibration that were flown on one side of
+    the compass only, at most one each, by the rows of its log that were used.
+    """
+    used = result.residuals.used
+    if len(used) != len(log) or not used.any():
+        return ()
+    speed = np.asarray(air.calibrated_airspeed(np.maximum(log.impact_pressure[used], 0.0)))
+    track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % 360.0
+    edges = np.linspace(*result.curve.indicated_airspeed[[0, -1]], _BANDS + 1)
+    sector = 360.0 / _SECTORS
+    count, _, _ = np.histogram2d(speed, track, bins=[edges, np.arange(0.0, 360.0 + sector, sector)])
+    flown = count > _LEAST_SHARE * count.sum(axis=1, keepdims=True)
+    found = {}
+    for order in (range(_BANDS), range(_BANDS)[::-1]):
+        together, last = np.zeros(_SECTORS, dtype=bool), None
+        for band in order:
+            arc = _arc(together | flown[band])
+            if arc is None:
+                break
+            together, last = together | flown[band], (band, arc)
+        if last is not None:
+            band, arc = last
+            low, high = (edges[0], edges[band + 1]) if order[0] == 0 else (edges[band], edges[-1])
+            found[low, high] = OneSided(float(low), float(high), *arc)
+    return tuple(found.values())
+
+
+def _arc(flown: Array) -> tuple[float, float] | None:
+    """The tracks flown, clockwise from the first to the last [°]; None for none and for those of
+    more than one side.
+    """
+    places, sector = np.flatnonzero(flown), 360.0 / len(flown)
+    if not len(places):
+        return None
+    gaps = np.diff(places, append=places[0] + len(flown))
+    widest = int(np.argmax(gaps))
+    begin, end = places[(widest + 1) % len(places)], places[widest]
+    arc = (begin * sector, (end + 1) * sector % 360.0)
+    return arc if (gaps[widest] - 1) * sector >= 360.0 - _SIDE else None

@@ -23,33 +23,26 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
     speed = np.asarray(air.calibrated_airspeed(np.maximum(log.impact_pressure[used], 0.0)))
     track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % 360.0
     edges = np.linspace(*result.curve.indicated_airspeed[[0, -1]], _BANDS + 1)
-    sector = 360.0 / _SECTORS
-    count, _, _ = np.histogram2d(speed, track, bins=[edges, np.arange(0.0, 360.0 + sector, sector)])
+    sectors = np.linspace(0.0, 360.0, _SECTORS + 1)
+    count, _, _ = np.histogram2d(speed, track, bins=[edges, sectors])
     flown = count > _LEAST_SHARE * count.sum(axis=1, keepdims=True)
-    found = {}
-    for order in (range(_BANDS), range(_BANDS)[::-1]):
-        together, last = np.zeros(_SECTORS, dtype=bool), None
-        for band in order:
-            arc = _arc(together | flown[band])
-            if arc is None:
-                break
-            together, last = together | flown[band], (band, arc)
-        if last is not None:
-            band, arc = last
-            low, high = (edges[0], edges[band + 1]) if order[0] == 0 else (edges[band], edges[-1])
-            found[low, high] = OneSided(float(low), float(high), *arc)
-    return tuple(found.values())
+    slow = [(edges[0], edges[k], _arc(flown[:k])) for k in range(1, _BANDS + 1)]
+    fast = [(edges[-k - 1], edges[-1], _arc(flown[-k:])) for k in range(1, _BANDS + 1)]
+    widest = [[found for found in each if found[2] is not None][-1:] for each in (slow, fast)]
+    return tuple(
+        OneSided(float(low), float(high), *arc)
+        for low, high, arc in dict.fromkeys(widest[0] + widest[1])
+    )
 
 
 def _arc(flown: Array) -> tuple[float, float] | None:
-    """The tracks flown, clockwise from the first to the last [°]; None for none and for those of
-    more than one side.
+    """The tracks flown in some bands, clockwise from the first to the last [°]; None for none and
+    for those of more than one side.
     """
-    places, sector = np.flatnonzero(flown), 360.0 / len(flown)
+    places, sector = np.flatnonzero(flown.any(axis=0)), 360.0 / _SECTORS
     if not len(places):
         return None
-    gaps = np.diff(places, append=places[0] + len(flown))
+    gaps = np.diff(places, append=places[0] + _SECTORS)
     widest = int(np.argmax(gaps))
-    begin, end = places[(widest + 1) % len(places)], places[widest]
-    arc = (begin * sector, (end + 1) * sector % 360.0)
-    return arc if (gaps[widest] - 1) * sector >= 360.0 - _SIDE else None
+    begin, end = places[(widest + 1) % len(places)], places[widest] + 1
+    return (begin * sector, end * sector % 360.0) if (gaps[widest] - 1) * sector >= _SIDE else None

@@ -12,7 +12,7 @@ from typing import Any
 from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
 from pitotbench.show.columns import Column
-from pitotbench.units import SUFFIXES, from_si, to_si
+from pitotbench.units import SUFFIXES, Suffix
 
 _CHOICES = {  # by the field of `Units`: the suffix of each unit by the word that asks for it
     "speed": {"kt": "kt", "km/h": "kmh", "mph": "mph"},
@@ -26,6 +26,7 @@ _WRITTEN = {  # by the unit that a text is written in: the field of `Units`, and
     "KTAS": ("speed", " TAS"),
     "ft": ("length", ""), "°C": ("temperature", ""), "inHg": ("pressure", ""),
 }  # fmt: skip
+_NONE = Suffix("", 1.0, "")
 _ONE = r"[+\-−]?\d[\d,]*(?:\.\d+)?"
 _NUMBERS = re.compile(
     rf"(?<![\w.,])((?:±?{_ONE}(?: ± | to | and |, ))*±?{_ONE}) ({'|'.join(_WRITTEN)})(?![\w/²])"
@@ -43,52 +44,52 @@ class Units:
 
     def text(self, text: str) -> str:
         """A text written in kt, ft, °C and inHg, in these units."""
-        return text if self == BENCH else _NUMBERS.sub(self._translated, text)
-
-    def column(self, column: Column[Any]) -> Column[Any]:
-        """A column whose unit is one of the bench's, in these units."""
-        known = next((u for u in (column.unit, column.heading) if u in _WRITTEN), None)
-        if self == BENCH or known is None:
-            return column
-        field, _ = _WRITTEN[known]
-        return replace(
-            column,
-            heading=_WRITTEN.get(column.heading, ("", ""))[1].strip() or self.text(column.heading),
-            unit=SUFFIXES[getattr(self, field)].symbol,
-            value=lambda row: self._number(column.text(row), known),
-            style="s",
-        )
+        return _NUMBERS.sub(self._translated, text)
 
     def columns(self, columns: Sequence[Column[Any]]) -> list[Column[Any]]:
         """The columns of a table in these units."""
-        return [self.column(each) for each in columns]
+        return [self._column(each) for each in columns]
 
     def scale(self, unit: str) -> tuple[float, str]:
         """How many of the reader's units one of the bench's is, and the symbol; of another unit 1."""
-        if unit not in _WRITTEN or unit == "°C":  # a scale has no zero to move
-            return 1.0, unit
-        field, _ = _WRITTEN[unit]
-        mine, theirs = (SUFFIXES[getattr(each, field)] for each in (BENCH, self))
-        return mine.factor / theirs.factor, theirs.symbol
+        written, read, _ = self._units(unit)
+        return written.factor / read.factor, read.symbol or unit
+
+    def _units(self, unit: str) -> tuple[Suffix, Suffix, str]:
+        """The unit that is written, the one that is read, and the words that follow it."""
+        field, words = _WRITTEN.get(unit, ("", ""))
+        written, read = (
+            SUFFIXES[getattr(each, field)] if field else _NONE for each in (BENCH, self)
+        )
+        return written, read, words
+
+    def _column(self, column: Column[Any]) -> Column[Any]:
+        unit = next((each for each in (column.unit, column.heading) if each in _WRITTEN), "")
+        written, read, _ = self._units(unit)
+        if written is read:
+            return column
+        return replace(
+            column,
+            heading=_WRITTEN.get(column.heading, ("", ""))[1].strip() or self.text(column.heading),
+            unit=read.symbol,
+            value=lambda row: re.sub(
+                rf"^{_ONE}$", lambda each: _number(each[0], written, read), column.text(row)
+            ),
+            style="s",
+        )
 
     def _translated(self, found: "re.Match[str]") -> str:
-        field, more = _WRITTEN[found[2]]
-        if getattr(self, field) == getattr(BENCH, field):
-            return found[0]
-        numbers = re.sub(_ONE, lambda each: self._number(each[0], found[2]), found[1])
-        return f"{numbers} {SUFFIXES[getattr(self, field)].symbol}{more}"
+        written, read, words = self._units(found[2])
+        numbers = re.sub(_ONE, lambda each: _number(each[0], written, read), found[1])
+        return found[0] if written is read else f"{numbers} {read.symbol}{words}"
 
-    def _number(self, text: str, unit: str) -> str:
-        """A written number in the reader's unit, with as many decimals, a sign where it had one."""
-        field, _ = _WRITTEN[unit]
-        if not re.fullmatch(_ONE, text):
-            return text
-        plain = text.replace(",", "").replace("−", "-")
-        value = float(from_si(to_si(float(plain), getattr(BENCH, field)), getattr(self, field)))
-        sign = "+" if plain[0] == "+" else ""
-        group = "," if "," in text else ""
-        written = f"{value:{sign}{group}.{len(plain.partition('.')[2])}f}"
-        return written.replace("-", "−") if "−" in text else written
+
+def _number(text: str, written: Suffix, read: Suffix) -> str:
+    """A number in another unit with its own decimals, and a sign where it had one."""
+    plain = text.replace(",", "").replace("−", "-")
+    value = (float(plain) + written.offset) * written.factor / read.factor - read.offset
+    form = f"{'+' if plain[0] == '+' else ''}{',' if ',' in text else ''}.{len(plain.partition('.')[2])}f"
+    return format(value, form).replace("-", "−" if "−" in text else "-")
 
 
 BENCH = Units()

@@ -122,15 +122,13 @@ def flights_checks(flights: Sequence[Calibration]) -> list[Check]:
     """Return the checks of flights with one curve: of several, each in the flight where it is
     worst.
     """
-    worst: dict[str, Check] = {}
-    for number, each in enumerate(flights, start=1):
-        of = f"flight {number}: " if len(flights) > 1 else ""
-        for found in checks_of(each):
-            told = replace(found, why=of + found.why) if found.status == "failed" else found
-            known = worst.setdefault(found.name, told)
-            if _STATUSES.index(told.status) < _STATUSES.index(known.status):
-                worst[found.name] = told
-    return [*worst.values()]
+    found = [checks_of(each) for each in flights]
+    if len(flights) > 1:
+        found = [
+            [replace(c, why=f"flight {n}: {c.why}") if c.status == "failed" else c for c in each]
+            for n, each in enumerate(found, start=1)
+        ]
+    return [min(same, key=lambda c: _STATUSES.index(c.status)) for same in zip(*found, strict=True)]
 
 
 def winds_of(flights: Sequence[Calibration]) -> list[WindowWind]:

@@ -1,6 +1,6 @@
 """The voices of an answer: each walks its tree. Loads no drawing library until a picture is drawn."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from html import escape
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -26,32 +26,34 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+_SAID = {  # by kind: what stands before a text on a terminal, and its style
+    Heading: ("", "bold"),
+    Sentence: ("", ""),
+    Doubt: ("warning: ", "yellow"),
+    Notice: ("note: ", ""),
+}
+
+
 def print_tree(
     nodes: Iterable[Node], console: "Console", units: Units = BENCH, depth: int = ANSWER
 ) -> None:
-    """Print an answer down to a depth: no pictures and no files. Above the depth of all numbers its
-    notices are counted only.
+    """Print an answer down to a depth: no pictures and no files. Notices are printed with all
+    numbers, else counted.
     """
-    read = [node for node in nodes_in([*nodes], depth) if not isinstance(node, Figure | Download)]
+    left_out = (Figure, Download, *([] if depth == NUMBERS else [Notice]))
+    every = [*nodes_in(nodes, depth)]
+    read = [node for node in every if not isinstance(node, left_out)]
     for before, node in zip([None, *read], read, strict=False):
-        if isinstance(node, Table):
+        if isinstance(node, Table) or isinstance(before, Table):
             console.print()
+        if isinstance(node, Table):
             columns = units.columns(shown_columns(node.columns, node.rows))
             print_table(columns, node.rows, console, node.title)
-            continue
-        if isinstance(before, Table):
-            console.print()
-        if isinstance(node, Heading):
-            console.print(outside(node.text, "bold"))
-        elif isinstance(node, Sentence):
-            console.print(outside(units.text(node.text)))
-        elif isinstance(node, Doubt):
-            words = node.text if node.first else f"warning: {node.text}"
-            console.print(outside(units.text(words), "yellow"), soft_wrap=True)
-        elif depth == NUMBERS:
-            console.print(outside(f"note: {units.text(node.text)}"), soft_wrap=True)
-    notices = sum(isinstance(node, Notice) for node in read)
-    if notices and depth < NUMBERS:
+        else:
+            words, style = _SAID[type(node)]
+            text = node.text if getattr(node, "first", False) else words + node.text
+            console.print(outside(units.text(text), style), soft_wrap=True)
+    if notices := depth < NUMBERS and sum(isinstance(node, Notice) for node in every):
         console.print(f"{notices} notes on what was read: -v prints them.")
 
 
@@ -59,82 +61,55 @@ def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -
     """An answer as HTML down to a depth. What lies deeper than the answer is folded away, and so are
     notices.
     """
-    parts = []
-    for kind, group in groupby(nodes, lambda node: (type(node), getattr(node, "first", False))):
-        parts.append(_HTML[kind[0]]([*group], units, depth))
-    return "\n".join(filter(None, parts))
+    groups = groupby(nodes, lambda node: (type(node), getattr(node, "first", False)))
+    return "\n".join(_HTML[kind]([*group], units, depth) for (kind, _), group in groups)
 
 
-def _headings(nodes: Sequence[Heading], units: Units, depth: int) -> str:
-    parts = []
-    for node in nodes:
-        inner = html_of(node.nodes, units, depth)
-        if node.depth == ANSWER:
-            parts.append(f'<div class="part"><h3>{escape(node.text)}</h3>\n{inner}</div>')
-        elif node.depth <= depth:
-            summary = f"<summary>{escape(node.text)}</summary>"
-            parts.append(f"<details>{summary}{inner}</details>")
-    return "\n".join(parts)
+def _heading(node: Heading, units: Units, depth: int) -> str:
+    inner, title = html_of(node.nodes, units, depth), escape(node.text)
+    if node.depth == ANSWER:
+        return f'<div class="part"><h3>{title}</h3>\n{inner}</div>'
+    return f"<details><summary>{title}</summary>{inner}</details>" if node.depth <= depth else ""
 
 
-def _sentences(nodes: Sequence[Sentence], units: Units, _: int) -> str:
-    return "\n".join(f"<p>{escape(units.text(node.text))}</p>" for node in nodes)
+def _texts(tag: str, nodes: Iterable[Any], units: Units) -> str:
+    return "\n".join(f"<{tag}>{escape(units.text(node.text))}</{tag}>" for node in nodes)
 
 
-def _doubts(nodes: Sequence[Doubt], units: Units, _: int) -> str:
-    if nodes[0].first:
-        told = " ".join(units.text(node.text) for node in nodes)
-        return f'<p class="doubt">{escape(told)}</p>'
-    return f'<ul class="warn">{_items(nodes, units)}</ul>'
-
-
-def _notices(nodes: Sequence[Notice], units: Units, _: int) -> str:
-    summary = f"What was read: {len(nodes)} note{'s' if len(nodes) > 1 else ''}"
-    return f"<details><summary>{summary}</summary><ul>{_items(nodes, units)}</ul></details>"
-
-
-def _items(nodes: Sequence[Doubt] | Sequence[Notice], units: Units) -> str:
-    return "".join(f"<li>{escape(units.text(node.text))}</li>" for node in nodes)
-
-
-def _tables(nodes: Sequence[Table], units: Units, _: int) -> str:
-    parts = []
-    for node in nodes:
-        title = f"<h4>{escape(node.title)}</h4>" if node.title else ""
-        columns = units.columns(shown_columns(node.columns, node.rows))
-        parts.append(f'<div class="table">{title}{html_table(columns, node.rows)}</div>')
-    return "\n".join(parts)
-
-
-def _figures(nodes: Sequence[Figure], units: Units, _: int) -> str:
-    return "\n".join(_figure(node, units) for node in nodes)
+def _table(node: Table, units: Units) -> str:
+    title = f"<h4>{escape(node.title)}</h4>" if node.title else ""
+    columns = units.columns(shown_columns(node.columns, node.rows))
+    return f'<div class="table">{title}{html_table(columns, node.rows)}</div>'
 
 
 def _figure(node: Figure, units: Units) -> str:
-    drawn = "\n".join(
+    drawn = (
         f"<figure><figcaption>{escape(each.title)}</figcaption>{each.drawing}"
         + (f'<p class="note">{escape(units.text(each.note))}</p>' if each.note else "")
         + "</figure>"
         for each in node.panels(units)
     )
-    return f'<div class="{"main" if node.main else "panels wide"}">{drawn}</div>'
+    return f'<div class="{"main" if node.main else "panels wide"}">{"".join(drawn)}</div>'
 
 
-def _downloads(nodes: Sequence[Download], *_: object) -> str:
-    links = " ".join(
-        f'<a download="{escape(node.name)}" href="data:text/csv;charset=utf-8,{quote(node.text)}">'
-        f"{escape(node.words)}</a>"
-        for node in nodes
-    )
-    return f'<p class="save">{links}</p>'
-
-
+# By kind, what some nodes of one kind that follow one another look like on a page.
 _HTML: dict[type, Callable[[Any, Units, int], str]] = {
-    Heading: _headings,
-    Sentence: _sentences,
-    Doubt: _doubts,
-    Notice: _notices,
-    Table: _tables,
-    Figure: _figures,
-    Download: _downloads,
+    Heading: lambda nodes, units, depth: "\n".join(_heading(n, units, depth) for n in nodes),
+    Sentence: lambda nodes, units, _: _texts("p", nodes, units),
+    Doubt: lambda nodes, units, _: (
+        f'<div class="doubt">{_texts("p", nodes, units)}</div>'
+        if nodes[0].first
+        else f'<ul class="warn">{_texts("li", nodes, units)}</ul>'
+    ),
+    Notice: lambda nodes, units, _: (
+        f"<details><summary>What was read: {len(nodes)} notes</summary>"
+        f"<ul>{_texts('li', nodes, units)}</ul></details>"
+    ),
+    Table: lambda nodes, units, _: "\n".join(_table(node, units) for node in nodes),
+    Figure: lambda nodes, units, _: "\n".join(_figure(node, units) for node in nodes),
+    Download: lambda nodes, *_: "\n".join(
+        f'<p class="save"><a download="{escape(node.name)}" '
+        f'href="data:text/csv;charset=utf-8,{quote(node.text)}">{escape(node.words)}</a></p>'
+        for node in nodes
+    ),
 }

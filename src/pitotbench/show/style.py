@@ -115,27 +115,16 @@ def stacked(
         yield figure
 
 
-class _RoundTicks(MaxNLocator):
-    """Ticks at round numbers of the reader's unit, of which one of the axis is `factor`."""
-
-    def __init__(self, factor: float) -> None:
-        super().__init__(nbins=_MOST_TICKS, steps=[1, 2, 2.5, 5, 10])
-        self.factor = factor
-
-    def tick_values(self, vmin: float, vmax: float) -> Array:
-        """The places of the ticks between two places of the axis."""
-        found = super().tick_values(self.factor * vmin, self.factor * vmax)
-        return np.asarray(found, dtype=np.float64) / self.factor
-
-
 def _translate(axis: Axis, units: Units) -> None:
     """Write the label and the ticks of an axis in the reader's unit, by the label's `[unit]`."""
     label, _, unit = axis.get_label_text().removesuffix("]").rpartition("[")
     factor, symbol = units.scale(unit)
     if factor != 1.0:
+        low, high = factor * np.sort(axis.get_view_interval())
+        ticks = MaxNLocator(_MOST_TICKS).tick_values(low, high)
+        inside = ticks[(ticks >= low) & (ticks <= high)]
         axis.set_label_text(f"{label}[{symbol}]")
-        axis.set_major_locator(_RoundTicks(factor))
-        axis.set_major_formatter(lambda value, _: f"{factor * value:g}".replace("-", "−"))
+        axis.set_ticks(inside / factor, [f"{tick:g}".replace("-", "−") for tick in inside])
 
 
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:

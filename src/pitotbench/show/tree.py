@@ -5,7 +5,7 @@ terminal, a page, a record, a notebook. A renderer leaves out nodes by their kin
 what they say; a doubt is in all of them. Loads no drawing library.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -78,12 +78,9 @@ class Download:
 Node = Heading | Sentence | Doubt | Notice | Table | Figure | Download
 
 
-def nodes_in(nodes: Sequence[Node], depth: int = NUMBERS) -> Iterator[Node]:
+def nodes_in(nodes: Iterable[Node], depth: int = NUMBERS) -> Iterator[Node]:
     """Yield every node down to a depth, a part before what is in it."""
     for node in nodes:
-        if isinstance(node, Heading):
-            if node.depth <= depth:
-                yield node
-                yield from nodes_in(node.nodes, depth)
-        else:
+        if getattr(node, "depth", depth) <= depth:
             yield node
+            yield from nodes_in(getattr(node, "nodes", ()), depth)

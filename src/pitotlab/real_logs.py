@@ -30,7 +30,8 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.log import FlightLog
 from pitotbench.records.terms import Maneuver
-from pitotbench.show.terms import print_terms
+from pitotbench.show.renderers import print_tree
+from pitotbench.show.terms import terms_tree
 from pitotbench.units import FOOT, KNOT, Array
 
 LOGS = (
@@ -100,9 +101,8 @@ def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuve
     from rich.console import Console
 
     print(f"{aircraft}: fitted to {fitted[0].name}, {len(fitted)} in all; held out {len(held_out)}")
-    print_terms(
-        correct_terms(aircraft, fitted, held_out).account, Console(highlight=False, soft_wrap=True)
-    )
+    account = correct_terms(aircraft, fitted, held_out).account
+    print_tree(terms_tree(account), Console(highlight=False, soft_wrap=True))
 
 
 def _answer(log: FlightLog, **choices: Any) -> Calibration | str:

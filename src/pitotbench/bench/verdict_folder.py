@@ -16,7 +16,8 @@ from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import json_text
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
-from pitotbench.show.terms import terms_json, terms_page
+from pitotbench.show.markup import page_of
+from pitotbench.show.terms import terms_json, terms_tree
 from pitotbench.show.verdict import kind_words
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.modified import install_variant, overlay_xml
@@ -59,7 +60,7 @@ def keep_terms(corrected: CorrectedModel, inputs: str, out: Path) -> list[str]:
     )
     texts = {
         "verdict.json": json_text(terms_json(account)),
-        "report.html": terms_page(account, overlay, inputs),
+        "report.html": page_of(f"{account.aircraft} beside {inputs}", terms_tree(account, overlay)),
     }
     return _write(out, texts | ({"overlay.xml": overlay} if overlay else {}))
 

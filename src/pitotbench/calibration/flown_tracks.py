@@ -5,7 +5,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.records.calibration import Calibration, OneSided
 from pitotbench.records.log import FlightLog
-from pitotbench.units import DEGREE, Array
+from pitotbench.units import DEGREE, Booleans
 
 _BANDS = 8  # of airspeed, between the ends of a curve
 _SECTORS = 12  # of track, 30° each
@@ -22,20 +22,21 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
         return ()
     speed = np.asarray(air.calibrated_airspeed(np.maximum(log.impact_pressure[used], 0.0)))
     track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % 360.0
-    edges = np.linspace(*result.curve.indicated_airspeed[[0, -1]], _BANDS + 1)
+    slowest, fastest = map(float, result.curve.indicated_airspeed[[0, -1]])
+    edges = [float(each) for each in np.linspace(slowest, fastest, _BANDS + 1)]
     sectors = np.linspace(0.0, 360.0, _SECTORS + 1)
     count, _, _ = np.histogram2d(speed, track, bins=[edges, sectors])
     flown = count > _LEAST_SHARE * count.sum(axis=1, keepdims=True)
     slow = [(edges[0], edges[k], _arc(flown[:k])) for k in range(1, _BANDS + 1)]
     fast = [(edges[-k - 1], edges[-1], _arc(flown[-k:])) for k in range(1, _BANDS + 1)]
-    widest = [[found for found in each if found[2] is not None][-1:] for each in (slow, fast)]
-    return tuple(
-        OneSided(float(low), float(high), *arc)
-        for low, high, arc in dict.fromkeys(widest[0] + widest[1])
-    )
+    found = [
+        [OneSided(low, high, *arc) for low, high, arc in ends if arc is not None][-1:]
+        for ends in (slow, fast)
+    ]
+    return tuple(dict.fromkeys(found[0] + found[1]))
 
 
-def _arc(flown: Array) -> tuple[float, float] | None:
+def _arc(flown: Booleans) -> tuple[float, float] | None:
     """The tracks flown in some bands, clockwise from the first to the last [°]; None for none and
     for those of more than one side.
     """

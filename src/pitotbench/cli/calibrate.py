@@ -30,12 +30,11 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
     from pitotbench.records.log import FlightLog
     from pitotbench.show.limits import Limit
     from pitotbench.show.reader_units import Units
+    from pitotbench.show.tree import Node
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
@@ -206,7 +205,7 @@ def run(options: argparse.Namespace) -> int:
     tell(
         options,
         lambda: _document(reduced, limit, settings),
-        lambda console: _print_answers(reduced, limit, settings, options, console, units),
+        lambda: _trees(reduced, limit, settings, options),
     )
     return 0
 
@@ -349,29 +348,24 @@ def _document(
     return documents[0] if len(documents) == 1 else documents
 
 
-def _print_answers(
+def _trees(
     reduced: list[_Reduced],
     limit: "Limit | str | None",
     settings: "list[AutopilotSettings | None]",
     options: argparse.Namespace,
-    console: "Console",
-    units: "Units",
-) -> None:
+) -> "list[Node]":
     from pitotbench.show.calibration import flight_lines
     from pitotbench.show.calibration_tree import calibration_tree
-    from pitotbench.show.renderers import print_tree
-    from pitotbench.show.tree import ANSWER, NUMBERS
+    from pitotbench.show.tree import Sentence
 
+    told: list[Node] = []
     for each, found in zip(reduced, settings, strict=True):
         result, lines = each.flight.calibration, flight_lines(each.flight)
         name = f"{each.name} ({_origin(each.flight.log)})"
         results = {result.model: result}
-        tree = calibration_tree(name, results, limit, lines=lines, settings=found)
-        print_tree([tree], console, units, NUMBERS if options.verbose else ANSWER)
-    if not options.verbose:
-        console.print(
-            f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}."
-        )
+        told.append(calibration_tree(name, results, limit, lines=lines, settings=found))
+    pictures = "" if options.report else ", --report PAGE.html for pictures"
+    return told if options.verbose else [*told, Sentence(f"More: -v for all numbers{pictures}.")]
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:

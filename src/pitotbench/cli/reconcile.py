@@ -91,7 +91,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, and write its report and its patch."""
     from pitotbench.bench.verdict_folder import install, keep
-    from pitotbench.show.verdict import account_json, print_account
+    from pitotbench.show.verdict import account_json, account_tree
 
     _check_variant(options)
     _check_folder(options)
@@ -102,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
     written = keep(outcome, document, options.out) if options.out is not None else []
     if options.record is not None:
         outcome.write_record(options.record)
-    tell(options, lambda: document, lambda console: print_account(outcome.account, console))
+    tell(options, lambda: document, lambda: account_tree(outcome.account))
     for line in [*written, *(install(outcome, options.apply) if options.apply else ())]:
         say(line)
     return 0
@@ -127,7 +127,7 @@ def _run_terms(options: argparse.Namespace) -> int:
     """Correct the terms of a model, print the account, and write its page and its overlay."""
     from pitotbench.bench.model_terms import correct_terms, maneuvers_in, parted
     from pitotbench.bench.verdict_folder import keep_terms
-    from pitotbench.show.terms import print_terms, terms_json
+    from pitotbench.show.terms import terms_json, terms_tree
 
     if options.aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
@@ -153,7 +153,7 @@ def _run_terms(options: argparse.Namespace) -> int:
     names = ", ".join(path.name for path in options.log)
     written = keep_terms(corrected, names, options.out) if options.out is not None else []
     account = corrected.account
-    tell(options, lambda: terms_json(account), lambda console: print_terms(account, console))
+    tell(options, lambda: terms_json(account), lambda: terms_tree(account))
     for line in written:
         say(line)
     return 0

@@ -219,7 +219,7 @@ def _check_misfit(draft: Draft, factor: Factor) -> None:
     )
     if factor.misfit > LIMITS.misfit_refused:
         raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.warnings.append(Caution(words, "suspect"))
 
 
 def _check_change(draft: Draft, factor: Factor) -> None:
@@ -235,7 +235,7 @@ def _check_change(draft: Draft, factor: Factor) -> None:
     )
     if doubted > LIMITS.change_refused:
         raise BadInputError(words)
-    draft.warnings.append(words)
+    draft.warnings.append(Caution(words, "suspect"))
 
 
 def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:

@@ -170,7 +170,7 @@ class LogInspection(Shown):
     wind: tuple[float, float]
     wind_drifts: bool
     model: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Caution, ...]
 
 
 # What an answer was made from and with, for a record that is filed.

@@ -420,7 +420,7 @@ _ASSUMED = (
 )
 
 
-_READ = ("log", "range end", "faulty rows", "flight left out", "own curves", "display steps")
+_READ = ("log", "faulty rows", "flight left out", "own curves", "display steps")
 
 
 def is_doubt(caution: Caution) -> bool:

@@ -47,14 +47,6 @@ def outside(text: str, style: str = "") -> "Text":
     return Text(printable(text), style=style)
 
 
-def print_warnings(warnings: Iterable[str], console: "Console") -> None:
-    """Print what changes the trust in an answer: below the answer's sentences, above its first
-    table.
-    """
-    for warning in warnings:
-        console.print(outside(f"warning: {warning}", "yellow"), soft_wrap=True)
-
-
 def _written(letter: str) -> str:
     if category(letter) in _CONTROLS or letter in _DIRECTIONS:
         return letter.encode("unicode_escape").decode("ascii")

@@ -145,8 +145,10 @@ def draw_published(axes: Axes, curve: ErrorCurve) -> None:
         axes.plot(at, np.interp(at, speed, value), color=color, ls="-.", lw=1.2, label=label)
 
 
-def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
-    """Two curves, and below them their difference, each with its 2σ, as an SVG element."""
+def difference_panel(
+    found: CurveDifference, one: ErrorCurve, other: ErrorCurve, units: Units = BENCH
+) -> Panel:
+    """Two curves, and below them their difference, each with its 2σ."""
 
     def draw_both(axes: Axes) -> None:
         for name, curve, color in ((found.first, one, ORANGE), (found.second, other, BLUE)):
@@ -167,8 +169,9 @@ def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurv
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(xlabel=_AIRSPEED, ylabel="difference [kt]")
 
-    with stacked([draw_both, draw_difference], (1.6 * WIDE[0], 1.6 * WIDE[1]), 3) as figure:
-        return svg(figure, f"{found.second} against {found.first}".replace('"', "'"))
+    with stacked([draw_both, draw_difference], (1.6 * WIDE[0], 1.6 * WIDE[1]), 3, units) as figure:
+        title = f"{found.second} against {found.first}".replace('"', "'")
+        return Panel(title, svg(figure, title))
 
 
 def parts_panel(log: FlightLog, result: Calibration, units: Units = BENCH) -> Panel:

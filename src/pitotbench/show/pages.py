@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 from math import log
 from typing import TYPE_CHECKING
@@ -22,19 +21,10 @@ from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
 from pitotbench.show.curves import all_flights_panel, corrections_panel
 from pitotbench.show.flights import flight_panels
-from pitotbench.show.inspection import (
-    CHANNEL_COLUMNS,
-    MANEUVER_COLUMNS,
-    QUESTION_COLUMNS,
-    STEP_COLUMNS,
-    check_sentences,
-    inspection_sentences,
-)
 from pitotbench.show.limits import AUTO, Limit
-from pitotbench.show.markup import Section, render
-from pitotbench.show.plan import card_lines, plan_advice, plan_columns
+from pitotbench.show.markup import Section, page_version, render
 from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.show.record import record_page
+from pitotbench.show.record import Part, record_page
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import (
     BLUE,
@@ -151,14 +141,6 @@ def _page(
     )
 
 
-def page_version() -> str:
-    """The version of the bench that made a page."""
-    try:
-        return version("pitotbench")
-    except PackageNotFoundError:  # run from a checkout that was never installed
-        return "(not installed)"
-
-
 # Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and
 # pictures.
 
@@ -222,11 +204,9 @@ def calibration_record(
     first = flights[0]
     tree = calibration_tree("", {first.model: first}, limit, flights=flights)
     answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
-    parts = [
-        Heading("Answer", tuple(answer)),
-        *(each for each in tree.nodes if isinstance(each, Heading) and each.depth == SOURCES),
-    ]
-    told = [(each.text, [], html_of(each.nodes, units, SOURCES)) for each in parts]
+    sources = (n for n in tree.nodes if isinstance(n, Heading) and n.depth == SOURCES)
+    parts = [Heading("Answer", tuple(answer)), *sources]
+    told: list[Part] = [(each.text, [], html_of(each.nodes, units, SOURCES)) for each in parts]
     title = "Record of a pitot-static calibration"
     objective = "Find the correction of the airspeed, with a bound."
     return record_page(title, objective, first.provenance, told, [])
@@ -237,37 +217,32 @@ def _section_html(anchor: str, tree: Heading, units: Units) -> str:
     return f'<section class="tree" id="{anchor}">{title}{html_of(tree.nodes, units)}</section>\n'
 
 
-def aircraft_page(check: AircraftCheck) -> str:
-    """The HTML of the check of an aircraft."""
+def aircraft_panels(check: AircraftCheck, units: Units = BENCH) -> list[Panel]:
+    """The pictures of the check of an aircraft: its trim, and its answers to steps."""
     found, panels = check.attached, []
     if found is not None:
         levers = tuple(100.0 * lever for lever in found.lever)
-        panels.append(_trim_panel(found, levers, "throttle in level flight [%]"))
-        panels.append(_trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]"))
+        panels.append(_trim_panel(found, levers, "throttle in level flight [%]", units))
+        panels.append(
+            _trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]", units)
+        )
     quantities = list(dict.fromkeys(step.quantity for step in check.steps))
-    panels += [
-        _step_panel([s for s in check.steps if s.quantity == quantity]) for quantity in quantities
+    return panels + [
+        _step_panel([s for s in check.steps if s.quantity == quantity], units)
+        for quantity in quantities
     ]
-    return render(
-        "aircraft.html",
-        title=f"What can be flown with {check.aircraft}",
-        sentences=check_sentences(check),
-        panels=panels,
-        maneuvers=html_table(MANEUVER_COLUMNS, check.maneuvers),
-        steps=html_table(STEP_COLUMNS, check.steps),
-    )
 
 
-def _trim_panel(found: Attached, values: tuple[float, ...], label: str) -> Panel:
+def _trim_panel(found: Attached, values: tuple[float, ...], label: str, units: Units) -> Panel:
     def draw(axes: Axes) -> None:
         axes.plot(found.speed_kt, values, "o-", color=BLUE, ms=3.5)
         axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed")
         axes.set(xlabel="calibrated airspeed [kt]", ylabel=label)
 
-    return panel(label.split(" [")[0].capitalize(), draw)
+    return panel(label.split(" [")[0].capitalize(), draw, units=units)
 
 
-def _step_panel(steps: list[StepResponse]) -> Panel:
+def _step_panel(steps: list[StepResponse], units: Units) -> Panel:
     def draw(axes: Axes) -> None:
         for step, color in zip(steps, (BLUE, ORANGE), strict=False):
             axes.plot(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
@@ -276,27 +251,13 @@ def _step_panel(steps: list[StepResponse]) -> Panel:
             xlabel="time [s]", ylabel=f"change of {words(steps[0].quantity)} [{steps[0].unit}]"
         )
 
-    return panel(f"Step of {words(steps[0].quantity)}", draw)
+    return panel(f"Step of {words(steps[0].quantity)}", draw, units=units)
 
 
-# The account of a log as a page: speeds, height and track over time, the tracks flown, the bound to
-# expect.
+# The pictures of a log: speeds, height and track over time, the tracks flown, the bound to expect.
 
 
-def inspection_page(name: str, log: FlightLog, found: LogInspection) -> str:
-    """The HTML of the account of a log."""
-    return render(
-        "inspection.html",
-        title=f"What {name} holds",
-        sentences=inspection_sentences(found),
-        panels=inspection_panels(log, found),
-        questions=html_table(QUESTION_COLUMNS, found.questions),
-        channels=html_table(CHANNEL_COLUMNS, found.channels),
-        warnings=found.warnings,
-    )
-
-
-def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
+def inspection_panels(log: FlightLog, found: LogInspection, units: Units = BENCH) -> list[Panel]:
     """The pictures of a log."""
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure)) / KNOT
     ground = np.hypot(log.velocity_north, log.velocity_east) / KNOT
@@ -333,14 +294,16 @@ def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
             xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None)
         )
 
-    bound = (
-        [] if found.expected is None else [panel("Bound to expect in light turbulence", draw_bound)]
-    )
+    pictures = {
+        "Speeds": draw_speeds,
+        "Pressure altitude": draw_height,
+        "Tracks and airspeeds flown": draw_tracks,
+        "Bound to expect in light turbulence": draw_bound,
+    }
     return [
-        panel("Speeds", draw_speeds),
-        panel("Pressure altitude", draw_height),
-        panel("Tracks and airspeeds flown", draw_tracks),
-        *bound,
+        panel(title, draw, units=units)
+        for title, draw in pictures.items()
+        if draw is not draw_bound or found.expected is not None
     ]
 
 
@@ -360,7 +323,7 @@ _NAME_WIDTH, _CLOSE = (
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
-def plan_panels(plan: Plan) -> list[Panel]:
+def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
     """The three pictures of a plan."""
 
     def draw_curves(axes: Axes) -> None:
@@ -404,11 +367,13 @@ def plan_panels(plan: Plan) -> list[Panel]:
             "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so "
             "many minutes.",
             size=_LARGE,
+            units=units,
         ),
         panel(
             "±2σ of the curve, by airspeed",
             draw_curves,
             f"The {min(_CURVES, len(plan.forecasts))} best maneuvers, each flown once.",
+            units=units,
         ),
         panel(
             "Ground covered",
@@ -519,17 +484,3 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
             zorder=_BELOW_DOTS,
         )
-
-
-def plan_page(plan: Plan) -> str:
-    """The recommendation as one self-contained page (HTML)."""
-    return render(
-        "plan.html",
-        title="What to fly",
-        subtitle=plan.conditions,
-        advice=plan_advice(plan),
-        panels=plan_panels(plan),
-        table=html_table(plan_columns(plan), plan.forecasts),
-        refused=plan.refused,
-        card=[] if plan.improved is None else card_lines(plan.improved),
-    )

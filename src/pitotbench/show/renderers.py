@@ -37,23 +37,22 @@ _SAID = {  # by kind: what stands before a text on a terminal, and its style
 def print_tree(
     nodes: Iterable[Node], console: "Console", units: Units = BENCH, depth: int = ANSWER
 ) -> None:
-    """Print an answer down to a depth: no pictures and no files. Notices are printed with all
-    numbers, else counted.
+    """Print an answer down to a depth: no pictures and no files. Above all that it rests on,
+    its notices are counted only.
     """
-    left_out = (Figure, Download, *([] if depth == NUMBERS else [Notice]))
     every = [*nodes_in(nodes, depth)]
-    read = [node for node in every if not isinstance(node, left_out)]
+    read = [n for n in every if depth > ANSWER or not isinstance(n, Notice)]
     for before, node in zip([None, *read], read, strict=False):
         if isinstance(node, Table) or isinstance(before, Table):
             console.print()
         if isinstance(node, Table):
             columns = units.columns(shown_columns(node.columns, node.rows))
             print_table(columns, node.rows, console, node.title)
-        else:
+        elif not isinstance(node, Figure | Download):
             words, style = _SAID[type(node)]
             text = node.text if getattr(node, "first", False) else words + node.text
             console.print(outside(units.text(text), style), soft_wrap=True)
-    if notices := depth < NUMBERS and sum(isinstance(node, Notice) for node in every):
+    if notices := len(every) - len(read):
         console.print(f"{notices} notes on what was read: -v prints them.")
 
 

@@ -21,14 +21,16 @@ from pitotbench.records.calibration import (
     Setting,
 )
 from pitotbench.show.calibration import calibration_json, flight_json
-from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
+from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.legs import points_json
 from pitotbench.show.limits import AUTO, Limit
-from pitotbench.show.markup import render
+from pitotbench.show.markup import page_of
+from pitotbench.show.reader_units import Units
+from pitotbench.show.tree import NUMBERS, Doubt, Figure, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters, MetersPerSecond
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from pitotbench.show.style import Panel
 
 # The parameters of an autopilot.
 
@@ -231,13 +233,26 @@ def _difference_rows(found: CurveDifference) -> list[_DifferenceRow]:
     return [(float(v), float(d), float(b)) for v, d, b in zip(*columns, strict=True)]
 
 
-def print_difference(found: CurveDifference, console: "Console") -> None:
-    """Print the sentence and the table of two curves compared."""
-    console.print(outside(difference_sentence(found)))
-    console.print()
+def difference_tree(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> list[Node]:
+    """Two curves compared: the sentence, a picture of both with their difference, the table."""
+
+    def pictures(units: Units) -> "list[Panel]":
+        from pitotbench.show.curves import difference_panel  # it loads the drawing library
+
+        return [difference_panel(found, one, other, units)]
+
     rows = _difference_rows(found)
     step = max(1, -(-len(rows) // 13))
-    print_table(DIFFERENCE_COLUMNS, rows[::step], console, f"{found.second} less {found.first}")
+    return [
+        Sentence(difference_sentence(found)),
+        Figure(pictures, main=True),
+        Table(DIFFERENCE_COLUMNS, rows[::step], f"{found.second} less {found.first}"),
+        Sentence(
+            "The errors of the two curves are taken as independent. An error that both share, such "
+            "as that of one thermometer, cancels: the 2σ is then too large."
+        ),
+        Heading("The difference in numbers", (Table(DIFFERENCE_COLUMNS, rows),), NUMBERS),
+    ]
 
 
 def difference_json(found: CurveDifference) -> dict[str, Any]:
@@ -249,28 +264,6 @@ def difference_json(found: CurveDifference) -> dict[str, Any]:
         "differs": found.differs,
         "summary": difference_sentence(found),
     }
-
-
-def difference_page(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
-    """The page of two curves compared: the sentence, a picture of both with their difference, the
-    table.
-    """
-    from pitotbench.show.curves import difference_drawing
-
-    return render(
-        "takehome.html",
-        title=f"{found.second} against {found.first}",
-        lines=[difference_sentence(found)],
-        drawing=difference_drawing(found, one, other),
-        tables=[
-            ("The difference in numbers", html_table(DIFFERENCE_COLUMNS, _difference_rows(found)))
-        ],
-        notes=[
-            "The errors of the two curves are taken as independent. An error that both share, such "
-            "as that of one "
-            "thermometer, cancels: the 2σ is then too large."
-        ],
-    )
 
 
 # Tables for a handbook: calibrated by indicated airspeed, and the altitude correction by height and
@@ -349,30 +342,20 @@ def handbook_csv(curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE) -> st
 
 def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE) -> str:
     """The tables as a page to print, a table for each configuration below its doubts."""
-    tables = []
+    lines = (
+        "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the altimeter's "
+        "reading. ± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the "
+        "instrument's reading without an error of its own."
+    )
+    parts = []
     for name, curve in curves.items():
         every = range(len(curve.indicated_airspeed))
         kept = [
             row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0
         ] or every
-        told = "".join(f"<p><b>{escape(line)}</b></p>" for line in doubts.get(name, ()))
-        table = html_table(_handbook(curve), kept)
-        tables.append((name or "Airspeed and altimeter", told + table))
-    return render(
-        "takehome.html",
-        title=f"Airspeed calibration: {subject}",
-        lines=[
-            "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the "
-            "altimeter's reading."
-        ],
-        drawing="",
-        tables=tables,
-        notes=[
-            "± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the instrument's "
-            "reading without "
-            "an error of its own."
-        ],
-    )
+        told: list[Node] = [*map(Doubt, doubts.get(name, ())), Table(_handbook(curve), kept)]
+        parts.append(Heading(name or "Airspeed and altimeter", tuple(told)))
+    return page_of(f"Airspeed calibration: {subject}", [Sentence(lines), *parts])
 
 
 _SYSTEM_PROPERTY = "instrumentation/airspeed-indicator/indicated-speed-kt"

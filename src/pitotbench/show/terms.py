@@ -1,7 +1,7 @@
 """Show the aerodynamic terms of a model beside measured maneuvers: words, tables, JSON and a page."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,14 +17,18 @@ from pitotbench.records.terms import (
     TermEstimate,
     TermsAccount,
 )
-from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
-from pitotbench.show.markup import render
-from pitotbench.show.pages import page_version
+from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.style import BLUE, INK, ORANGE, WIDE, Panel, broken, stacked, svg
+from pitotbench.show.tree import (
+    SOURCES,
+    Figure,
+    Heading,
+    Node,
+    Notice,
+    Sentence,
+    Table,
+)
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND_FORCE, Array
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 SHOWN = 3  # maneuvers with pictures: those with the largest gap before
 _NO_TERM = "none of its terms is off by more than its bound"
@@ -97,22 +101,29 @@ def _gaps(account: TermsAccount) -> list[_Gap]:
     return [(name, account.gap_of(name)) for name in account.channels]
 
 
-def print_terms(account: TermsAccount, console: "Console") -> None:
-    """Print the answer, the terms and the gap of each channel on the maneuvers held out."""
-    for text in sentences(account):
-        console.print(outside(text))
-    if account.terms:
-        print_table(
-            TERM_COLUMNS,
-            account.terms,
-            console,
-            "Terms of the model's file, in the order of what they close",
-        )
-    print_table(
-        GAP_COLUMNS, _gaps(account), console, "Deviation of the residual, in that of the noise"
-    )
-    if account.silent:
-        console.print(outside(f"The maneuvers say nothing of: {', '.join(account.silent)}."))
+def terms_tree(account: TermsAccount, overlay: str = "") -> list[Node]:
+    """The answer, the terms and the gap of each channel on the maneuvers held out; `overlay` is the
+    XML of the correction, empty where no term is off.
+    """
+    silent = f"The maneuvers say nothing of: {', '.join(account.silent)}."
+    flown = [f"{each.name}{' (held out)' if each.held_out else ''}" for each in account.maneuvers]
+    return [
+        *map(Sentence, sentences(account)),
+        Figure(lambda _: _terms_panels(account)),
+        Table(TERM_COLUMNS, account.terms, "Terms of the model's file, by what they close"),
+        Table(GAP_COLUMNS, _gaps(account), "Deviation of the residual, in that of the noise"),
+        *([Sentence(silent)] if account.silent else []),
+        *([Heading("The correction as a patch", (Sentence(overlay),), SOURCES)] if overlay else []),
+        Heading("How it was found", (*map(Sentence, [_FOUND, *flown]),), SOURCES),
+    ]
+
+
+_FOUND = (
+    "Equation error: the measured force and moment coefficients less those of the model in the "
+    "measured state, as a sum of the file's own functions (Klein and Morelli 2006, ch. 5). A term is "
+    "told where its size is significant and where it closes some of the gap that it was not fitted "
+    "to. Maneuvers:"
+)
 
 
 def terms_json(account: TermsAccount) -> dict[str, Any]:
@@ -169,31 +180,14 @@ def _term_json(term: TermEstimate) -> dict[str, Any]:
 # measured controls.
 
 
-def terms_page(account: TermsAccount, overlay: str, inputs: str) -> str:
-    """Return the HTML of the account; `overlay` is its XML, empty where no term is off, `inputs`
-    names the logs.
-    """
-
+def _terms_panels(account: TermsAccount) -> list[Panel]:
     def size(each: ManeuverGap) -> float:
         return sum(gap.before - gap.noise for gap in each.channels.values())
 
     held = sorted(account.held_out, key=size, reverse=True)[:SHOWN]
     names = {each.name for each in held}
     flown = [each for each in account.flown if each.name in names]
-    return render(
-        "terms.html",
-        title=f"{account.aircraft} beside {inputs}",
-        sentences=sentences(account),
-        panels=[_gap_panel(each) for each in held] + [_flown_panel(each) for each in flown],
-        terms=html_table(TERM_COLUMNS, account.terms) if account.terms else "",
-        gaps=html_table(GAP_COLUMNS, _gaps(account)),
-        maneuvers=[
-            f"{each.name}{' (held out)' if each.held_out else ''}" for each in account.maneuvers
-        ],
-        silent=", ".join(account.silent),
-        overlay=overlay,
-        version=page_version(),
-    )
+    return [_gap_panel(each) for each in held] + [_flown_panel(each) for each in flown]
 
 
 def _gap_panel(each: ManeuverGap) -> Panel:
@@ -335,25 +329,23 @@ DIFFERENCE_COLUMNS: tuple[Column[TermChange], ...] = (
 )
 
 
-def print_comparison(found: ModelComparison, console: "Console") -> None:
-    """Print what changed in flight: sentences, terms, channels, and the phases of each."""
-    for number, text in enumerate(comparison_sentences(found)):
-        console.print(outside(text, "" if number else "bold"))
-    for title, columns, rows in _tables(found):
-        console.print()
-        print_table(columns, rows, console, title)
-
-
-def _tables(found: ModelComparison) -> list[tuple[str, Any, Any]]:
-    if not found.terms:
-        return []
-    tables: list[tuple[str, Any, Any]] = [
-        ("Differences of the files", DIFFERENCE_COLUMNS, found.terms)
+def comparison_tree(found: ModelComparison) -> list[Node]:
+    """What changed in flight: sentences, the channels over time, terms, and the phases of each."""
+    tables: list[tuple[str, Sequence[Column[Any]], Sequence[Any]]] = [
+        ("Differences of the files", DIFFERENCE_COLUMNS, found.terms),
+        ("Changes over the whole flight", CHANGE_COLUMNS, found.channels),
+        ("Changes by phase", CHANGE_COLUMNS, found.located if found.channels else ()),
     ]
-    if found.channels:
-        tables.append(("Changes over the whole flight", CHANGE_COLUMNS, found.channels))
-        tables.append(("Changes by phase", CHANGE_COLUMNS, found.located))
-    return tables
+    return [
+        *map(Sentence, comparison_sentences(found)),
+        Figure(lambda _: [_change_panel(found)] if found.traces else []),
+        *(Heading(title, (Table(columns, rows),)) for title, columns, rows in tables if rows),
+        Notice(
+            "The old file flies the card once. Both files are then put into its states, with its "
+            "surfaces and throttles, and their forces, moments, power and mass are read. Each "
+            "difference is put alone into the old file, which gives its own part."
+        ),
+    ]
 
 
 def comparison_json(found: ModelComparison) -> dict[str, Any]:
@@ -368,18 +360,6 @@ def comparison_json(found: ModelComparison) -> dict[str, Any]:
         "located": json_rows(CHANGE_COLUMNS, found.located),
         "remarks": list(found.remarks),
     }
-
-
-def comparison_page(found: ModelComparison) -> str:
-    """Return the HTML of the comparison, with the change of each channel over time."""
-    return render(
-        "comparison.html",
-        title="What changed in flight",
-        sentences=comparison_sentences(found),
-        panels=[_change_panel(found)] if found.traces else [],
-        tables=[(title, html_table(columns, rows)) for title, columns, rows in _tables(found)],
-        version=page_version(),
-    )
 
 
 def _change_panel(found: ModelComparison) -> Panel:

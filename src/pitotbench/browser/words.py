@@ -2,8 +2,7 @@
 desk. The page puts them in as text, never as HTML.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 from pitotbench.browser.desk import FLAGS, Desk
@@ -13,11 +12,10 @@ from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
 from pitotbench.show.calibration import (
     GLANCE_COLUMNS,
-    CurvePoint,
     assumption_lines,
-    correction_sentence,
+    doubts_of,
     glance_points,
-    headline,
+    is_doubt,
     location_lines,
     part_lines,
     short_answer_of,
@@ -26,8 +24,9 @@ from pitotbench.show.columns import Column, shown_columns
 from pitotbench.show.inspection import HELD_COLUMNS
 from pitotbench.show.legs import CARD_POINT_COLUMNS
 from pitotbench.show.limits import judgments
+from pitotbench.show.reader_units import Units
 from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
-from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
+from pitotbench.units import SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph")
 _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
@@ -43,26 +42,6 @@ def plain_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> Plain:
         "head": [column.title for column in shown],
         "rows": [[column.text(row) for column in shown] for row in rows],
     }
-
-
-def in_unit(columns: Sequence[Column[CurvePoint]], unit: str) -> list[Column[CurvePoint]]:
-    """Columns of speeds in knots, by their keys, in another unit of speed."""
-    factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
-
-    def scaled(value: Callable[[CurvePoint], object]) -> Callable[[CurvePoint], object]:
-        return lambda row: factor * number if isinstance(number := value(row), float) else None
-
-    return [
-        replace(
-            each,
-            heading=each.heading.replace("KIAS", "IAS").replace("KCAS", "CAS"),
-            unit=symbol,
-            value=scaled(each.value),
-        )
-        if each.key.endswith("_kt") and unit != "kt"
-        else each
-        for each in columns
-    ]
 
 
 def state_of(desk: Desk) -> Plain:
@@ -97,17 +76,20 @@ def _answer(desk: Desk) -> Plain | None:
     result, settings = answer.result, answer.settings
     short = short_answer_of(result, "")
     held = {} if result.autopilot is None else result.autopilot.parameters
+    units, doubts = Units(speed=desk.unit), doubts_of(result)
     rules = [judgment.sentence for judgment in judgments(result)]
     notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
+    read = [str(each) for each in result.warnings if not is_doubt(each)]
+    rows = glance_points(result.curve)
     kinds = {"parameters": settings is not None, "mapping": asked.mapping is not None}
     return {
-        "doubts": headline(result),
+        "doubts": [units.text(each) for each in doubts[:1]],
         "usable": result.usable,
-        "sentence": correction_sentence(short.corrections, desk.unit),
-        "lines": [short.wind_in(desk.unit), *rules, *answer.flights],
-        "warnings": list(short.warnings),
-        "notes": [f"{line[:1].upper()}{line[1:]}" for line in notes],
-        "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(result.curve)),
+        "sentence": units.text(short.correction_sentence),
+        "lines": [units.text(each) for each in (short.wind_sentence, *rules, *answer.flights)],
+        "warnings": [units.text(each) for each in doubts[1:]],
+        "notes": [units.text(f"{line[:1].upper()}{line[1:]}") for line in [*notes, *read]],
+        "card": plain_table(units.columns(shown_columns(GLANCE_COLUMNS, rows)), rows),
         "autopilot": next((name for name, each in AUTOPILOTS.items() if each.gain in held), ""),
         "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
         "left": [] if settings is None else settings_lines(settings),

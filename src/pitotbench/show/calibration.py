@@ -31,7 +31,7 @@ from pitotbench.show.columns import (
 )
 from pitotbench.show.limits import AUTO, Limit, judgments_json
 from pitotbench.timeline import minutes_text
-from pitotbench.units import FOOT, KNOT, SUFFIXES, SYMBOLS, MetersPerSecond, Seconds
+from pitotbench.units import FOOT, KNOT, MetersPerSecond, Seconds
 
 if TYPE_CHECKING:
     pass
@@ -149,21 +149,12 @@ class Correction:
     two_sigma_kt: float
 
     def __str__(self) -> str:
-        return self.words_in("kt").partition(" at ")[0]
-
-    def words_in(self, unit: str) -> str:
-        """The correction and its airspeed in a unit of speed, such as `kmh`."""
-        factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
-        value, bound, speed = (
-            each * factor for each in (self.correction_kt, self.two_sigma_kt, self.indicated_kt)
-        )
-        shown = "KIAS" if unit == "kt" else f"{symbol} indicated"
-        return f"{value:+.2f} ± {bound:.2f} {symbol} at {speed:.0f} {shown}".replace("-", "−")
+        return f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt".replace("-", "−")
 
 
-def correction_sentence(corrections: Sequence[Correction], unit: str = "kt") -> str:
-    """Some corrections of the indicated airspeed in one sentence, in a unit of speed."""
-    parts = [each.words_in(unit) for each in corrections]
+def correction_sentence(corrections: Sequence[Correction]) -> str:
+    """Some corrections of the indicated airspeed in one sentence."""
+    parts = [f"{each} at {each.indicated_kt:.0f} KIAS" for each in corrections]
     return f"Add {'; '.join(parts)} to the indicated airspeed (± is 2σ)."
 
 
@@ -188,17 +179,11 @@ class ShortAnswer:
     @property
     def wind_sentence(self) -> str:
         """The wind with the larger of its components' bounds, in one sentence."""
-        return self.wind_in("kt")
-
-    def wind_in(self, unit: str) -> str:
-        """The same in a unit of speed, such as `kmh`."""
         if self.wind_kt is None or self.wind_two_sigma_kt is None:
             return "The wind is unknown."
-        factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
         return (
-            f"The wind is {self.wind_kt * factor:.1f} {symbol} from {self.wind_from_deg:03.0f}°; "
-            "each of its components is known "
-            f"to ±{self.wind_two_sigma_kt * factor:.2f} {symbol} (2σ) or better."
+            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its "
+            f"components is known to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
         )
 
 

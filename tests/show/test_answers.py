@@ -85,7 +85,8 @@ def test_a_limit_that_cannot_be_read_is_refused(text):
 def test_no_rule_judges_an_answer_that_is_not_to_be_used(result):
     wrong = Disagreement("samples", "the samples lie off the curve", 3.0 * KNOT, fatal=True)
     told = replace(result, disagreements=(wrong,))
-    assert judgments(result) and not judgments(told)
+    assert judgments(result)
+    assert not judgments(told)
     first, second, *_ = _terminal(told).splitlines()
     assert first == "Do not use this answer: the samples lie off the curve."
     assert second.startswith("Add ")

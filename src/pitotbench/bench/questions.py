@@ -302,7 +302,6 @@ def reconcile(
 
 # What an answer was made from and with, for the record that is filed.
 
-_DATE = 10  # letters of a moment: 2026-11-26
 _LIBRARIES = ("numpy", "scipy", "pandas", "jsbsim")
 Source = tuple[
     str, OneLog, FlightLog | None
@@ -371,8 +370,8 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         float(log.time[-1] - log.time[0]) / 60.0,
         "simulated" if log.simulated else "measured",
     )
-    named = (airplane_of(log), str(log.header.get(START, ""))[:_DATE])
-    flight = ", ".join(filter(None, named))
+    date = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
+    flight = ", ".join(filter(None, (airplane_of(log), date)))
     return InputFile(
         role, name, digest, len(log), minutes, origin, tuple(channels), airspeeds, heights, flight
     )

@@ -76,9 +76,9 @@ def _check(options: argparse.Namespace) -> int:
     check = check_aircraft(
         options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say
     )
-    title = f"What can be flown with {check.aircraft}"
-    write_page(options.report, lambda: page_of(title, check_tree(check)))
-    tell(options, dict, lambda: check_tree(check))
+    nodes = check_tree(check)
+    write_page(options.report, lambda: page_of(f"What can be flown with {check.aircraft}", nodes))
+    tell(options, dict, lambda: nodes)
     return DONE if any(not m.failure for m in check.maneuvers) else NO_ANSWER
 
 

@@ -141,12 +141,14 @@ def run(options: argparse.Namespace) -> int:
     result = run_campaign(request)
     console = Console(highlight=False, soft_wrap=True)
     console.width = max(console.width, _TABLE_WIDTH)
-    alone = [] if options.no_report else result.answers
-    answers = alone if len(alone) == 1 else []
     stored = f"flights: {result.found:,} found in the store, {result.flown:,} flown"
     page = f"open this page: {result.folder / PAGE}"
     nodes = [
-        *(Sentence(f"{each.correction_sentence} {each.wind_sentence}") for each in answers),
+        *(
+            Sentence(f"{each.correction_sentence} {each.wind_sentence}")
+            for each in result.answers
+            if len(result.answers) == 1 and not options.no_report
+        ),
         *campaign_tree(result.table),
         *(Doubt(f"failed: {text}", first=True) for text in result.failures),
         *([Sentence(stored)] if result.found else []),

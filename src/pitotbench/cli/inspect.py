@@ -53,7 +53,9 @@ def run(options: argparse.Namespace) -> int:
             return 0
     (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
     found, units = inspect(log, options.mapping), units_named(options.units)
-    title = f"What {options.log.name} holds"
-    write_page(options.report, lambda: page_of(title, inspection_tree(found, log), units))
+    write_page(
+        options.report,
+        lambda: page_of(f"What {options.log.name} holds", inspection_tree(found, log), units),
+    )
     tell_each(options, [(options.log, found)], inspection_json, inspection_tree)
     return 0

@@ -143,8 +143,11 @@ def _by_hand(options: argparse.Namespace) -> int:
     chosen = chosen_plan(plans, want, options.minutes)
     if chosen is not None:
         write_page(options.sheet, lambda: card_sheet(chosen))
-    document = hand_plan_json(plans, chosen)
-    tell(options, lambda: document, lambda: hand_plan_tree(plans, chosen, want))
+    tell(
+        options,
+        lambda: hand_plan_json(plans, chosen),
+        lambda: hand_plan_tree(plans, chosen, want),
+    )
     return 0
 
 

@@ -1,9 +1,7 @@
 """A calibration in numbers and sentences, as a card and as plain data. Loads no drawing library."""
 
 from collections.abc import Callable, Sequence
-from csv import writer
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
-from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +23,7 @@ from pitotbench.records.calibration import (
 from pitotbench.records.log import Caution
 from pitotbench.show.columns import (
     Column,
+    csv_text,
     json_rows,
     keyed,
     shown_columns,
@@ -266,7 +265,7 @@ def assumption_lines(result: Calibration) -> list[str]:
 # The airspeed card: what to add at which indicated airspeed, for a terminal, a sheet and a file.
 
 _STEPS = (5, 10, 20, 50, 100)  # kt
-_MOST_ROWS = 13  # of a table that is read at one glance
+MOST_ROWS = 13  # of a table that is read at one glance
 
 _COLUMN = {column.key: column for column in CURVE_COLUMNS}
 # What a pilot needs of the curve; the bound's digits say how many of the correction's mean
@@ -289,7 +288,7 @@ def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
     points = curve_points(curve)
     for step in _STEPS:
         inner = [p for p in points[1:-1] if round(p["indicated_airspeed_kt"] or 0.0) % step == 0]
-        if len(shown := [*points[:1], *inner, *points[1:][-1:]]) <= _MOST_ROWS:
+        if len(shown := [*points[:1], *inner, *points[1:][-1:]]) <= MOST_ROWS:
             break
     return shown
 
@@ -299,15 +298,9 @@ def card_csv(curve: ErrorCurve, doubts: Sequence[str] = ()) -> str:
     doubts.
     """
     points = curve_points(curve)
-    keys = [column.key for column in shown_columns(GLANCE_COLUMNS, points)]
-    told = [" ".join(doubts)] if doubts else []
-    text = StringIO()
-    rows = writer(text, lineterminator="\n")
-    rows.writerow([*keys, *["doubts"] * len(told)])
-    for point in points:
-        cells = ("" if (value := point[key]) is None else f"{value:.3f}" for key in keys)
-        rows.writerow([*cells, *told])
-    return text.getvalue()
+    columns = shown_columns(GLANCE_COLUMNS, points)
+    told = {"doubts": " ".join(doubts)} if doubts else {}
+    return csv_text([{c.key: point[c.key] for c in columns} | told for point in points])
 
 
 # The models that a calibration with `--model auto` weighed, with the probability and the criteria

@@ -79,9 +79,10 @@ def calibration_tree(
     answer, curve, doubts = short_answer_of(result, subject), result.curve, doubts_of(result)
     first = [Doubt(text, first=True) for text in doubts[:1]]
     sentences = [answer.correction_sentence, answer.wind_sentence, *handbook_lines(curve)]
-    picture = Figure(lambda units: _curve(results, truth, limit, units), main=True)
-    told: list[Node] = [*map(Sentence, sentences), picture]
-    card = card_csv(curve, doubts)
+    told: list[Node] = [
+        *map(Sentence, sentences),
+        Figure(lambda units: _curve(results, truth, limit, units), main=True),
+    ]
     holds_for = [*lines, *part_lines(result), *location_lines(result), *assumption_lines(result)]
     rules = [judgment.sentence for judgment in judgments(result, limit)]
     flight = ", ".join(dict.fromkeys(f.flight for f in result.provenance.inputs if f.flight))
@@ -91,7 +92,11 @@ def calibration_tree(
             # What is not to be used says so before it says anything else.
             *([*told, *first] if result.usable else [*first, *told]),
             Table(GLANCE_COLUMNS, glance_points(curve)),
-            Download(f"card-{_plain(subject) or 'airspeed'}.csv", "Save the card as CSV", card),
+            Download(
+                f"card-{_plain(subject) or 'airspeed'}.csv",
+                "Save the card as CSV",
+                card_csv(curve, doubts),
+            ),
             *map(Doubt, doubts[1:]),
             *map(Sentence, [*rules, *(f"{line[:1].upper()}{line[1:]}" for line in holds_for)]),
             *([] if settings is None else [_settings(settings)]),

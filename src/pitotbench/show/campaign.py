@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.columns import frame_rows, html_table, keyed
+from pitotbench.show.columns import frame_rows, keyed
 from pitotbench.show.tree import Node, Table
 
 if TYPE_CHECKING:
@@ -33,14 +33,9 @@ def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
 
 def campaign_tree(results: "pd.DataFrame") -> list[Node]:
     """The campaign's table."""
-    return [Table(CAMPAIGN_COLUMNS, frame_rows(campaign_table(results)))]
-
-
-def campaign_html(results: "pd.DataFrame") -> str:
-    """The campaign's table as HTML."""
     table = campaign_table(results)
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
-    return html_table(CAMPAIGN_COLUMNS, frame_rows(plain))
+    return [Table(CAMPAIGN_COLUMNS, frame_rows(plain))]
 
 
 _LOUD = 1.4  # times the residual at another rate, from which a difference is explained

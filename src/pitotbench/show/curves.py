@@ -169,7 +169,7 @@ def difference_panel(
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(xlabel=_AIRSPEED, ylabel="difference [kt]")
 
-    with stacked([draw_both, draw_difference], (1.6 * WIDE[0], 1.6 * WIDE[1]), 3, units) as figure:
+    with stacked([draw_both, draw_difference], _SIZE, 3, units) as figure:
         title = f"{found.second} against {found.first}".replace('"', "'")
         return Panel(title, svg(figure, title))
 

@@ -126,7 +126,9 @@ def inspection_sentences(found: LogInspection) -> list[str]:
 
 
 def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[Node]:
-    """The account of a log: sentences, warnings, pictures of the `log`, questions, channels, pauses."""
+    """The account of a log: sentences, warnings, pictures of the `log`, questions, channels and
+    pauses.
+    """
 
     def pictures(units: Units) -> "list[Panel]":
         from pitotbench.show.pages import inspection_panels  # it loads the drawing library
@@ -293,10 +295,14 @@ SKIPPED_COLUMNS: tuple[Column[tuple[str, str]], ...] = (
 
 
 def performance_tree(found: Performance) -> list[Node]:
-    """The performance of an aircraft, beside its handbook where there is one, and what was left out."""
-    loading = f"{found.mass / POUND:,.0f} lb"
+    """The performance of an aircraft, beside its handbook where there is one, and what was left
+    out.
+    """
     return [
-        Sentence(f"{found.aircraft}: steady flight at {loading}, the loading of its file."),
+        Sentence(
+            f"{found.aircraft}: steady flight at {found.mass / POUND:,.0f} lb, the loading of its "
+            "file."
+        ),
         Table(PERFORMANCE_COLUMNS, found.figures),
         Table(SKIPPED_COLUMNS, found.skipped),
     ]

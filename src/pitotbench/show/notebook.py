@@ -47,8 +47,8 @@ _CAUSES = 8  # bars of a picture of causes
 
 
 def in_one_line(record: object) -> str:
-    """The record in one line of text: its first doubt and its first sentence. Raises TypeError for a
-    record without a tree.
+    """The record in one line of text: its first doubt and its first sentence. Raises TypeError for
+    a record without a tree.
     """
     said: dict[type, str] = {}
     for node in nodes_in(_tree_of(record), ANSWER):
@@ -87,7 +87,7 @@ def draw_record(record: object, axes: Axes) -> None:
 def plot(record: object, axes: Axes | None = None) -> Figure:
     """Draw the record on the axes given, or in a new figure, and return the figure."""
     if axes is None:
-        axes = Figure(figsize=(1.5 * WIDE[0], 1.5 * WIDE[1]), layout="constrained").subplots()
+        axes = Figure(figsize=[1.5 * side for side in WIDE], layout="constrained").subplots()
     draw_record(record, axes)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small")
@@ -146,11 +146,12 @@ def params(record: Calibration, autopilot: str) -> AutopilotSettings:
 
 
 def _log_tree(record: FlightLog) -> list[Node]:
-    minutes = (record.time[-1] - record.time[0]) / 60.0
     rate = 1.0 / float(np.median(np.diff(record.time)))
-    origin = "simulated" if record.simulated else "measured"
     columns = [*to_frame(record).columns]
-    rows = f"{origin}, {len(record):,} rows in {minutes:.1f} min at {rate:.4g} Hz"
+    rows = (
+        f"{'simulated' if record.simulated else 'measured'}, {len(record):,} rows in "
+        f"{(record.time[-1] - record.time[0]) / 60.0:.1f} min at {rate:.4g} Hz"
+    )
     return [Sentence(f"{rows}, {len(columns)} channels"), Sentence(", ".join(columns))]
 
 

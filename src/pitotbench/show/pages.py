@@ -17,7 +17,7 @@ from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.show.calibration import ShortAnswer, short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
-from pitotbench.show.campaign import campaign_html, remarks
+from pitotbench.show.campaign import campaign_tree, remarks
 from pitotbench.show.columns import Column, html_table
 from pitotbench.show.curves import all_flights_panel, corrections_panel
 from pitotbench.show.flights import flight_panels
@@ -52,32 +52,18 @@ if TYPE_CHECKING:
 _MOST_NAMED = 2  # maneuvers that fit into a title
 
 
-def answer_columns(answers: Sequence[ShortAnswer]) -> list[Column[ShortAnswer]]:
-    """The columns of some answers; where all are at the same airspeeds, these head the corrections."""
-    speeds = [
-        [f"at {each.indicated_kt:.0f} KIAS" for each in answer.corrections] for answer in answers
-    ]
-    same = all(each == speeds[0] for each in speeds)
-    headings = speeds[0] if same and speeds else ("low speed", "middle speed", "high speed")
-
-    def correction(number: int) -> Column[ShortAnswer]:
-        def value(answer: ShortAnswer) -> str:
-            each = answer.corrections[number]
-            return (
-                str(each).removesuffix(" kt") if same else f"{each} at {each.indicated_kt:.0f} KIAS"
-            )
-
-        return Column(headings[number], value, "kt" if same else "")
-
-    return [
-        Column("flight", lambda answer: answer.subject),
-        Column("model", lambda answer: answer.model),
-        *map(correction, range(len(headings))),
-        Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
-        Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
-        Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
-        Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
-    ]
+ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
+    Column("flight", lambda answer: answer.subject),
+    Column("model", lambda answer: answer.model),
+    Column(
+        "corrections at low, middle and high speed",
+        lambda a: "; ".join(f"{each} at {each.indicated_kt:.0f} KIAS" for each in a.corrections),
+    ),
+    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
+    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
+    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
+    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+)
 
 
 def campaign_page(
@@ -102,8 +88,8 @@ def campaign_page(
         sections=sections,
         results=results,
         failures=failures,
-        table=campaign_html(first),
-        all_models=campaign_html(results) if len(first) < len(results) else "",
+        table=html_of(campaign_tree(first)),
+        all_models=html_of(campaign_tree(results)) if len(first) < len(results) else "",
         panels=[all_flights_panel(results), corrections_panel(sections)]
         if len(sections) > 1
         else [],
@@ -136,7 +122,7 @@ def _page(
         groups=groups,
         # A single section has its warnings at its own top.
         notes=remarks(results, answers if len(answers) > 1 else []),
-        answers=html_table(answer_columns(answers), answers),
+        answers=html_table(ANSWER_COLUMNS, answers),
         **{**optional, **content},
     )
 
@@ -206,7 +192,12 @@ def calibration_record(
     answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
     sources = (n for n in tree.nodes if isinstance(n, Heading) and n.depth == SOURCES)
     parts = [Heading("Answer", tuple(answer)), *sources]
-    told: list[Part] = [(each.text, [], html_of(each.nodes, units, SOURCES)) for each in parts]
+    texts = [html_of(each.nodes, units, SOURCES) for each in parts]
+    # Nothing is folded away on paper.
+    told: list[Part] = [
+        (each.text, [], text.replace("<details>", "<details open>"))
+        for each, text in zip(parts, texts, strict=True)
+    ]
     title = "Record of a pitot-static calibration"
     objective = "Find the correction of the airspeed, with a bound."
     return record_page(title, objective, first.provenance, told, [])

@@ -184,21 +184,23 @@ def plan_tree(plan: Plan) -> list[Node]:
 
         return plan_panels(plan, units)
 
-    card = [] if plan.improved is None else card_lines(plan.improved)
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure(lambda units: pictures(units)[:1], main=True),
+        Figure(pictures, main=True),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
-        Figure(lambda units: pictures(units)[1:]),
-        *([Heading("The improved card, for a case file", (*map(Sentence, card),))] if card else []),
+        *(
+            Heading("The improved card, for a case file", (*map(Sentence, card_lines(each)),))
+            for each in [plan.improved]
+            if each is not None
+        ),
         Heading("How to read this", (*map(Sentence, _READING),), SOURCES),
     ]
 
 
 _READING = (
-    "The simulator flies every card once in smooth air. Gusts of the expected level are drawn along "
-    "its path, the data system records it, and the calibration, which does not know the gusts, "
+    "The simulator flies every card once in smooth air. Gusts of the expected level are drawn "
+    "along its path, the data system records it, and the calibration, which does not know the gusts, "
     "gives its bound: the mean ±2σ over the wanted airspeeds. The 1σ between flights is its "
     "standard deviation from flight to flight.",
     "The bound does not hold errors that gusts do not show, such as one of the temperature, or a "

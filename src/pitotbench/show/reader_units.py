@@ -48,10 +48,12 @@ class Units:
 
     def columns(self, columns: Sequence[Column[Any]]) -> list[Column[Any]]:
         """The columns of a table in these units."""
-        return [self._column(each) for each in columns]
+        return [*columns] if self == BENCH else [self._column(each) for each in columns]
 
     def scale(self, unit: str) -> tuple[float, str]:
-        """How many of the reader's units one of the bench's is, and the symbol; of another unit 1."""
+        """How many of the reader's units one of the bench's is, and the symbol; of another unit
+        1.
+        """
         written, read, _ = self._units(unit)
         return written.factor / read.factor, read.symbol or unit
 
@@ -66,16 +68,18 @@ class Units:
     def _column(self, column: Column[Any]) -> Column[Any]:
         unit = next((each for each in (column.unit, column.heading) if each in _WRITTEN), "")
         written, read, _ = self._units(unit)
-        if written is read:
-            return column
+
+        def value(row: Any) -> str:
+            text = column.text(row)
+            number = re.fullmatch(_ONE, text) if unit else None
+            return _number(text, written, read) if number else self.text(text)
+
         return replace(
             column,
             heading=_WRITTEN.get(column.heading, ("", ""))[1].strip() or self.text(column.heading),
-            unit=read.symbol,
-            value=lambda row: re.sub(
-                rf"^{_ONE}$", lambda each: _number(each[0], written, read), column.text(row)
-            ),
-            style="s",
+            unit=read.symbol or column.unit,
+            value=value,
+            style=column.style and "s",
         )
 
     def _translated(self, found: "re.Match[str]") -> str:
@@ -88,8 +92,10 @@ def _number(text: str, written: Suffix, read: Suffix) -> str:
     """A number in another unit with its own decimals, and a sign where it had one."""
     plain = text.replace(",", "").replace("−", "-")
     value = (float(plain) + written.offset) * written.factor / read.factor - read.offset
-    form = f"{'+' if plain[0] == '+' else ''}{',' if ',' in text else ''}.{len(plain.partition('.')[2])}f"
-    return format(value, form).replace("-", "−" if "−" in text else "-")
+    sign, comma = "+" * text.startswith("+"), "," * ("," in text)
+    digits = len(plain.partition(".")[2])
+    translated = f"{value:{sign}{comma}.{digits}f}"
+    return translated.replace("-", "−" if "−" in text else "-")
 
 
 BENCH = Units()

@@ -122,12 +122,15 @@ def flights_checks(flights: Sequence[Calibration]) -> list[Check]:
     """Return the checks of flights with one curve: of several, each in the flight where it is
     worst.
     """
-    found = [checks_of(each) for each in flights]
-    if len(flights) > 1:
-        found = [
-            [replace(c, why=f"flight {n}: {c.why}") if c.status == "failed" else c for c in each]
-            for n, each in enumerate(found, start=1)
+    found = [
+        [
+            replace(c, why=f"flight {n}: {c.why}")
+            if c.status == "failed" and len(flights) > 1
+            else c
+            for c in checks_of(each)
         ]
+        for n, each in enumerate(flights, start=1)
+    ]
     return [min(same, key=lambda c: _STATUSES.index(c.status)) for same in zip(*found, strict=True)]
 
 
@@ -155,7 +158,9 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
 def record_page(
     title: str, objective: str, made: Provenance, parts: Sequence[Part], warnings: Iterable[str]
 ) -> str:
-    """The page of a record: inputs and settings, then its parts in their order, then the warnings."""
+    """The page of a record: inputs and settings, then its parts in their order, then the
+    warnings.
+    """
     choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
     used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
     return render(

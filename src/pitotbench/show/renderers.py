@@ -1,4 +1,4 @@
-"""The voices of an answer: each walks its tree. Loads no drawing library until a picture is drawn."""
+"""The voices of an answer: each walks its tree. Loads no drawing library before it draws."""
 
 from collections.abc import Callable, Iterable
 from html import escape
@@ -53,12 +53,12 @@ def print_tree(
             text = node.text if getattr(node, "first", False) else words + node.text
             console.print(outside(units.text(text), style), soft_wrap=True)
     if notices := len(every) - len(read):
-        console.print(f"{notices} notes on what was read: -v prints them.")
+        console.print(f"Notes on what was read: {notices}; -v prints them.")
 
 
 def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -> str:
-    """An answer as HTML down to a depth. What lies deeper than the answer is folded away, and so are
-    notices.
+    """An answer as HTML down to a depth. What lies deeper than the answer is folded away, and so
+    are notices.
     """
     groups = groupby(nodes, lambda node: (type(node), getattr(node, "first", False)))
     return "\n".join(_HTML[kind]([*group], units, depth) for (kind, _), group in groups)
@@ -76,7 +76,7 @@ def _texts(tag: str, nodes: Iterable[Any], units: Units) -> str:
 
 
 def _table(node: Table, units: Units) -> str:
-    title = f"<h4>{escape(node.title)}</h4>" if node.title else ""
+    title = f"<h4>{escape(node.title)}</h4>" * bool(node.title)
     columns = units.columns(shown_columns(node.columns, node.rows))
     return f'<div class="table">{title}{html_table(columns, node.rows)}</div>'
 
@@ -101,7 +101,7 @@ _HTML: dict[type, Callable[[Any, Units, int], str]] = {
         else f'<ul class="warn">{_texts("li", nodes, units)}</ul>'
     ),
     Notice: lambda nodes, units, _: (
-        f"<details><summary>What was read: {len(nodes)} notes</summary>"
+        f"<details><summary>Notes on what was read: {len(nodes)}</summary>"
         f"<ul>{_texts('li', nodes, units)}</ul></details>"
     ),
     Table: lambda nodes, units, _: "\n".join(_table(node, units) for node in nodes),

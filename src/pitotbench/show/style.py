@@ -13,7 +13,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import AutoLocator
 
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.timeline import pauses
@@ -30,7 +30,6 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
 )
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
-_MOST_TICKS = 7  # of an axis in the reader's unit
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {
@@ -121,7 +120,7 @@ def _translate(axis: Axis, units: Units) -> None:
     factor, symbol = units.scale(unit)
     if factor != 1.0:
         low, high = factor * np.sort(axis.get_view_interval())
-        ticks = MaxNLocator(_MOST_TICKS).tick_values(low, high)
+        ticks = AutoLocator().tick_values(low, high)
         inside = ticks[(ticks >= low) & (ticks <= high)]
         axis.set_label_text(f"{label}[{symbol}]")
         axis.set_ticks(inside / factor, [f"{tick:g}".replace("-", "−") for tick in inside])

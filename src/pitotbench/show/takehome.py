@@ -1,10 +1,8 @@
 """What people take home: parameters to set, tables for the handbook, two curves compared."""
 
 from collections.abc import Mapping, Sequence
-from csv import writer
 from dataclasses import dataclass
 from html import escape
-from io import StringIO
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +18,8 @@ from pitotbench.records.calibration import (
     PublishedCurve,
     Setting,
 )
-from pitotbench.show.calibration import calibration_json, flight_json
-from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.calibration import MOST_ROWS, calibration_json, flight_json
+from pitotbench.show.columns import Column, csv_text, json_rows
 from pitotbench.show.legs import points_json
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import page_of
@@ -242,7 +240,7 @@ def difference_tree(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) 
         return [difference_panel(found, one, other, units)]
 
     rows = _difference_rows(found)
-    step = max(1, -(-len(rows) // 13))
+    step = max(1, -(-len(rows) // MOST_ROWS))
     return [
         Sentence(difference_sentence(found)),
         Figure(pictures, main=True),
@@ -323,28 +321,22 @@ def handbook_csv(curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE) -> st
     """The tables as CSV: one line an airspeed and configuration, each with the doubts; the unit
     ends each column's name.
     """
-    tables = {
-        name: {column.key: column for column in _handbook(curve)} for name, curve in curves.items()
-    }
-    keys = list(dict.fromkeys(key for columns in tables.values() for key in columns))
-    named = ["configuration"] if any(curves) else []
-    doubtful = ["doubts"] if any(doubts.values()) else []
-    text = StringIO()
-    lines = writer(text, lineterminator="\n")
-    lines.writerow([*named, *keys, *doubtful])
-    for name, columns in tables.items():
-        for row in range(len(curves[name].indicated_airspeed)):
-            cells = [f"{columns[key].value(row):.3f}" if key in columns else "" for key in keys]
-            told = [" ".join(doubts.get(name, ()))] if doubtful else []
-            lines.writerow([*([name] if named else []), *cells, *told])
-    return text.getvalue()
+    return csv_text(
+        [
+            ({"configuration": name} if any(curves) else {})
+            | {column.key: column.value(row) for column in _handbook(curve)}
+            | ({"doubts": " ".join(doubts.get(name, ()))} if any(doubts.values()) else {})
+            for name, curve in curves.items()
+            for row in range(len(curve.indicated_airspeed))
+        ]
+    )
 
 
 def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE) -> str:
     """The tables as a page to print, a table for each configuration below its doubts."""
     lines = (
-        "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the altimeter's "
-        "reading. ± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the "
+        "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the reading of "
+        "the altimeter. ± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the "
         "instrument's reading without an error of its own."
     )
     parts = []

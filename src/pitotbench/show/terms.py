@@ -105,14 +105,16 @@ def terms_tree(account: TermsAccount, overlay: str = "") -> list[Node]:
     """The answer, the terms and the gap of each channel on the maneuvers held out; `overlay` is the
     XML of the correction, empty where no term is off.
     """
-    silent = f"The maneuvers say nothing of: {', '.join(account.silent)}."
     flown = [f"{each.name}{' (held out)' if each.held_out else ''}" for each in account.maneuvers]
     return [
         *map(Sentence, sentences(account)),
         Figure(lambda _: _terms_panels(account)),
         Table(TERM_COLUMNS, account.terms, "Terms of the model's file, by what they close"),
         Table(GAP_COLUMNS, _gaps(account), "Deviation of the residual, in that of the noise"),
-        *([Sentence(silent)] if account.silent else []),
+        *(
+            Sentence(f"The maneuvers say nothing of: {', '.join(account.silent)}.")
+            for _ in account.silent[:1]
+        ),
         *([Heading("The correction as a patch", (Sentence(overlay),), SOURCES)] if overlay else []),
         Heading("How it was found", (*map(Sentence, [_FOUND, *flown]),), SOURCES),
     ]
@@ -120,8 +122,8 @@ def terms_tree(account: TermsAccount, overlay: str = "") -> list[Node]:
 
 _FOUND = (
     "Equation error: the measured force and moment coefficients less those of the model in the "
-    "measured state, as a sum of the file's own functions (Klein and Morelli 2006, ch. 5). A term is "
-    "told where its size is significant and where it closes some of the gap that it was not fitted "
+    "measured state, as a sum of the file's own functions (Klein and Morelli 2006, ch. 5). A term "
+    "is told where its size is significant and where it closes some of the gap that it was not fitted "
     "to. Maneuvers:"
 )
 

@@ -1,7 +1,7 @@
 """An answer as a tree: its parts in the order in which they are read, made once for all voices.
 
-One function a kind of answer makes the tree from the answer's record, and the renderers walk it: the
-terminal, a page, a record, a notebook. A renderer leaves out nodes by their kind or depth, never by
+One function a kind of answer makes the tree from the answer's record, and the renderers walk it:
+the terminal, a page, a record, a notebook. A renderer leaves out nodes by their kind or depth, never by
 what they say; a doubt is in all of them. Loads no drawing library.
 """
 
@@ -15,7 +15,7 @@ from pitotbench.show.reader_units import Units
 if TYPE_CHECKING:
     from pitotbench.show.style import Panel
 
-ANSWER, SOURCES, NUMBERS = range(3)  # depths: what is found, what it rests on, all that is known
+ANSWER, SOURCES, NUMBERS = 0, 1, 2  # depths: what is found, what it rests on, all that is known
 
 
 @dataclass(frozen=True, slots=True)

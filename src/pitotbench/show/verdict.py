@@ -259,14 +259,16 @@ def account_tree(account: Account) -> list[Node]:
         again.append(Table(closing_columns(closing), closing.gaps, "the gaps, closed"))
     heads = {"failed": "failed check", "remark": "remark on the recorder"}
     told = [f"{heads[c.status]}, {c.name}: {c.why}" for c in verdict.checks if c.status in heads]
-    places = "where the gap is, in standard deviations"
-    several = account.flights if len(account.flights) > 1 else ()
     return [
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
         *map(Doubt, account.warnings),
         *map(Sentence, evidence_words(account)),
-        Table(PLACE_COLUMNS, verdict.located[:_PLACES], places),
-        *([Table(FLIGHT_COLUMNS, several, "the flights")] if several else []),
+        Table(
+            PLACE_COLUMNS,
+            verdict.located[:_PLACES],
+            "where the gap is, in standard deviations",
+        ),
+        *(Table(FLIGHT_COLUMNS, account.flights, "the flights") for _ in account.flights[1:2]),
         *again,
         *map(Sentence, [*told, *(f"next: {line}" for line in verdict.advice)]),
         *map(Notice, verdict.notes),

@@ -22,12 +22,13 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
         return ()
     speed = np.asarray(air.calibrated_airspeed(np.maximum(log.impact_pressure[used], 0.0)))
     track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % _TURN
-    ends = map(float, result.curve.indicated_airspeed[[0, -1]])
-    edges = [float(each) for each in np.linspace(*ends, _PARTS + 1)]
+    known = result.curve.indicated_airspeed
+    edges = [float(v) for v in np.linspace(float(known[0]), float(known[-1]), _PARTS + 1)]
     return tuple(
         OneSided(low, high, *arc)
         for low, high in (edges[:2], edges[-2:])
-        for arc in _arcs(track[(speed >= low) & (speed <= high)])
+        # Gusts carry rows of the outermost airspeeds beyond the ends of the curve.
+        for arc in _arcs(track[speed <= high if low == edges[0] else speed >= low])
     )
 
 

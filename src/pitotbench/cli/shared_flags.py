@@ -277,14 +277,12 @@ def add_record(parser: argparse.ArgumentParser) -> None:
 
 def add_units(parser: argparse.ArgumentParser) -> None:
     """Add the flag of the reader's units: `--units`."""
-    from pitotbench.show.reader_units import WORDS
-
     parser.add_argument(
         "--units",
         default="",
         metavar="UNIT,...",
-        help=f"what is read, in your units: {WORDS}, such as km/h,m (default: kt,ft,degc,inhg; "
-        "JSON and CSV keep the units of their keys)",
+        help="what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as km/h,m "
+        "(default: kt,ft,degc,inhg; JSON and CSV keep the units of their keys)",
     )
 
 

@@ -299,8 +299,8 @@ def card_csv(curve: ErrorCurve, doubts: Sequence[str] = ()) -> str:
     """
     points = curve_points(curve)
     columns = shown_columns(GLANCE_COLUMNS, points)
-    told = {"doubts": " ".join(doubts)} if doubts else {}
-    return csv_text([{c.key: point[c.key] for c in columns} | told for point in points])
+    told: dict[str, object] = {"doubts": " ".join(doubts)} if doubts else {}
+    return csv_text([{**{c.key: point[c.key] for c in columns}, **told} for point in points])
 
 
 # The models that a calibration with `--model auto` weighed, with the probability and the criteria
@@ -420,7 +420,11 @@ def doubts_of(result: Calibration) -> list[str]:
     """What an answer must not go without, wherever it is taken: what contradicts it, what may move
     it, what is assumed. The first says which speeds and tracks the log lacks.
     """
-    warnings = [f"{w[:1].upper()}{w[1:]}." for w in result.warnings if is_doubt(w)]
+    warnings = [
+        f"{w[:1].upper()}{w[1:]}{'' if w.endswith('?') else '.'}"
+        for w in result.warnings
+        if is_doubt(w)
+    ]
     told = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
     return [f"{told[0]}{_one_sided_words(result.one_sided)}", *told[1:]] if told else []
 

@@ -44,6 +44,7 @@ from pitotbench.show.words import words
 from pitotbench.units import KNOT
 
 _CAUSES = 8  # bars of a picture of causes
+_WIDER = 1.5  # times a panel of a page
 
 
 def in_one_line(record: object) -> str:
@@ -87,7 +88,7 @@ def draw_record(record: object, axes: Axes) -> None:
 def plot(record: object, axes: Axes | None = None) -> Figure:
     """Draw the record on the axes given, or in a new figure, and return the figure."""
     if axes is None:
-        axes = Figure(figsize=[1.5 * side for side in WIDE], layout="constrained").subplots()
+        axes = Figure(figsize=(_WIDER * WIDE[0], _WIDER * WIDE[1]), layout="constrained").subplots()
     draw_record(record, axes)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small")

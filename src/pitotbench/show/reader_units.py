@@ -20,7 +20,6 @@ _CHOICES = {  # by the field of `Units`: the suffix of each unit by the word tha
     "temperature": {"degc": "degc", "degf": "degf"},
     "pressure": {"inhg": "inhg", "hpa": "hpa"},
 }
-WORDS = ",".join("|".join(each) for each in _CHOICES.values())
 _WRITTEN = {  # by the unit that a text is written in: the field of `Units`, and what follows a unit
     "kt": ("speed", ""), "KIAS": ("speed", " IAS"), "KCAS": ("speed", " CAS"),
     "KTAS": ("speed", " TAS"),

@@ -40,20 +40,20 @@ def print_tree(
     """Print an answer down to a depth: no pictures and no files. Above all that it rests on,
     its notices are counted only.
     """
-    every = [*nodes_in(nodes, depth)]
-    read = [n for n in every if depth > ANSWER or not isinstance(n, Notice)]
+    said = [n for n in nodes_in(nodes, depth) if not isinstance(n, Figure | Download)]
+    read = [n for n in said if depth > ANSWER or not isinstance(n, Notice)]
     for before, node in zip([None, *read], read, strict=False):
         if isinstance(node, Table) or isinstance(before, Table):
             console.print()
         if isinstance(node, Table):
             columns = units.columns(shown_columns(node.columns, node.rows))
             print_table(columns, node.rows, console, node.title)
-        elif not isinstance(node, Figure | Download):
+        else:
             words, style = _SAID[type(node)]
             text = node.text if getattr(node, "first", False) else words + node.text
             console.print(outside(units.text(text), style), soft_wrap=True)
-    if notices := len(every) - len(read):
-        console.print(f"Notes on what was read: {notices}; -v prints them.")
+    if len(said) > len(read):
+        console.print(f"Notes on what was read: {len(said) - len(read)}; -v prints them.")
 
 
 def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -> str:

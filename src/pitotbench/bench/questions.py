@@ -371,7 +371,7 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         "simulated" if log.simulated else "measured",
     )
     date = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
-    flight = ", ".join(filter(None, (airplane_of(log), date)))
+    flight = ", ".join(filter(None, (airplane_of(log), date if "-" in date else "")))
     return InputFile(
         role, name, digest, len(log), minutes, origin, tuple(channels), airspeeds, heights, flight
     )

@@ -31,7 +31,8 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuver
-from pitotbench.show.verdict import print_account
+from pitotbench.show.renderers import print_tree
+from pitotbench.show.verdict import account_tree
 from pitotbench.units import FOOT, KNOT, Array
 
 LOGS = (
@@ -106,7 +107,7 @@ def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuve
         NamedLog(some[0].name, in_place_of_log(some, aircraft)) for some in (fitted, held_out)
     )
     outcome = reconcile_fully(each, aircraft, other, refly=False)
-    print_account(outcome.account, Console(highlight=False, soft_wrap=True))
+    print_tree(account_tree(outcome.account), Console(highlight=False, soft_wrap=True))
 
 
 def _answer(log: FlightLog, **choices: Any) -> Calibration | str:

@@ -4,6 +4,7 @@ with one residual.
 
 import csv
 import json
+import re
 from contextlib import redirect_stdout
 from functools import cache
 from html import unescape
@@ -37,6 +38,7 @@ from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.show import curves
 from pitotbench.show.calibration import calibration_json, doubts_of
+from pitotbench.show.columns import json_text
 from pitotbench.show.inspection import inspection_json
 from pitotbench.show.takehome import table_text
 from pitotbench.units import KNOT
@@ -253,18 +255,18 @@ def doubtful(tmp_path_factory):
 
 def test_what_is_asked_for_in_print_changes_no_finding(doubtful):
     plain, more, written, found = doubtful
-    doubt = plain.splitlines()[1]
+    doubt = plain.splitlines()[3]  # below the airplane, the correction and the wind
     assert doubt.startswith("Two findings of this log disagree: a fixed-speed point")
-    assert more.splitlines()[1] == doubt
+    assert more.splitlines()[3] == doubt
     for flag in ("--report", "--record"):
         assert doubt in unescape(written[flag].read_text(encoding="utf-8"))
     (told_in_json,) = calibration_json(found)["disagreements"]
-    assert told_in_json["words"] in doubt
+    assert told_in_json["words"].partition(". ")[0] in doubt
 
 
 def test_whatever_leaves_as_an_answer_carries_its_doubts(doubtful, tmp_path):
     plain, _, written, found = doubtful
-    doubt = plain.splitlines()[1]
+    doubt = plain.splitlines()[3]
     curve, doubts = {"": found.curve}, {"": doubts_of(found)}
     texts = {
         "sheet": written["--table"].read_text(encoding="utf-8"),
@@ -285,6 +287,88 @@ def test_whatever_leaves_as_an_answer_carries_its_doubts(doubtful, tmp_path):
     assert float(rows[0]["correction_kt"]) == pytest.approx(found.curve.correction_kt[0], abs=1e-3)
     found.write_card(tmp_path / "own.csv")
     assert (tmp_path / "own.csv").read_text(encoding="utf-8") == texts["card"]
+
+
+ROW = re.compile(r"^\s*(\d+)\s+(\d+\.\d)\s+([+\-]\d+\.\d\d)\s+(\d+\.\d\d)", re.MULTILINE)
+ADDED = re.compile(r"([+−]\d+\.\d\d) ± (\d+\.\d\d) \S+ at (\d+) ")
+WIND = re.compile(r"The wind is (\d+\.\d) \S+ from (\d{3})°.* known to ±(\d+\.\d\d) ")
+
+
+def as_text(html):
+    """A page as a reader sees it: a line a row, a cell apart from the next."""
+    lines = re.sub(r"</t[dh]>", " ", re.sub(r"</(tr|p|li|h\d)>", "\n", html))
+    return unescape(re.sub(r"<svg.*?</svg>|<[^>]*>", "", lines, flags=re.DOTALL))
+
+
+def require_numbers(text, document, a_knot=1.0):
+    """Every number of the answer in a text is that of the document, as far as it has digits."""
+    points = np.array(
+        [
+            [p[f"{key}_kt"] for key in ("indicated_airspeed", "correction", "two_sigma")]
+            for p in document["curve"]
+        ]
+    )
+    rows = [[float(each) for each in row] for row in ROW.findall(text)]
+    added = [[float(each.replace("−", "-")) for each in row] for row in ADDED.findall(text)]
+    (wind,) = {tuple(map(float, each)) for each in WIND.findall(text)}
+    assert len(rows) >= 3
+    assert len(added) >= 3
+    told = [(row[0], row[2], row[3]) for row in rows]
+    told += [(speed, correction, bound) for correction, bound, speed in added[:3]]
+    half = 0.5 * (1.0 + a_knot)  # a number is rounded as it is written, and once more in a unit
+    for speed, *values in told:
+        near = points[np.argmin(np.abs(a_knot * points[:, 0] - speed))]
+        assert abs(a_knot * near[0] - speed) <= half
+        np.testing.assert_allclose(values, a_knot * near[1:], atol=0.01 * half + 1e-6)
+    for speed, calibrated, correction, _ in rows:
+        assert calibrated - speed == pytest.approx(correction, abs=half + 0.1)
+    keys = ("wind_speed_kt", "wind_from_deg")
+    assert wind[0] == pytest.approx(a_knot * document[keys[0]], abs=0.1 * half)
+    assert wind[1] == pytest.approx(document[keys[1]], abs=0.5)
+    bound = max(document["wind"][f"{side}_two_sigma_kt"] for side in ("north", "east"))
+    assert wind[2] == pytest.approx(a_knot * bound, abs=0.01 * half)
+
+
+def test_every_voice_says_the_numbers_of_the_document(doubtful, tmp_path):
+    """Terminal, page, record and notebook, in knots and in the reader's units; the card keeps its
+    keys.
+    """
+    plain, more, written, found = doubtful
+    document = json.loads(json_text(calibration_json(found)))
+    page, record, card = (
+        written[flag].read_text(encoding="utf-8") for flag in ("--report", "--record", "--card")
+    )
+    for text in (plain, more, *map(as_text, (page, record, found._repr_html_()))):
+        require_numbers(text, document)
+    found.write_page(tmp_path / "page.html", units="km/h,m")
+    found.write_record(tmp_path / "record.html", units="km/h,m")
+    for name, part in (("page.html", 0), ("record.html", 1)):
+        text = as_text((tmp_path / name).read_text(encoding="utf-8"))
+        require_numbers(text, document, 1.852)
+        # Beside the answer, a page quotes rules, and a record the flags.
+        answer = re.split("How to read this|Versions:", text)[part]
+        assert not re.search(r"\d (kt|ft|KIAS)\b", answer)
+    rows = list(csv.DictReader(StringIO(card)))
+    for key in ("indicated_airspeed_kt", "correction_kt", "two_sigma_kt"):
+        np.testing.assert_allclose(
+            [float(row[key]) for row in rows], [p[key] for p in document["curve"]], atol=5.1e-4
+        )
+
+
+def test_every_voice_has_every_doubt(doubtful):
+    plain, _, written, found = doubtful
+    texts = [plain, found._repr_html_(), *(path.read_text("utf-8") for path in written.values())]
+    doubts = doubts_of(found)
+    assert len(doubts) > 1
+    for text in map(as_text, texts):
+        for doubt in doubts:
+            assert doubt in text
+    # What was only read is no doubt: it stands on the page and in the record.
+    read = [each for each in found.warnings if each not in " ".join(doubts).lower()]
+    assert read
+    for flag in ("--report", "--record"):
+        for each in read:
+            assert each in as_text(written[flag].read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("name", REAL)

@@ -13,17 +13,17 @@ from rich.console import Console
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
-from pitotbench.records.calibration import Estimate, Share
+from pitotbench.records.calibration import Disagreement, Estimate, Share
 from pitotbench.show.calibration import (
     calibration_json,
     card_csv,
-    condition_lines,
     glance_points,
-    print_calibration,
 )
-from pitotbench.show.curves import curve_panels
+from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.limits import Limit, judgments, limit_for, limit_named
 from pitotbench.show.pages import log_page, log_section
+from pitotbench.show.renderers import html_of, print_tree
+from pitotbench.show.tree import ANSWER, NUMBERS
 from pitotbench.show.words import entry_words
 from pitotbench.units import KNOT
 
@@ -37,9 +37,9 @@ def _with_curve(result, correction_kt, two_sigma_kt):
 
 def _terminal(result, details=False) -> str:
     stream = StringIO()
-    print_calibration(
-        result, Console(file=stream, highlight=False, soft_wrap=True, width=80), details=details
-    )
+    console = Console(file=stream, highlight=False, soft_wrap=True, width=80)
+    tree = calibration_tree("", {result.model: result})
+    print_tree(tree.nodes, console, depth=NUMBERS if details else ANSWER)
     return stream.getvalue()
 
 
@@ -62,7 +62,7 @@ def test_the_far_limit_does_not_judge_a_drone(result):
     assert limit_for(result).name == "FAR 23.1323(b)"
     assert limit_for(replace(result, mach=0.6)).name == "FAR 25.1323(c)"
     assert "FAR" not in _terminal(drone)
-    assert not any("FAR" in panel.note for panel in curve_panels({"inverse+": drone}, None))
+    assert "FAR" not in drone._repr_html_()
 
 
 def test_the_far_limit_is_the_larger_of_two_an_own_one_judges_in_its_place_and_none_nothing(result):
@@ -80,6 +80,17 @@ def test_the_far_limit_is_the_larger_of_two_an_own_one_judges_in_its_place_and_n
 def test_a_limit_that_cannot_be_read_is_refused(text):
     with pytest.raises(BadInputError, match="--limit"):
         limit_named(text)
+
+
+def test_no_rule_judges_an_answer_that_is_not_to_be_used(result):
+    wrong = Disagreement("samples", "the samples lie off the curve", 3.0 * KNOT, fatal=True)
+    told = replace(result, disagreements=(wrong,))
+    assert judgments(result)
+    assert not judgments(told)
+    first, second, *_ = _terminal(told).splitlines()
+    assert first == "Do not use this answer: the samples lie off the curve."
+    assert second.startswith("Add ")
+    assert "FAR" not in _terminal(told)
 
 
 def test_the_altitude_limit_judges_the_error_as_it_is_at_sea_level(result):
@@ -156,16 +167,11 @@ def test_a_page_says_whether_its_log_was_measured(log, result, header, origin):
     assert f"<p>From {origin}s</p>" in log_page("Two logs", [section, section])
 
 
-def _printed(result):
-    text = StringIO()
-    print_calibration(result, Console(file=text, width=400))
-    return text.getvalue()
-
-
 def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_json(log, result):
     usual = USUAL_ACCURACIES
     found = calibrate(replace(log, header={}))
-    for text in (_printed(found), " ".join(condition_lines(found))):
+    tree = calibration_tree("", {found.model: found})
+    for text in (_terminal(found), html_of(tree.nodes), found._repr_html_()):
         for part in (
             f"temperature ±{usual['temperature_k']:g} K (usual)",
             f"static pressure ±{usual['static_pressure_pa']:g} Pa (usual)",
@@ -181,14 +187,14 @@ def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_jso
         "no constant error of temperature, recovery factor, static pressure, GPS velocity "
         "(stated by the log)"
     )
-    assert said in _printed(result)
+    assert said in _terminal(result)
 
 
 def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):
     options = CalibrationOptions(model="bias", accuracies={"impact_pressure_zero_pa": 400.0})
     result = calibrate(replace(log, impact_pressure=log.impact_pressure + 80.0), options)
     zero = result.impact_pressure_zero
-    printed = _printed(result)
+    printed = _terminal(result)
     assert (
         f"takes out a zero offset of the impact pressure of {zero.value:+.0f} ± "
         f"{zero.two_sigma:.0f} Pa" in printed

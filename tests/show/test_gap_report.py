@@ -48,8 +48,10 @@ from pitotbench.show.gap_words import (
     part_words,
     sentences,
 )
+from pitotbench.show.renderers import print_tree
 from pitotbench.show.style import Panel, stacked
-from pitotbench.show.verdict import account_json, candidate_columns, print_account
+from pitotbench.show.tree import SOURCES
+from pitotbench.show.verdict import account_json, account_tree, candidate_columns
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
 from pitotbench.units import SYMBOLS
 
@@ -158,7 +160,8 @@ def test_what_a_set_leaves_for_causes_of_another_form_is_told():
 
 
 def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
-    print_account(account(doubted(belly_pod=0.8, gear_not_up=0.01)), Console(width=200))
+    shown = account(doubted(belly_pod=0.8, gear_not_up=0.01))
+    print_tree(account_tree(shown), Console(width=200), depth=SOURCES)
     text = capsys.readouterr().out
     assert text.startswith("a probable cause\nIt is probably belly pod")
     assert "gear not up" not in text[: text.index("where the gap is")]
@@ -176,7 +179,7 @@ def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
 
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
-    print_account(found, Console(width=200))
+    print_tree(account_tree(found), Console(width=200), depth=SOURCES)
     text, page = capsys.readouterr().out, account_page(found)
     assert (
         text.index("closes 99 %")
@@ -422,7 +425,7 @@ def test_the_part_is_told_first_then_its_causes_and_last_those_of_other_parts(ca
         "0.31 ± 0.06 s; column 0.02 ± 0.01 m; 20 %); less probably, it is static lag (lag 0.5 ± "
         "0.1 s; 3 %); ± is 2σ."
     )
-    print_account(found, Console(width=200))
+    print_tree(account_tree(found), Console(width=200), depth=SOURCES)
     assert capsys.readouterr().out.startswith(
         "pitot line: one of these causes\nIt is the pitot line (97 %)"
     )
@@ -534,7 +537,7 @@ def closed(*gaps: Candidate, told: tuple[Candidate, ...] = (), kind: str = "no_g
 def test_a_closed_loop_is_one_table_in_text_page_and_data():
     made = closed(SLOPE, POD, told=(LATE,), kind="named")
     console = Console(record=True, width=200, file=StringIO())
-    print_account(made, console)
+    print_tree(account_tree(made), console, depth=SOURCES)
     page, text = account_page(made), " ".join(console.export_text().split())
     for each in (page, text):
         assert "closes 62 % of the gap held out, and 58 % of that of the held-out log" in each

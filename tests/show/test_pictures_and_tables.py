@@ -14,9 +14,15 @@ from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.campaign import remarks
-from pitotbench.show.curves import curve_panels, residual_autocorrelation, residual_panels
+from pitotbench.show.columns import print_table
+from pitotbench.show.curves import (
+    bound_panels,
+    curve_panel,
+    residual_autocorrelation,
+    residual_panels,
+)
 from pitotbench.show.flights import flight_panels
-from pitotbench.show.legs import points_json, print_points
+from pitotbench.show.legs import point_columns, points_json
 from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.style import NARROW, WIDE, Panel, broken, stacked, thin
 from pitotbench.units import KNOT
@@ -30,7 +36,9 @@ def _words(panels: list[Panel]) -> str:
 
 
 def test_panels_carry_units_truth_and_the_limit(result):
-    text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
+    truth = result.curve.correction
+    drawn = curve_panel({"inverse+": result}, {"inverse+": truth})
+    text = _words([drawn, *bound_panels(result, truth)])
     for wanted in (
         "Error curve",
         "indicated airspeed [kt]",
@@ -56,9 +64,9 @@ def point():
 
 def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
     assert "four-leg, ±2σ" in _words(
-        curve_panels({"inverse+": replace(result, points=(point,))}, None)
+        [curve_panel({"inverse+": replace(result, points=(point,))}, None)]
     )
-    assert "four-leg" not in _words(curve_panels({"inverse+": result}, None))
+    assert "four-leg" not in _words([curve_panel({"inverse+": result}, None)])
     assert "four-leg" in log_section("a.csv", log, replace(result, points=(point,))).html
     (plain,) = points_json([point])
     assert plain["correction_kt"] == pytest.approx(-1.0)
@@ -71,7 +79,8 @@ def test_the_table_of_points_says_how_far_each_is_off_the_curve(result, point, c
     on_curve = float(
         np.interp(point.indicated_airspeed, curve.indicated_airspeed, curve.correction)
     )
-    print_points([replace(point, correction=on_curve + 0.5 * KNOT)], Console(width=80), curve)
+    moved = [replace(point, correction=on_curve + 0.5 * KNOT)]
+    print_table(point_columns(curve), moved, Console(width=80))
     row = capsys.readouterr().out.splitlines()[-1]
     assert row.startswith("four-leg")
     assert row.split()[-1] == "+0.50"
@@ -84,7 +93,7 @@ def test_between_round_airspeeds_the_curve_is_no_straight_line(result, point, ca
     flat = np.zeros_like(speed)
     curve = ErrorCurve(speed, bent, flat, flat, flat, flat, flat)
     half_way = replace(point, indicated_airspeed=135.0 * KNOT, correction=0.25 * KNOT)
-    print_points([half_way], Console(width=80), curve)
+    print_table(point_columns(curve), [half_way], Console(width=80))
     assert capsys.readouterr().out.split()[-1] in ("+0.00", "-0.00")
 
 

@@ -15,7 +15,7 @@ from rich.console import Console
 from pitotbench.records.calibration import ErrorCurve, WeighedModel
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.calibration import CURVE_COLUMNS, choice_columns, curve_points
-from pitotbench.show.campaign import CAMPAIGN_COLUMNS, print_campaign
+from pitotbench.show.campaign import CAMPAIGN_COLUMNS, campaign_tree
 from pitotbench.show.columns import (
     Column,
     frame_rows,
@@ -27,7 +27,8 @@ from pitotbench.show.columns import (
     printable,
 )
 from pitotbench.show.legs import POINT_COLUMNS
-from pitotbench.show.plan import plan_columns, print_plan
+from pitotbench.show.plan import plan_columns, plan_tree
+from pitotbench.show.renderers import print_tree
 from pitotbench.units import KNOT
 from pitotlab.tables import frame_columns, markdown_table
 
@@ -128,11 +129,15 @@ def _campaign() -> pd.DataFrame:
     ("show", "columns", "last"),
     [
         (
-            lambda console: print_plan(_plan(), console),
+            lambda console: print_tree(plan_tree(_plan()), console),
             plan_columns(_plan()),
             "best, no steep turn",
         ),
-        (lambda console: print_campaign(_campaign(), console), CAMPAIGN_COLUMNS, "1234568"),
+        (
+            lambda console: print_tree(campaign_tree(_campaign()), console),
+            CAMPAIGN_COLUMNS,
+            "1234568",
+        ),
     ],
 )
 def test_a_table_in_a_pipe_is_never_cut(show, columns, last, width):

@@ -22,7 +22,7 @@ from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepResponse
 from pitotbench.records.case import Case
-from pitotbench.records.log import FlightLog, HeldChannel, LogInspection, Question
+from pitotbench.records.log import Caution, FlightLog, HeldChannel, LogInspection, Question
 from pitotbench.simulation.aircraft import find_aircraft, read_record
 from pitotbench.simulation.autopilot.attach import set_to_zero
 from pitotbench.simulation.autopilot.loops import step_responses
@@ -72,7 +72,7 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     flights = flights_in(log)
     stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
     height = np.asarray(air.pressure_altitude(log.static_pressure))
-    found = [*log.header.get("warnings", ()), *([] if end is None else [end.words])]
+    found = [*log.cautions, *([] if end is None else [Caution(end.words, "range end")])]
     track = np.arctan2(log.velocity_east, log.velocity_north)[shown] % (2.0 * np.pi)
     counts = np.bincount((track / _SECTOR).astype(np.intp) % 12, minlength=12)
     return LogInspection(
@@ -92,7 +92,7 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
         wind=wind,
         wind_drifts=expected is not None and wind_drifts(plain, observe(sample, plain)),
         model=plain.model,
-        warnings=tuple(str(warning) for warning in found),
+        warnings=tuple(found),
     )
 
 

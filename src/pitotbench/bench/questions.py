@@ -165,6 +165,7 @@ def calibrate_each(
     """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
+    from pitotbench.calibration.flown_tracks import one_sided
     from pitotbench.calibration.leg_points import cross_check
 
     if options is not None and choices:
@@ -181,11 +182,14 @@ def calibrate_each(
         found = flight.calibration
         told = with_points(found, cross_check(flight.log, chosen, found))
         scatter = 2.0 * float(told.residuals.airspeed.std())
-        curve = replace(told.curve, published=published)
-        return replace(
-            flight,
-            calibration=replace(told, curve=curve, residual_two_sigma=scatter, provenance=made),
+        told = replace(
+            told,
+            curve=replace(told.curve, published=published),
+            residual_two_sigma=scatter,
+            one_sided=one_sided(flight.log, told),
+            provenance=made,
         )
+        return replace(flight, calibration=told)
 
     return tuple(map(checked, calibrate_flights(logs, chosen, known, first)))
 
@@ -374,6 +378,8 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
 
     from pitotbench import air
     from pitotbench.bench.digests import file_sha256
+    from pitotbench.logbook.checks import airplane_of
+    from pitotbench.logbook.columns import START
 
     name, channels = "in memory", {} if log is None else log.channels()
     if isinstance(source, str | Path):
@@ -396,8 +402,10 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         float(log.time[-1] - log.time[0]) / 60.0,
         "simulated" if log.simulated else "measured",
     )
+    date = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
+    flight = ", ".join(filter(None, (airplane_of(log), date if "-" in date else "")))
     return InputFile(
-        role, name, digest, len(log), minutes, origin, tuple(channels), airspeeds, heights
+        role, name, digest, len(log), minutes, origin, tuple(channels), airspeeds, heights, flight
     )
 
 

@@ -2,9 +2,6 @@
 desk. The page puts them in as text, never as HTML.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.work import FLAGS, Plain, plain_table
 from pitotbench.channels import CHANNELS
@@ -12,44 +9,24 @@ from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
 from pitotbench.show.calibration import (
     GLANCE_COLUMNS,
-    CurvePoint,
     assumption_lines,
-    correction_sentence,
+    doubts_of,
     glance_points,
     handbook_lines,
-    headline,
+    is_doubt,
     location_lines,
     part_lines,
     short_answer_of,
 )
-from pitotbench.show.columns import Column
+from pitotbench.show.columns import shown_columns
 from pitotbench.show.inspection import HELD_COLUMNS
 from pitotbench.show.limits import judgments
+from pitotbench.show.reader_units import Units
 from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
-from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
+from pitotbench.units import SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph")
 _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
-
-
-def in_unit(columns: Sequence[Column[CurvePoint]], unit: str) -> list[Column[CurvePoint]]:
-    """Columns of speeds in knots, by their keys, in another unit of speed."""
-    factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
-
-    def scaled(value: Callable[[CurvePoint], object]) -> Callable[[CurvePoint], object]:
-        return lambda row: factor * number if isinstance(number := value(row), float) else None
-
-    return [
-        replace(
-            each,
-            heading=each.heading.replace("KIAS", "IAS").replace("KCAS", "CAS"),
-            unit=symbol,
-            value=scaled(each.value),
-        )
-        if each.key.endswith("_kt") and unit != "kt"
-        else each
-        for each in columns
-    ]
 
 
 def state_of(desk: Desk) -> Plain:
@@ -84,25 +61,23 @@ def _answer(desk: Desk) -> Plain | None:
     answer, asked = desk.answer, desk.request
     if answer is None or asked is None or desk.refusal:
         return None
-    result, settings, short = answer.result, answer.settings, short_answer_of(answer.result, "")
+    result, settings = answer.result, answer.settings
+    short = short_answer_of(result, "")
     known: Plain = {"parameters": settings, "mapping": asked.mapping}
+    units, doubts = Units(speed=desk.unit), doubts_of(result)
+    rules = [judgment.sentence for judgment in judgments(result)]
+    notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
+    read = [str(each) for each in result.warnings if not is_doubt(each)]
+    rows = glance_points(result.curve)
+    lines = [*handbook_lines(result.curve), short.wind_sentence, *rules, *answer.flights]
     return {
-        "doubts": headline(result),
+        "doubts": [units.text(each) for each in doubts[:1]],
         "usable": result.usable,
-        "sentence": correction_sentence(short.corrections, desk.unit),
-        "lines": [
-            *handbook_lines(result.curve),
-            short.wind_in(desk.unit),
-            *(judgment.sentence for judgment in judgments(result)),
-            *answer.flights,
-        ],
-        "warnings": list(short.warnings),
-        "notes": [
-            f"{line[:1].upper()}{line[1:]}"
-            for lines in (part_lines, location_lines, assumption_lines)
-            for line in lines(result)
-        ],
-        "card": plain_table(in_unit(GLANCE_COLUMNS, desk.unit), glance_points(result.curve)),
+        "sentence": units.text(short.correction_sentence),
+        "lines": [units.text(each) for each in lines],
+        "warnings": [units.text(each) for each in doubts[1:]],
+        "notes": [units.text(f"{line[:1].upper()}{line[1:]}") for line in [*notes, *read]],
+        "card": plain_table(units.columns(shown_columns(GLANCE_COLUMNS, rows)), rows),
         "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
         "left": [] if settings is None else settings_lines(settings),
         "take": [kind for kind in _KINDS if answer.final and known.get(kind, kind)],

@@ -355,13 +355,8 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
     """
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
-    from pitotbench.show.pages import log_page, log_section
-    from pitotbench.show.takehome import (
-        PARAMETER_FILES,
-        calibration_record,
-        flight_document,
-        parameter_file,
-    )
+    from pitotbench.show.pages import calibration_record, log_page, log_section
+    from pitotbench.show.takehome import PARAMETER_FILES, flight_document, parameter_file
 
     flights = _calibrated(tell, request)
     rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]

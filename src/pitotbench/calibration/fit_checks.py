@@ -207,11 +207,8 @@ def disagreements(
     if agreement is not None and agreement < DISAGREE:
         words = (
             "the wind triangle and the height disagree about the curve by more than chance, and "
-            "the bound holds "
-            "both (--no-altitude shows the triangle's alone). The temperature or the height may be "
-            "off by more "
-            "than stated, or the wind may follow the speeds flown: fly each speed on several "
-            "headings at one height"
+            "the bound holds both. The temperature or the height may be off by more than stated, "
+            "or the wind may follow the speeds flown"
         )
         found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
     off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)

@@ -67,7 +67,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from pitotbench.bench.inspection import check_aircraft
-    from pitotbench.show.inspection import print_check
+    from pitotbench.show.inspection import check_tree
+    from pitotbench.show.markup import page_of
     from pitotbench.simulation.maneuvers import maneuvers_named
 
     maneuvers = maneuvers_named(options.maneuver or "all")
@@ -75,25 +76,18 @@ def _check(options: argparse.Namespace) -> int:
     check = check_aircraft(
         options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say
     )
-
-    def page() -> str:
-        from pitotbench.show.pages import aircraft_page  # it loads the drawing library
-
-        return aircraft_page(check)
-
-    write_page(options.report, page)
-    tell(options, dict, lambda console: print_check(check, console))
+    nodes = check_tree(check)
+    write_page(options.report, lambda: page_of(f"What can be flown with {check.aircraft}", nodes))
+    tell(options, dict, lambda: nodes)
     return DONE if any(not m.failure for m in check.maneuvers) else NO_ANSWER
 
 
 def _performance(options: argparse.Namespace) -> int:
-    from pitotbench.show.inspection import performance_json, print_performance
+    from pitotbench.show.inspection import performance_json, performance_tree
     from pitotbench.simulation.performance import find_performance
 
     found = find_performance(options.aircraft, options.handbook)
-    tell(
-        options, lambda: performance_json(found), lambda console: print_performance(found, console)
-    )
+    tell(options, lambda: performance_json(found), lambda: performance_tree(found))
     return DONE if found.figures else NO_ANSWER
 
 

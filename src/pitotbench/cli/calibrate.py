@@ -14,6 +14,7 @@ from pitotbench.cli.shared_flags import (
     add_sensor,
     add_table,
     add_temperature,
+    add_units,
     mapping_source,
     read_choices,
     read_logs,
@@ -29,11 +30,11 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
     from pitotbench.records.log import FlightLog
     from pitotbench.show.limits import Limit
+    from pitotbench.show.reader_units import Units
+    from pitotbench.show.tree import Node
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
@@ -130,6 +131,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
     add_record(parser)
     add_table(parser)
+    add_units(parser)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +164,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named
+    from pitotbench.show.reader_units import units_named
     from pitotbench.show.takehome import PARAMETER_FILES, parameter_file
 
     held = _take_bundles(options)
@@ -178,7 +181,7 @@ def run(options: argparse.Namespace) -> int:
             _require_one_curve(flag, len(options.logs) if options.separately and not held else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
-    limit = limit_named(options.limit)
+    limit, units = limit_named(options.limit), units_named(options.units)
     reduced = _reduced(options, held)
     curves = len({each.path for each in reduced if each.own_curve})
     for flag, path in (("--card", options.card), ("--record", options.record)):
@@ -187,12 +190,12 @@ def run(options: argparse.Namespace) -> int:
         autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
         for each in reduced
     ]
-    write_page(options.report, lambda: _report(reduced, limit, settings))
+    write_page(options.report, lambda: _report(reduced, limit, settings, units))
     first = reduced[0].flight.calibration
     write_page(options.card, lambda: card_csv(first.curve, doubts_of(first)))
     if (found := settings[0]) is not None:
         write_page(options.parameter_file, partial(parameter_file, found))
-    write_page(options.record, lambda: _record(reduced, limit))
+    write_page(options.record, lambda: _record(reduced, limit, units))
     own = {each.name: each.flight.calibration for each in reduced if each.own_curve}
     write_table(
         options,
@@ -202,7 +205,7 @@ def run(options: argparse.Namespace) -> int:
     tell(
         options,
         lambda: _document(reduced, limit, settings),
-        lambda console: _print_tables(reduced, limit, settings, options, console),
+        lambda: _trees(reduced, limit, settings, options),
     )
     return 0
 
@@ -227,14 +230,14 @@ def _require_one_curve(flag: str, curves: int) -> None:
         )
 
 
-def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
-    from pitotbench.show.takehome import calibration_record
+def _record(reduced: list[_Reduced], limit: "Limit | str | None", units: "Units") -> str:
+    from pitotbench.show.pages import calibration_record
 
     # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
     flights = [
         each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve
     ]
-    return calibration_record(flights, limit)
+    return calibration_record(flights, limit, units)
 
 
 def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
@@ -338,31 +341,24 @@ def _document(
     return documents[0] if len(documents) == 1 else documents
 
 
-def _print_tables(
+def _trees(
     reduced: list[_Reduced],
     limit: "Limit | str | None",
     settings: "list[AutopilotSettings | None]",
     options: argparse.Namespace,
-    console: "Console",
-) -> None:
-    from pitotbench.show.calibration import flight_lines, print_calibration
-    from pitotbench.show.columns import outside
-    from pitotbench.show.legs import print_points
-    from pitotbench.show.takehome import print_settings
+) -> "list[Node]":
+    from pitotbench.show.calibration import flight_lines
+    from pitotbench.show.calibration_tree import calibration_tree
+    from pitotbench.show.tree import Sentence
 
+    told: list[Node] = []
     for each, found in zip(reduced, settings, strict=True):
-        console.print(outside(f"{each.name} ({_origin(each.flight.log)})", "bold"))
-        for line in flight_lines(each.flight):
-            console.print(outside(line))
-        print_calibration(each.flight.calibration, console, limit, options.verbose)
-        if options.verbose:
-            print_points(each.flight.calibration.points, console, each.flight.calibration.curve)
-        if found is not None:
-            print_settings(found, console)
-    if not options.verbose:
-        console.print(
-            f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}."
-        )
+        result, lines = each.flight.calibration, flight_lines(each.flight)
+        name = f"{each.name} ({_origin(each.flight.log)})"
+        results = {result.model: result}
+        told.append(calibration_tree(name, results, limit, lines=lines, settings=found))
+    pictures = "" if options.report else ", --report PAGE.html for pictures"
+    return told if options.verbose else [*told, Sentence(f"More: -v for all numbers{pictures}.")]
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -409,7 +405,10 @@ def _latency(text: str) -> dict[str, object]:
 
 
 def _report(
-    reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
+    reduced: list[_Reduced],
+    limit: "Limit | str | None",
+    settings: "list[AutopilotSettings | None]",
+    units: "Units",
 ) -> str:
     from pitotbench.show.calibration import flight_lines
     from pitotbench.show.pages import log_page, log_section
@@ -422,6 +421,7 @@ def _report(
             limit,
             flight_lines(each.flight),
             found,
+            units,
         )
         for each, found in zip(reduced, settings, strict=True)
     ]

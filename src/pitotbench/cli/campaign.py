@@ -127,8 +127,9 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.campaign import PAGE, run_campaign
     from pitotbench.bench.result_table import RESULTS
-    from pitotbench.show.campaign import print_campaign
-    from pitotbench.show.columns import outside
+    from pitotbench.show.campaign import campaign_tree
+    from pitotbench.show.renderers import print_tree
+    from pitotbench.show.tree import Doubt, Sentence
 
     request = request_of(options)
     if options.dry_run:
@@ -140,20 +141,21 @@ def run(options: argparse.Namespace) -> int:
     result = run_campaign(request)
     console = Console(highlight=False, soft_wrap=True)
     console.width = max(console.width, _TABLE_WIDTH)
-    if len(result.answers) == 1 and not options.no_report:
-        (answer,) = result.answers
-        console.print(outside(f"{answer.correction_sentence} {answer.wind_sentence}"))
-        console.print()
-    print_campaign(result.table, console)
-    for text in result.failures:
-        console.print(outside(f"failed: {text}", "red"))
-    if result.found:
-        console.print(
-            outside(f"flights: {result.found:,} found in the store, {result.flown:,} flown")
-        )
-    console.print(outside(f"results: {result.folder / RESULTS}"))
-    if not options.no_report:
-        console.print(outside(f"open this page: {result.folder / PAGE}"))
+    stored = f"flights: {result.found:,} found in the store, {result.flown:,} flown"
+    page = f"open this page: {result.folder / PAGE}"
+    nodes = [
+        *(
+            Sentence(f"{each.correction_sentence} {each.wind_sentence}")
+            for each in result.answers
+            if len(result.answers) == 1 and not options.no_report
+        ),
+        *campaign_tree(result.table),
+        *(Doubt(f"failed: {text}", first=True) for text in result.failures),
+        *([Sentence(stored)] if result.found else []),
+        Sentence(f"results: {result.folder / RESULTS}"),
+        *([] if options.no_report else [Sentence(page)]),
+    ]
+    print_tree(nodes, console)
     return NO_ANSWER if result.failures else DONE
 
 

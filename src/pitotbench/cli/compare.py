@@ -99,19 +99,16 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from pitotbench.show.takehome import (
-        curve_difference,
-        difference_json,
-        difference_page,
-        print_difference,
-    )
+    from pitotbench.show.markup import page_of
+    from pitotbench.show.takehome import curve_difference, difference_json, difference_tree
 
     (first, one), (second, other) = curves
     if first == second:
         first, second = str(options.first), str(options.second)
     found = curve_difference(first, one, second, other)
-    write_page(options.report, lambda: difference_page(found, one, other))
-    tell(options, lambda: difference_json(found), lambda console: print_difference(found, console))
+    nodes = difference_tree(found, one, other)
+    write_page(options.report, lambda: page_of(f"{second} against {first}", nodes))
+    tell(options, lambda: difference_json(found), lambda: nodes)
 
 
 def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
@@ -167,7 +164,8 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 
 def _airplanes(options: argparse.Namespace) -> int:
     from pitotbench.bench.model_comparison import compare_models
-    from pitotbench.show.comparison import comparison_json, comparison_page, print_comparison
+    from pitotbench.show.comparison import comparison_json, comparison_tree
+    from pitotbench.show.markup import page_of
     from pitotbench.simulation.maneuvers import MANEUVERS
 
     tolerance = options.tolerance
@@ -176,8 +174,9 @@ def _airplanes(options: argparse.Namespace) -> int:
     card = options.card or "diagnostic"
     _ = MANEUVERS[card]  # a spelling mistake is told before anything is flown
     found = compare_models(str(options.first), str(options.second), card, say)
-    write_page(options.report, lambda: comparison_page(found))
-    tell(options, lambda: comparison_json(found), lambda console: print_comparison(found, console))
+    nodes = comparison_tree(found)
+    write_page(options.report, lambda: page_of("What changed in flight", nodes))
+    tell(options, lambda: comparison_json(found), lambda: nodes)
     return BEYOND if tolerance is not None and 100.0 * found.largest > tolerance else 0
 
 

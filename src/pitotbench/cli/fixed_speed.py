@@ -11,10 +11,12 @@ from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
     add_table,
+    add_units,
     read_logs,
     require_page,
     require_table,
     stated_accuracies,
+    tell,
     tell_each,
     write_page,
     write_table,
@@ -22,9 +24,6 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from pitotbench.records.legs import FixedSpeedPoint
     from pitotbench.units import Array
 
 
@@ -48,6 +47,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
     )
     add_table(parser)
+    add_units(parser)
     parser.add_argument(
         "--json", action="store_true", help="print one JSON document (a list for several logs)"
     )
@@ -101,7 +101,7 @@ def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_points
     from pitotbench.show.calibration import doubts_of_curve
-    from pitotbench.show.legs import card_json, print_card
+    from pitotbench.show.legs import card_json, card_tree
 
     stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
     read = [(path, *read_points(path)) for path in options.logs]
@@ -115,18 +115,18 @@ def _of_cards(options: argparse.Namespace) -> None:
     told = [each for _, card in found for each in (*card.warnings, *(s.words for s in card.slips))]
     doubts = {name: [*told, *doubts_of_curve(curve)] for name, curve in curves.items()}
     write_table(options, curves, doubts)
-    tell_each(options, found, card_json, print_card)
+    tell_each(options, found, card_json, card_tree)
 
 
 def _of_fly_bys(options: argparse.Namespace) -> None:
     from pitotbench.calibration.fly_by import reduce_fly_bys
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_fly_bys
-    from pitotbench.show.legs import fly_bys_json, print_fly_bys
+    from pitotbench.show.legs import fly_bys_json, fly_bys_tree
 
     stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
-    tell_each(options, found, fly_bys_json, print_fly_bys)
+    tell_each(options, found, fly_bys_json, fly_bys_tree)
 
 
 def _of_logs(options: argparse.Namespace) -> None:
@@ -134,8 +134,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
     from pitotbench.records import NoAnswerError
-    from pitotbench.show.columns import print_warnings
-    from pitotbench.show.legs import points_json, print_points
+    from pitotbench.show.legs import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
     choice = options_of(logs, options.mapping, **stated_accuracies(options))
@@ -153,28 +152,25 @@ def _of_logs(options: argparse.Namespace) -> None:
             )
         )
 
-    def show(answer: "tuple[tuple[FixedSpeedPoint, ...], list[str]]", console: "Console") -> None:
-        print_warnings(answer[1], console)
-        print_points(answer[0], console)
-
-    tell_each(options, found, lambda a: {"fixed_speed": points_json(a[0]), "warnings": a[1]}, show)
+    tell_each(
+        options,
+        found,
+        lambda a: {"fixed_speed": points_json(a[0]), "warnings": a[1]},
+        lambda a: points_tree(*a),
+    )
 
 
 def _of_legs(options: argparse.Namespace) -> None:
     from pitotbench.calibration.leg_points import fixed_speed
-    from pitotbench.show.columns import json_text
     from pitotbench.show.legs import legs_json, legs_sentences
+    from pitotbench.show.tree import Sentence
     from pitotbench.units import DEGREE, KNOT
 
     speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
     tracks = _numbers(options.track_deg, "--track-deg")
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
-    if options.json:
-        sys.stdout.write(json_text(answer))
-        return
-    for line in legs_sentences(answer):
-        sys.stdout.write(f"{line}\n")
+    tell(options, lambda: answer, lambda: map(Sentence, legs_sentences(answer)))
 
 
 def _numbers(text: str, flag: str) -> "Array":

@@ -6,6 +6,7 @@ from pathlib import Path
 from pitotbench.cli.shared_flags import (
     add_mapping,
     add_sensor,
+    add_units,
     read_logs,
     require_page,
     tell,
@@ -24,6 +25,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add_mapping(parser)
     add_sensor(parser)
+    add_units(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with pictures (HTML)")
 
@@ -32,25 +34,28 @@ def run(options: argparse.Namespace) -> int:
     """Print the account of the log, and write its page where asked for; return exit code 0."""
     from pitotbench.bench.questions import inspect
     from pitotbench.logbook.bundle import is_bundle
-    from pitotbench.show.inspection import inspection_json, print_inspection
+    from pitotbench.show.inspection import (
+        held_json,
+        held_tree,
+        inspection_json,
+        inspection_tree,
+    )
+    from pitotbench.show.markup import page_of
+    from pitotbench.show.reader_units import units_named
 
     require_page(options.report, [options.log])
     if is_bundle(options.log) and options.mapping is None:
         from pitotbench.bench.contents import flights_of
-        from pitotbench.show.inspection import held_json, print_held
 
         held = flights_of(options.log)
         if len(held) > 1:
-            tell(options, lambda: held_json(held), lambda console: print_held(held, console))
+            tell(options, lambda: held_json(held), lambda: held_tree(held))
             return 0
     (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
-    found = inspect(log, options.mapping)
-
-    def page() -> str:
-        from pitotbench.show.pages import inspection_page  # it loads the drawing library
-
-        return inspection_page(options.log.name, log, found)
-
-    write_page(options.report, page)
-    tell_each(options, [(options.log, found)], inspection_json, print_inspection)
+    found, units = inspect(log, options.mapping), units_named(options.units)
+    write_page(
+        options.report,
+        lambda: page_of(f"What {options.log.name} holds", inspection_tree(found, log), units),
+    )
+    tell_each(options, [(options.log, found)], inspection_json, inspection_tree)
     return 0

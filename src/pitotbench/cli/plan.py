@@ -110,14 +110,14 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.bench.fleet import progress
     from pitotbench.bench.planner import plan as plan_flight
     from pitotbench.records.outputs import require_folder
-    from pitotbench.show.plan import plan_json, print_plan
+    from pitotbench.show.plan import plan_json, plan_tree
 
     request = request_of(options)
     if options.out is not None:
         require_folder(options.out, (_PAGE, _CASE))
     with progress("flying", len(request.maneuvers) + options.search) as step:
         plan = plan_flight(request, options.search, step)
-    tell(options, lambda: plan_json(plan), lambda console: print_plan(plan, console))
+    tell(options, lambda: plan_json(plan), lambda: plan_tree(plan))
     for path in write_plan(request, plan, options.out) if options.out is not None else ():
         say(f"written: {path}")
     return 0
@@ -127,7 +127,7 @@ def _by_hand(options: argparse.Namespace) -> int:
     """Print which legs to fly and write down."""
     from pitotbench.bench.flights import wind_toward
     from pitotbench.calibration.card_plan import plans_by_hand
-    from pitotbench.show.legs import card_sheet, chosen_plan, hand_plan_json, print_hand_plan
+    from pitotbench.show.legs import card_sheet, chosen_plan, hand_plan_json, hand_plan_tree
     from pitotbench.units import KNOT
 
     wanted = options.speeds_kt or "100,160"
@@ -143,8 +143,11 @@ def _by_hand(options: argparse.Namespace) -> int:
     chosen = chosen_plan(plans, want, options.minutes)
     if chosen is not None:
         write_page(options.sheet, lambda: card_sheet(chosen))
-    document = hand_plan_json(plans, chosen)
-    tell(options, lambda: document, lambda console: print_hand_plan(plans, chosen, want, console))
+    tell(
+        options,
+        lambda: hand_plan_json(plans, chosen),
+        lambda: hand_plan_tree(plans, chosen, want),
+    )
     return 0
 
 
@@ -215,11 +218,12 @@ def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]
     """
     from pitotbench.logbook.columns import write_text
     from pitotbench.records.case_file import write_case
-    from pitotbench.show.pages import plan_page
+    from pitotbench.show.markup import page_of
+    from pitotbench.show.plan import plan_tree
 
     folder.mkdir(parents=True, exist_ok=True)
     page, case = folder / _PAGE, folder / _CASE
-    write_text(page, plan_page(plan))
+    write_text(page, page_of("What to fly", plan_tree(plan)))
     chosen = plan.improved or plan.best
     if chosen is None:
         return [page]

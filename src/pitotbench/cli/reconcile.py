@@ -91,7 +91,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, and write its report and its patch."""
     from pitotbench.bench.verdict_folder import install, keep
-    from pitotbench.show.verdict import account_json, print_account
+    from pitotbench.show.verdict import account_json, account_tree
 
     _check_variant(options)
     _check_folder(options)
@@ -100,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
     written = keep(outcome, document, options.out) if options.out is not None else []
     if options.record is not None:
         outcome.write_record(options.record)
-    tell(options, lambda: document, lambda console: print_account(outcome.account, console))
+    tell(options, lambda: document, lambda: account_tree(outcome.account))
     for line in [*written, *(install(outcome, options.apply) if options.apply else ())]:
         say(line)
     return 0

@@ -132,7 +132,7 @@ def add_reproduce(parser: argparse.ArgumentParser) -> None:
 def run_reproduce(options: argparse.Namespace) -> int:
     """Fly the result again; return exit code 0 where every number is the same bit for bit, else 3."""
     from pitotbench.bench.result_table import reproduce
-    from pitotbench.show.columns import outside
+    from pitotbench.show.tree import Sentence
 
     found = reproduce(options.result)
     pairs = (
@@ -149,6 +149,6 @@ def run_reproduce(options: argparse.Namespace) -> int:
     tell(
         options,
         lambda: asdict(found),
-        lambda console: console.print(*map(outside, lines), sep="\n"),
+        lambda: map(Sentence, lines),
     )
     return NO_ANSWER if found.differences else DONE

@@ -11,13 +11,12 @@ from pitotbench.catalog import explain
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from pitotbench.bench.questions import Source
     from pitotbench.logbook.assembly import Part
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
     from pitotbench.records.log import Choice, FlightLog
+    from pitotbench.show.tree import Node
 
 T = TypeVar("T")
 
@@ -181,10 +180,12 @@ def say(line: str) -> None:
 
 
 def tell(
-    options: argparse.Namespace, document: Callable[[], object], show: "Callable[[Console], None]"
+    options: argparse.Namespace,
+    document: Callable[[], object],
+    nodes: "Callable[[], Iterable[Node]]",
 ) -> None:
-    """Write an answer on standard output: as one JSON document with `--json`, else as `show` prints
-    it.
+    """Write an answer on standard output: as one JSON document with `--json`, else as its tree, in
+    the units of `--units`; where a command has the flag `-v`, the answer alone or all numbers.
     """
     if options.json:
         from pitotbench.show.columns import json_text
@@ -193,27 +194,32 @@ def tell(
         return
     from rich.console import Console
 
-    show(Console(highlight=False, soft_wrap=True))
+    from pitotbench.show.reader_units import units_named
+    from pitotbench.show.renderers import print_tree
+    from pitotbench.show.tree import ANSWER, NUMBERS, SOURCES
+
+    depth = {None: SOURCES, False: ANSWER, True: NUMBERS}[getattr(options, "verbose", None)]
+    units = units_named(getattr(options, "units", ""))
+    print_tree(nodes(), Console(highlight=False, soft_wrap=True), units, depth)
 
 
 def tell_each(
     options: argparse.Namespace,
     found: "Sequence[tuple[Path, T]]",
     document: "Callable[[T], dict[str, Any]]",
-    show: "Callable[[T, Console], None]",
+    tree: "Callable[[T], Iterable[Node]]",
 ) -> None:
     """Write the answers for several files: one JSON document or a list of them, or each below the
     file's name.
     """
-    from pitotbench.show.columns import outside
-
-    def show_all(console: "Console") -> None:
-        for path, answer in found:
-            console.print(outside(path.name, "bold"))
-            show(answer, console)
+    from pitotbench.show.tree import Heading
 
     documents = [document(answer) for _, answer in found] if options.json else []
-    tell(options, lambda: documents[0] if len(documents) == 1 else documents, show_all)
+    tell(
+        options,
+        lambda: documents[0] if len(documents) == 1 else documents,
+        lambda: [Heading(path.name, tuple(tree(answer))) for path, answer in found],
+    )
 
 
 def read_choices(options: argparse.Namespace) -> "list[Choice]":
@@ -266,6 +272,17 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         help="also write the record for the file, two pages to print (HTML): inputs with SHA-256, "
         "settings, "
         "versions, answer and checks",
+    )
+
+
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the reader's units: `--units`."""
+    parser.add_argument(
+        "--units",
+        default="",
+        metavar="UNIT,...",
+        help="what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as km/h,m "
+        "(default: kt,ft,degc,inhg; JSON and CSV keep the units of their keys)",
     )
 
 

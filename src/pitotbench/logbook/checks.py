@@ -166,7 +166,10 @@ def check_stuck(draft: Draft) -> None:
     }
     if np.ptp(draft.channels["static_pressure"]) == 0.0:
         draft.warnings.append(
-            f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?"
+            Caution(
+                f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?",
+                "suspect",
+            )
         )
         still["static_pressure"][:] = False
     # At the end of its range a sensor stands still as well. Those rows stay, and show where the
@@ -609,9 +612,11 @@ def check_impact_pressure(draft: Draft) -> None:
     usual = float(np.median(impact[impact > 0.0]))
     if step > _COARSE * usual:
         draft.warnings.append(
-            f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it "
-            "usually reads: the "
-            "curve may be off by as much; record more digits"
+            Caution(
+                f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it "
+                "usually reads: the curve may be off by as much; record more digits",
+                "suspect",
+            )
         )
 
 

@@ -28,6 +28,7 @@ from pitotbench.logbook.columns import (
 )
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
+from pitotbench.records.log import Caution
 from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
@@ -437,8 +438,11 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
             )
         return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(
-        f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: "
-        f"{consequence}"
+        Caution(
+            f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: "
+            f"{consequence}",
+            "suspect",
+        )
     )
     return np.zeros(len(draft.rows))
 

@@ -104,11 +104,11 @@ class Draft:
             )
         self.keep(rows)
 
-    def doubt(self, words: str, refused: bool) -> None:
+    def doubt(self, words: str, refused: bool, column: str = "") -> None:
         """Warn of what is hardly possible; raise BadInputError where it is `refused`."""
         if refused:
             raise BadInputError(words)
-        self.warnings.append(words)
+        self.warnings.append(Caution(words, "suspect", column))
 
     def cautions(self, code: str) -> list[Caution]:
         """Return the warnings of a code."""

@@ -10,6 +10,7 @@ from pitotbench import air
 from pitotbench.logbook.columns import QUANTITIES
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import BadInputError
+from pitotbench.records.log import Caution
 from pitotbench.units import SUFFIXES, Array, Booleans, Pascal, from_si, to_si
 
 # The limits of what a log may show, each with its reason, and what else two or more checks share.
@@ -205,7 +206,7 @@ def _check_level(draft: Draft, name: str) -> None:
         f"{'warmer' if excess > 0 else 'colder'} "
         f"than on a standard day at this pressure{way_out}"
     )
-    draft.doubt(words, abs(excess) > LIMITS.temperature_refused)
+    draft.doubt(words, abs(excess) > LIMITS.temperature_refused, draft.columns[name])
 
 
 def likely_temperatures(draft: Draft, name: str) -> list[str]:
@@ -230,9 +231,12 @@ def _check_still(draft: Draft, name: str) -> None:
         expected = air.total_temperature(expected, _mach(draft))
     if float(np.std(expected)) > _SHOULD_MOVE:
         draft.warnings.append(
-            f"column {draft.columns[name]!r} never changes, though a probe would: is it stuck, or "
-            "a number written "
-            "by hand? A constant of the air belongs into a column air_temperature"
+            Caution(
+                f"column {draft.columns[name]!r} never changes, though a probe would: is it stuck, "
+                "or a number written by hand? A constant of the air belongs into a column "
+                "air_temperature",
+                "suspect",
+            )
         )
 
 

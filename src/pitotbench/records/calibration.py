@@ -68,6 +68,18 @@ class Disagreement:
     fatal: bool
 
 
+@dataclass(frozen=True, slots=True)
+class OneSided:
+    """Indicated airspeeds [m/s] of a log that were flown on tracks of one side only: those from
+    `begin` clockwise to `end` [°, true]. A wind and an error of the airspeed look alike there.
+    """
+
+    low: float
+    high: float
+    begin: float
+    end: float
+
+
 # The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the
 # curve.
 
@@ -440,7 +452,8 @@ class Calibration(Shown):
     other rows were not.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
     number used.
-    `scale`: the factor on the airspeed, None where height alone answers.
+    `scale`: the factor on the airspeed, None where height alone answers. `one_sided`: the slow and
+    the fast airspeeds that were flown on one side of the compass only, at most one each.
     `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
     for another log.
     `provenance`: the files and the choices behind the answer, where who asked for it told them.
@@ -474,6 +487,7 @@ class Calibration(Shown):
     log_start: float = 0.0
     autopilot: RecordedAutopilot | None = None
     scale: Scale | None = None
+    one_sided: tuple[OneSided, ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
 
     @property
@@ -488,19 +502,19 @@ class Calibration(Shown):
         """Whether the answer may be used: its samples do not contradict it."""
         return not any(each.fatal for each in self.disagreements)
 
-    def write_page(self, path: str | Path) -> None:
-        """Write the answer, its picture and its card as a page (.html). Raises BadInputError for
-        another name.
+    def write_page(self, path: str | Path, units: str = "") -> None:
+        """Write the answer, its picture and its card as a page (.html), in `units` such as
+        `km/h,m`, else in kt and ft. Raises BadInputError for another name or unit.
         """
-        views().write_page(self, Path(path))
+        views().write_page(self, Path(path), units)
 
-    def write_record(self, path: str | Path, rule: str = "auto") -> None:
+    def write_record(self, path: str | Path, rule: str = "auto", units: str = "") -> None:
         """Write the record for the file (.html, two pages), as `calibrate --record` does; `rule` as
-        for `judge`.
+        for `judge`, `units` as for `write_page`.
 
-        Raises BadInputError for another name.
+        Raises BadInputError for another name or unit.
         """
-        views().write_record(self, Path(path), rule)
+        views().write_record(self, Path(path), rule, units)
 
     def write_card(self, path: str | Path) -> None:
         """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for

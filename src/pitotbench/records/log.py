@@ -170,7 +170,7 @@ class LogInspection(Shown):
     wind: tuple[float, float]
     wind_drifts: bool
     model: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Caution, ...]
 
 
 # What an answer was made from and with, for a record that is filed.
@@ -183,8 +183,8 @@ class InputFile:
 
     A folder has the digest of its files one after another, by path; a log in memory that of its
     channels. Of a log also the number of rows, the minutes, the origin (measured or simulated), the
-    names of its channels, and the 5 % and 95 % quantiles of its indicated airspeed [m/s] and
-    pressure altitude [m].
+    names of its channels, the 5 % and 95 % quantiles of its indicated airspeed [m/s] and pressure
+    altitude [m], and its `flight`: the airplane and the date, as far as it names them.
     """
 
     role: str
@@ -196,6 +196,7 @@ class InputFile:
     channels: tuple[str, ...] = ()
     airspeeds: tuple[float, float] = (nan, nan)
     heights: tuple[float, float] = (nan, nan)
+    flight: str = ""
 
 
 @dataclass(frozen=True, slots=True)

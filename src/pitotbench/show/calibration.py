@@ -1,12 +1,8 @@
 """A calibration in numbers and sentences, as a card and as plain data. Loads no drawing library."""
 
 from collections.abc import Callable, Sequence
-from csv import writer
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
-from html import escape
-from io import StringIO
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
 import numpy as np
 
@@ -16,6 +12,7 @@ from pitotbench.records.calibration import (
     Criteria,
     ErrorCurve,
     Estimate,
+    OneSided,
     PublishedCurve,
     Scale,
     Share,
@@ -23,22 +20,20 @@ from pitotbench.records.calibration import (
     WindEstimate,
     WindowWind,
 )
+from pitotbench.records.log import Caution
 from pitotbench.show.columns import (
     Column,
-    html_table,
+    csv_text,
     json_rows,
     keyed,
-    outside,
-    print_table,
-    print_warnings,
     shown_columns,
 )
-from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
+from pitotbench.show.limits import AUTO, Limit, judgments_json
 from pitotbench.timeline import minutes_text
-from pitotbench.units import FOOT, KNOT, SUFFIXES, SYMBOLS, MetersPerSecond, Seconds
+from pitotbench.units import FOOT, KNOT, SUFFIXES, MetersPerSecond, Seconds
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    pass
 
 
 CurvePoint = dict[str, float | None]  # a point of an error curve, by the keys of its columns
@@ -153,21 +148,12 @@ class Correction:
     two_sigma_kt: float
 
     def __str__(self) -> str:
-        return self.words_in("kt").partition(" at ")[0]
-
-    def words_in(self, unit: str) -> str:
-        """The correction and its airspeed in a unit of speed, such as `kmh`."""
-        factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
-        value, bound, speed = (
-            each * factor for each in (self.correction_kt, self.two_sigma_kt, self.indicated_kt)
-        )
-        shown = "KIAS" if unit == "kt" else f"{symbol} indicated"
-        return f"{value:+.2f} ± {bound:.2f} {symbol} at {speed:.0f} {shown}".replace("-", "−")
+        return f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt".replace("-", "−")
 
 
-def correction_sentence(corrections: Sequence[Correction], unit: str = "kt") -> str:
-    """Some corrections of the indicated airspeed in one sentence, in a unit of speed."""
-    parts = [each.words_in(unit) for each in corrections]
+def correction_sentence(corrections: Sequence[Correction]) -> str:
+    """Some corrections of the indicated airspeed in one sentence."""
+    parts = [f"{each} at {each.indicated_kt:.0f} KIAS" for each in corrections]
     return f"Add {'; '.join(parts)} to the indicated airspeed (± is 2σ)."
 
 
@@ -192,17 +178,11 @@ class ShortAnswer:
     @property
     def wind_sentence(self) -> str:
         """The wind with the larger of its components' bounds, in one sentence."""
-        return self.wind_in("kt")
-
-    def wind_in(self, unit: str) -> str:
-        """The same in a unit of speed, such as `kmh`."""
         if self.wind_kt is None or self.wind_two_sigma_kt is None:
             return "The wind is unknown."
-        factor, symbol = KNOT / SUFFIXES[unit].factor, SYMBOLS[unit]
         return (
-            f"The wind is {self.wind_kt * factor:.1f} {symbol} from {self.wind_from_deg:03.0f}°; "
-            "each of its components is known "
-            f"to ±{self.wind_two_sigma_kt * factor:.2f} {symbol} (2σ) or better."
+            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its "
+            f"components is known to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
         )
 
 
@@ -285,7 +265,7 @@ def assumption_lines(result: Calibration) -> list[str]:
 # The airspeed card: what to add at which indicated airspeed, for a terminal, a sheet and a file.
 
 _STEPS = (5, 10, 20, 50, 100)  # kt
-_MOST_ROWS = 13  # of a table that is read at one glance
+MOST_ROWS = 13  # of a table that is read at one glance
 
 _COLUMN = {column.key: column for column in CURVE_COLUMNS}
 # What a pilot needs of the curve; the bound's digits say how many of the correction's mean
@@ -308,40 +288,28 @@ def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
     points = curve_points(curve)
     for step in _STEPS:
         inner = [p for p in points[1:-1] if round(p["indicated_airspeed_kt"] or 0.0) % step == 0]
-        if len(shown := [*points[:1], *inner, *points[1:][-1:]]) <= _MOST_ROWS:
+        if len(shown := [*points[:1], *inner, *points[1:][-1:]]) <= MOST_ROWS:
             break
     return shown
-
-
-def card_html(result: Calibration, subject: str) -> str:
-    """The card as an HTML table with its doubts and a link that saves it as CSV."""
-    data = quote(card_csv(result.curve, doubts_of(result)))
-    name = "".join(letter if letter.isalnum() else "-" for letter in subject) or "airspeed"
-    link = (
-        f'<a download="card-{name}.csv" href="data:text/csv;charset=utf-8,{data}">Save as CSV</a>'
-    )
-    doubts = "".join(f"<p>{escape(line)}</p>" for line in doubts_of(result))
-    table = html_table(GLANCE_COLUMNS, curve_points(result.curve))
-    return f'{doubts}{table}<p class="save">{link}</p>'
 
 
 def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") -> str:
     """The card as CSV, speeds in a unit such as `kmh`: the unit ends each column's name; all points
     of the curve, each with the doubts.
     """
-    points = curve_points(curve)
-    keys = [column.key for column in shown_columns(GLANCE_COLUMNS, points)]
-    told = [" ".join(doubts)] if doubts else []
-    text = StringIO()
-    rows = writer(text, lineterminator="\n")
-    rows.writerow([*(k.replace("_kt", f"_{unit}") for k in keys), *["doubts"] * len(told)])
-    factors = {key: KNOT / SUFFIXES[unit].factor if key.endswith("_kt") else 1.0 for key in keys}
-    for point in points:
-        cells = (
-            "" if (value := point[key]) is None else f"{value * factors[key]:.3f}" for key in keys
-        )
-        rows.writerow([*cells, *told])
-    return text.getvalue()
+    points, factor = curve_points(curve), KNOT / SUFFIXES[unit].factor
+    columns = shown_columns(GLANCE_COLUMNS, points)
+    told: dict[str, object] = {"doubts": " ".join(doubts)} if doubts else {}
+
+    def scaled(key: str, value: Any) -> object:
+        return factor * value if key.endswith("_kt") and value is not None else value
+
+    return csv_text(
+        [
+            {**{c.key.replace("_kt", f"_{unit}"): scaled(c.key, p[c.key]) for c in columns}, **told}
+            for p in points
+        ]
+    )
 
 
 # The models that a calibration with `--model auto` weighed, with the probability and the criteria
@@ -410,81 +378,10 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
     return ["; ".join(told)] if told else []
 
 
-def print_calibration(
-    result: Calibration, console: "Console", limit: Limit | str | None = AUTO, details: bool = False
-) -> None:
-    """Print one calibration: the short answer, the warnings, the curve at round airspeeds, and the
-    assumptions.
-
-    `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and
-    the fit.
-    """
-    answer = short_answer_of(result, "")
-    rules = [judgment.sentence for judgment in judgments(result, limit)]
-    sentences = [answer.correction_sentence, *handbook_lines(result.curve), answer.wind_sentence]
-    for line in [*headline(result), *sentences, *rules]:
-        console.print(outside(line))
-    print_warnings(result.warnings, console)
-    console.print()
-    parameters, wind, fit = (
-        parameter_lines(result),
-        wind_lines(result),
-        [*share_lines(result), *fit_lines(result)],
-    )
-    if not details:
-        parameters, wind, fit = [], [], []
-        print_table(GLANCE_COLUMNS, glance_points(result.curve), console)
-        console.print()
-    else:
-        title = f"error curve, model {result.model}, method {result.method}"
-        print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
-        console.print()
-        if rows := result.diagnostics.models:
-            print_table(choice_columns(rows), rows, console, "models weighed")
-            console.print(departure_line(result))
-            console.print()
-    before = [*part_lines(result), *parameters, *location_lines(result), *wind]
-    for line in [*before, *assumption_lines(result), *fit]:
-        console.print(outside(line))
-
-
-def calibration_html(result: Calibration) -> str:
-    """The curve in numbers, the fit behind it and the models weighed, as HTML, folded away."""
-    lines = [
-        *parameter_lines(result),
-        *wind_lines(result),
-        *share_lines(result),
-        *fit_lines(result),
-    ]
-    fit = "".join(f"<p>{escape(line)}</p>" for line in lines)
-    models = ""
-    if rows := result.diagnostics.models:
-        table = f"{html_table(choice_columns(rows), rows)}<p>{departure_line(result)}</p>"
-        models = f"<details><summary>The models weighed</summary>{table}</details>"
-    return (
-        "<details><summary>The curve in numbers</summary>"
-        f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}</details>\n"
-        f"<details><summary>The fit</summary>{fit}</details>\n{models}"
-    )
-
-
-def condition_lines(result: Calibration) -> list[str]:
-    """What the answer holds for: the model, the place of the error and the accuracies assumed."""
-    model = f"model of the curve: {result.model}; samples: {result.samples:,}"
-    return [model, *part_lines(result), *location_lines(result), *assumption_lines(result)]
-
-
 def parameter_lines(result: Calibration) -> list[str]:
     """The parameters of the pressure-error model with their bounds, and the variable of the model."""
     values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     return [f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"]
-
-
-def headline(result: Calibration) -> list[str]:
-    """What stands above an answer whose log contradicts itself."""
-    leads = {True: "Do not use this answer", False: "Two findings of this log disagree"}
-    told = sorted(result.disagreements, key=lambda each: not each.fatal)
-    return [f"{leads[each.fatal]}: {each.words}." for each in told]
 
 
 # By the code of a warning or the kind of a disagreement, the check that fails with it.
@@ -510,13 +407,45 @@ _ASSUMED = (
 )
 
 
-def doubts_of(result: Calibration) -> list[str]:
-    """What an answer must not go without, wherever it is taken: what contradicts it, what is
-    assumed, and which checks failed.
+_READ = ("log", "faulty rows", "flight left out", "own curves", "display steps")
+
+
+def is_doubt(caution: Caution) -> bool:
+    """Whether a warning tells of what may move the answer, not only how the log was read."""
+    return caution.code not in _READ
+
+
+def headline(result: Calibration) -> list[str]:
+    """What contradicts an answer within its own log: a line for what forbids its use, one for all
+    else.
     """
-    failed = dict.fromkeys(FAILED_BY[w.code] for w in result.warnings if w.code in FAILED_BY)
-    checks = [f"Checks that failed: {', '.join(failed)}."] if failed else []
-    return [*headline(result), *doubts_of_curve(result.curve), *checks]
+    fatal = [each.words for each in result.disagreements if each.fatal]
+    others = [each.words.partition(". ")[0] for each in result.disagreements if not each.fatal]
+    lines = [("Do not use this answer", fatal), ("Two findings of this log disagree", others)]
+    return [f"{lead}: {'; '.join(told)}." for lead, told in lines if told]
+
+
+def doubts_of(result: Calibration) -> list[str]:
+    """What an answer must not go without, wherever it is taken: what contradicts it, what may move
+    it, what is assumed. The first says which speeds and tracks the log lacks.
+    """
+    warnings = [
+        f"{w[:1].upper()}{w[1:]}{'' if w.endswith('?') else '.'}"
+        for w in result.warnings
+        if is_doubt(w)
+    ]
+    told = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
+    return [f"{told[0]}{_one_sided_words(result.one_sided)}", *told[1:]] if told else []
+
+
+def _one_sided_words(found: Sequence[OneSided]) -> str:
+    flown = [
+        f"{each.begin:03.0f}° to {each.end:03.0f}° from {each.low / KNOT:.0f} to "
+        f"{each.high / KNOT:.0f} KIAS"
+        for each in found
+    ]
+    told = f" Only these tracks were flown: {'; '.join(flown)}. Fly the other side at these speeds."
+    return told if found else ""
 
 
 def doubts_of_curve(curve: ErrorCurve) -> list[str]:
@@ -635,6 +564,13 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "disagreements": [
             {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT}
             for each in result.disagreements
+        ],
+        "one_sided": [
+            {
+                "indicated_airspeed_kt": [each.low / KNOT, each.high / KNOT],
+                "track_deg": [each.begin, each.end],
+            }
+            for each in result.one_sided
         ],
         "parts": [{"from_s": begin, "to_s": end} for begin, end in result.parts],
         "left_out": list(result.left_out),

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.columns import frame_rows, html_table, keyed, print_table
+from pitotbench.show.columns import frame_rows, keyed
+from pitotbench.show.tree import Node, Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    from rich.console import Console
 
 
 CAMPAIGN_COLUMNS = (
@@ -31,16 +31,11 @@ def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
     return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
 
 
-def print_campaign(results: "pd.DataFrame", console: "Console") -> None:
-    """Print the campaign's table."""
-    print_table(CAMPAIGN_COLUMNS, frame_rows(campaign_table(results)), console)
-
-
-def campaign_html(results: "pd.DataFrame") -> str:
-    """The campaign's table as HTML."""
+def campaign_tree(results: "pd.DataFrame") -> list[Node]:
+    """The campaign's table."""
     table = campaign_table(results)
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
-    return html_table(CAMPAIGN_COLUMNS, frame_rows(plain))
+    return [Table(CAMPAIGN_COLUMNS, frame_rows(plain))]
 
 
 _LOUD = 1.4  # times the residual at another rate, from which a difference is explained

@@ -4,8 +4,10 @@ and JSON.
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from csv import writer
 from dataclasses import dataclass
 from html import escape
+from io import StringIO
 from math import isfinite
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -45,14 +47,6 @@ def outside(text: str, style: str = "") -> "Text":
     from rich.text import Text
 
     return Text(printable(text), style=style)
-
-
-def print_warnings(warnings: Iterable[str], console: "Console") -> None:
-    """Print what changes the trust in an answer: below the answer's sentences, above its first
-    table.
-    """
-    for warning in warnings:
-        console.print(outside(f"warning: {warning}", "yellow"), soft_wrap=True)
 
 
 def _written(letter: str) -> str:
@@ -180,6 +174,18 @@ def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[
     rows = list(rows)
     keyed = [column for column in columns if column.key and not _empty(column, rows)]
     return [{column.key: column.value(row) for column in keyed} for row in rows]
+
+
+def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not."""
+    keys = dict.fromkeys(key for row in rows for key in row)
+    text = StringIO()
+    lines = writer(text, lineterminator="\n")
+    lines.writerow(keys)
+    for row in rows:
+        cells = ("" if row.get(key) is None else row[key] for key in keys)
+        lines.writerow(f"{each:.3f}" if isinstance(each, float) else each for each in cells)
+    return text.getvalue()
 
 
 def frame_rows(table: "DataFrame") -> list[dict[str, Any]]:

@@ -1,19 +1,15 @@
 """Show two versions of an airplane's file: what changed in flight, in words, tables, JSON, a page."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 
 from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChange
-from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
-from pitotbench.show.markup import render
-from pitotbench.show.pages import page_version
+from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.style import BLUE, INK, WIDE, Panel, broken, stacked, svg
+from pitotbench.show.tree import Figure, Heading, Node, Notice, Sentence, Table
 from pitotbench.units import Array
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def change_words(term: TermChange) -> str:
@@ -86,25 +82,23 @@ DIFFERENCE_COLUMNS: tuple[Column[TermChange], ...] = (
 )
 
 
-def print_comparison(found: ModelComparison, console: "Console") -> None:
-    """Print what changed in flight: sentences, terms, channels, and the phases of each."""
-    for number, text in enumerate(comparison_sentences(found)):
-        console.print(outside(text, "" if number else "bold"))
-    for title, columns, rows in _tables(found):
-        console.print()
-        print_table(columns, rows, console, title)
-
-
-def _tables(found: ModelComparison) -> list[tuple[str, Any, Any]]:
-    if not found.terms:
-        return []
-    tables: list[tuple[str, Any, Any]] = [
-        ("Differences of the files", DIFFERENCE_COLUMNS, found.terms)
+def comparison_tree(found: ModelComparison) -> list[Node]:
+    """What changed in flight: sentences, the channels over time, terms, and the phases of each."""
+    tables: list[tuple[str, Sequence[Column[Any]], Sequence[Any]]] = [
+        ("Differences of the files", DIFFERENCE_COLUMNS, found.terms),
+        ("Changes over the whole flight", CHANGE_COLUMNS, found.channels),
+        ("Changes by phase", CHANGE_COLUMNS, found.located if found.channels else ()),
     ]
-    if found.channels:
-        tables.append(("Changes over the whole flight", CHANGE_COLUMNS, found.channels))
-        tables.append(("Changes by phase", CHANGE_COLUMNS, found.located))
-    return tables
+    return [
+        *map(Sentence, comparison_sentences(found)),
+        Figure(lambda _: [_change_panel(found)] if found.traces else []),
+        *(Heading(title, (Table(columns, rows),)) for title, columns, rows in tables if rows),
+        Notice(
+            "The old file flies the card once. Both files are then put into its states, with its "
+            "surfaces and throttles, and their forces, moments, power and mass are read. Each "
+            "difference is put alone into the old file, which gives its own part."
+        ),
+    ]
 
 
 def comparison_json(found: ModelComparison) -> dict[str, Any]:
@@ -119,18 +113,6 @@ def comparison_json(found: ModelComparison) -> dict[str, Any]:
         "located": json_rows(CHANGE_COLUMNS, found.located),
         "remarks": list(found.remarks),
     }
-
-
-def comparison_page(found: ModelComparison) -> str:
-    """Return the HTML of the comparison, with the change of each channel over time."""
-    return render(
-        "comparison.html",
-        title="What changed in flight",
-        sentences=comparison_sentences(found),
-        panels=[_change_panel(found)] if found.traces else [],
-        tables=[(title, html_table(columns, rows)) for title, columns, rows in _tables(found)],
-        version=page_version(),
-    )
 
 
 def _change_panel(found: ModelComparison) -> Panel:

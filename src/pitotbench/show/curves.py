@@ -12,8 +12,9 @@ from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.show.calibration import samples_of
 from pitotbench.show.legs import method_words
-from pitotbench.show.limits import AUTO, Limit, judgments, limit_for
+from pitotbench.show.limits import AUTO, Limit, limit_for
 from pitotbench.show.markup import Section
+from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
     GREEN,
@@ -42,38 +43,51 @@ if TYPE_CHECKING:
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
-_MAIN = (5.8, 3.1)  # in, the first picture of a page
+_MAIN = (5.2, 2.9)  # in, the first picture of a page
 _LIMIT_WITHIN = 1.3  # times what the curve and its samples reach: a limit beyond is not drawn
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
 
-def curve_panels(
+def curve_panel(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
     limit: Limit | str | None = AUTO,
-) -> list[Panel]:
-    """The error curve between its limits, its bounds, and the altitude error where the static
-    source errs.
+    units: Units = BENCH,
+) -> Panel:
+    """The error curve with its bound between its limits.
 
     `results` by model: the first is explained, the others are drawn beside it. `truth`: the true
     correction [m/s] by model, at the airspeeds of its curve, or None for a measured log. `limit` as
     for `judgments`.
     """
     name, first = next(iter(results.items()))
-    true = None if truth is None else truth[name]
-    chosen = limit_for(first, limit)
-    note = " ".join(judgment.sentence for judgment in judgments(first, limit))
-    panels = [
-        panel("Error curve", lambda axes: draw_curve(axes, results, true, chosen), note, _MAIN),
-        panel(
-            "How well the curve is known",
-            lambda axes: draw_bound(axes, first, true),
-            legend_columns=2,
-        ),
+    true, chosen = None if truth is None else truth[name], limit_for(first, limit)
+    return panel(
+        "Error curve",
+        lambda axes: draw_curve(axes, results, true, chosen),
+        size=_MAIN,
+        units=units,
+    )
+
+
+def bound_panels(
+    result: Calibration, truth: MetersPerSecond | None = None, units: Units = BENCH
+) -> list[Panel]:
+    """The bounds of a curve, and the altitude error where the static source errs. `truth`: the true
+    correction [m/s].
+    """
+    known = panel(
+        "How well the curve is known",
+        lambda axes: draw_bound(axes, result, truth),
+        legend_columns=2,
+        units=units,
+    )
+    if result.curve.altitude_correction is None:
+        return [known]
+    return [
+        known,
+        panel("Altitude error", lambda axes: draw_altitude(axes, result.curve), units=units),
     ]
-    if first.curve.altitude_correction is not None:
-        panels.append(panel("Altitude error", lambda axes: draw_altitude(axes, first.curve)))
-    return panels
 
 
 def draw_curve(
@@ -131,8 +145,10 @@ def draw_published(axes: Axes, curve: ErrorCurve) -> None:
         axes.plot(at, np.interp(at, speed, value), color=color, ls="-.", lw=1.2, label=label)
 
 
-def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
-    """Two curves, and below them their difference, each with its 2σ, as an SVG element."""
+def difference_panel(
+    found: CurveDifference, one: ErrorCurve, other: ErrorCurve, units: Units = BENCH
+) -> Panel:
+    """Two curves, and below them their difference, each with its 2σ."""
 
     def draw_both(axes: Axes) -> None:
         for name, curve, color in ((found.first, one, ORANGE), (found.second, other, BLUE)):
@@ -153,11 +169,12 @@ def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurv
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(xlabel=_AIRSPEED, ylabel="difference [kt]")
 
-    with stacked([draw_both, draw_difference], (1.6 * WIDE[0], 1.6 * WIDE[1]), 3) as figure:
-        return svg(figure, f"{found.second} against {found.first}".replace('"', "'"))
+    with stacked([draw_both, draw_difference], _SIZE, 3, units) as figure:
+        title = f"{found.second} against {found.first}".replace('"', "'")
+        return Panel(title, svg(figure, title))
 
 
-def parts_panel(log: FlightLog, result: Calibration) -> Panel:
+def parts_panel(log: FlightLog, result: Calibration, units: Units = BENCH) -> Panel:
     """The flight over time, with the parts that the calibration used in color."""
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
     time = (log.time - log.start) / 60.0
@@ -176,7 +193,7 @@ def parts_panel(log: FlightLog, result: Calibration) -> Panel:
         draw_parts(axes, air.pressure_altitude(log.static_pressure) / FOOT)
         axes.set(xlabel="time [min]", ylabel="pressure\naltitude [ft]")
 
-    with stacked([draw_airspeed, draw_height], WIDE, 3) as figure:
+    with stacked([draw_airspeed, draw_height], WIDE, 3, units) as figure:
         return Panel("Parts of the flight", svg(figure, "Parts of the flight"), note)
 
 
@@ -260,7 +277,7 @@ _DENSITY = (
 _LONGEST_LAG = 40  # s
 
 
-def residual_panels(result: Calibration) -> list[Panel]:
+def residual_panels(result: Calibration, units: Units = BENCH) -> list[Panel]:
     """Data density, residuals over time and their autocorrelation."""
     residuals, bound = result.residuals, result.residual_two_sigma / KNOT
 
@@ -293,8 +310,8 @@ def residual_panels(result: Calibration) -> list[Panel]:
         axes.set(xlabel="lag [s]", ylabel="correlation of 1 s means", ylim=(-0.6, 1.05))
 
     return [
-        panel("Data density", draw_density, _DENSITY),
-        panel("Residual", draw_residuals),
+        panel("Data density", draw_density, _DENSITY, units=units),
+        panel("Residual", draw_residuals, units=units),
         panel("Autocorrelation of the residual", draw_autocorrelation),
     ]
 

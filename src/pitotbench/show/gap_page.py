@@ -29,8 +29,8 @@ from pitotbench.show.gap_words import (
     remaining_features,
     sentences,
 )
-from pitotbench.show.markup import render
-from pitotbench.show.pages import page_version
+from pitotbench.show.markup import page_version, render
+from pitotbench.show.record import CHECK_COLUMNS, Part, check, conditions_of, record_page
 from pitotbench.show.style import (
     BLUE,
     GREEN,
@@ -47,9 +47,7 @@ from pitotbench.show.style import (
     svg,
     thin,
 )
-from pitotbench.show.takehome import Part, check, conditions_of, record_page
 from pitotbench.show.verdict import (
-    CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
     FEATURE_COLUMNS,
     FLIGHT_COLUMNS,

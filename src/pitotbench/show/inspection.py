@@ -1,10 +1,9 @@
 """The account of a log and the check of an aircraft: for the terminal and as plain data."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
 
 from pitotbench.records.aircraft import (
     AircraftCheck,
@@ -14,11 +13,17 @@ from pitotbench.records.aircraft import (
     PerformanceFigure,
     StepResponse,
 )
-from pitotbench.records.log import HeldChannel, HeldFlight, LogInspection, Question
-from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
+from pitotbench.records.log import FlightLog, HeldChannel, HeldFlight, LogInspection, Question
+from pitotbench.show.calibration import is_doubt
+from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.reader_units import Units
+from pitotbench.show.tree import Doubt, Figure, Heading, Node, Notice, Sentence, Table
 from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS, from_si
+
+if TYPE_CHECKING:
+    from pitotbench.show.style import Panel
 
 # The units in which a person reads a channel of a canonical one.
 _FIELD = {
@@ -73,12 +78,12 @@ HELD_COLUMNS: tuple[Column[HeldFlight], ...] = (
 )
 
 
-def print_held(flights: Sequence[HeldFlight], console: Console) -> None:
-    """Print the flights of a folder, and below them the files that were not read."""
-    print_table(HELD_COLUMNS, [each for each in flights if not each.refusal], console)
-    for each in flights:
-        if each.refusal:
-            console.print(outside(str(each)))
+def held_tree(flights: Sequence[HeldFlight]) -> list[Node]:
+    """The flights of a folder, and below them the files that were not read."""
+    return [
+        Table(HELD_COLUMNS, [each for each in flights if not each.refusal]),
+        *(Sentence(str(each)) for each in flights if each.refusal),
+    ]
 
 
 def held_json(flights: Sequence[HeldFlight]) -> list[dict[str, Any]]:
@@ -120,17 +125,32 @@ def inspection_sentences(found: LogInspection) -> list[str]:
     ]
 
 
-def print_inspection(found: LogInspection, console: Console) -> None:
-    """Print the account: sentences, warnings, questions, channels and pauses."""
-    for sentence in inspection_sentences(found):
-        console.print(outside(sentence))
-    print_warnings(found.warnings, console)
-    console.print()
-    print_table(QUESTION_COLUMNS, found.questions, console)
-    console.print()
-    print_table(CHANNEL_COLUMNS, found.channels, console)
-    for start, length in found.pauses:
-        console.print(outside(f"pause of {length:.0f} s after {minutes_text(start)}"))
+def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[Node]:
+    """The account of a log: sentences, warnings, pictures of the `log`, questions, channels and
+    pauses.
+    """
+
+    def pictures(units: Units) -> "list[Panel]":
+        from pitotbench.show.pages import inspection_panels  # it loads the drawing library
+
+        return [] if log is None else inspection_panels(log, found, units)
+
+    return [
+        *map(Sentence, inspection_sentences(found)),
+        *(Doubt(each) if is_doubt(each) else Notice(each) for each in found.warnings),
+        Figure(pictures),
+        Heading("What can be learned", (Table(QUESTION_COLUMNS, found.questions),)),
+        Heading(
+            "Channels: what nine tenths of the rows lie between",
+            (
+                Table(CHANNEL_COLUMNS, found.channels),
+                *(
+                    Sentence(f"pause of {length:.0f} s after {minutes_text(start)}")
+                    for start, length in found.pauses
+                ),
+            ),
+        ),
+    ]
 
 
 def inspection_json(found: LogInspection) -> dict[str, Any]:
@@ -219,14 +239,23 @@ def _found(found: Attached) -> list[str]:
     return [*sentences, *(f"Warning: {each}." for each in found.warnings)]
 
 
-def print_check(check: AircraftCheck, console: Console) -> None:
-    """Print the check: sentences, maneuvers, step responses."""
-    for number, sentence in enumerate(check_sentences(check)):
-        console.print(outside(sentence, "" if number else "bold"))
-    console.print()
-    print_table(MANEUVER_COLUMNS, check.maneuvers, console, "In light turbulence")
-    console.print()
-    print_table(STEP_COLUMNS, check.steps, console, "Steps of the autopilot, in smooth air")
+def check_tree(check: AircraftCheck) -> list[Node]:
+    """The check of an aircraft: sentences, maneuvers, trim and step responses."""
+
+    def pictures(units: Units) -> "list[Panel]":
+        from pitotbench.show.pages import aircraft_panels  # it loads the drawing library
+
+        return aircraft_panels(check, units)
+
+    return [
+        *map(Sentence, check_sentences(check)),
+        Heading(
+            "In light turbulence; on condition is the share of samples within the tolerances",
+            (Table(MANEUVER_COLUMNS, check.maneuvers),),
+        ),
+        Figure(pictures),
+        Heading("Steps of the autopilot, in smooth air", (Table(STEP_COLUMNS, check.steps),)),
+    ]
 
 
 # The performance of an aircraft: for the terminal and as plain data.
@@ -265,18 +294,18 @@ SKIPPED_COLUMNS: tuple[Column[tuple[str, str]], ...] = (
 )
 
 
-def print_performance(found: Performance, console: Console) -> None:
-    """Print the performance of an aircraft, beside its handbook where there is one, and what was
-    left out.
+def performance_tree(found: Performance) -> list[Node]:
+    """The performance of an aircraft, beside its handbook where there is one, and what was left
+    out.
     """
-    loading = f"{found.mass / POUND:,.0f} lb"
-    console.print(
-        outside(f"{found.aircraft}: steady flight at {loading}, the loading of its file.", "bold")
-    )
-    console.print()
-    print_table(PERFORMANCE_COLUMNS, found.figures, console)
-    console.print()
-    print_table(SKIPPED_COLUMNS, found.skipped, console)
+    return [
+        Sentence(
+            f"{found.aircraft}: steady flight at {found.mass / POUND:,.0f} lb, the loading of its "
+            "file."
+        ),
+        Table(PERFORMANCE_COLUMNS, found.figures),
+        Table(SKIPPED_COLUMNS, found.skipped),
+    ]
 
 
 def performance_json(found: Performance) -> dict[str, Any]:

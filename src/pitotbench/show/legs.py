@@ -1,23 +1,16 @@
 """Fixed-speed points, cards written by hand and their plans, in numbers. Loads no drawing library."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
-from pitotbench.show.calibration import CurvePoint, curve_points
-from pitotbench.show.columns import (
-    Column,
-    html_table,
-    json_rows,
-    outside,
-    print_table,
-    print_warnings,
-)
+from pitotbench.show.calibration import CurvePoint, curve_points, doubts_of_curve
+from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.markup import render
+from pitotbench.show.tree import Doubt, Node, Sentence, Table
 from pitotbench.show.words import listed
 from pitotbench.units import DEGREE, FOOT, KNOT
 
@@ -48,23 +41,9 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
 )  # fmt: skip
 
 
-def print_points(
-    points: Sequence[FixedSpeedPoint], console: "Console", curve: ErrorCurve | None = None
-) -> None:
-    """Print the points, one a row; with a curve, also the difference of each from it. Nothing for
-    no points.
-    """
-    if points and curve is not None:
-        console.print()  # the curve stands above
-    print_table(point_columns(curve), points, console, "fixed-speed methods")
-
-
-def points_html(points: Sequence[FixedSpeedPoint], curve: ErrorCurve | None = None) -> str:
-    """The same table, folded away, as HTML; empty for no points."""
-    if not points:
-        return ""
-    table = html_table(point_columns(curve), points)
-    return f"<details><summary>Fixed-speed methods in numbers</summary>{table}</details>"
+def points_tree(points: Sequence[FixedSpeedPoint], warnings: Iterable[str] = ()) -> list[Node]:
+    """The points of a log by fixed-speed methods."""
+    return [*map(Doubt, warnings), Table(POINT_COLUMNS, points, "fixed-speed methods")]
 
 
 def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
@@ -171,15 +150,19 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 )
 
 
-def print_card(card: HandCard, console: Console) -> None:
-    """Print the slips, the points, and the curve of each configuration."""
-    print_warnings(card.warnings, console)
-    print_table(CARD_POINT_COLUMNS, card.points, console, "points")
-    for name, curve in card.curves.items():
-        console.print()
-        print_table(
-            CURVE_COLUMNS, curve_points(curve), console, f"curve{f', {name}' if name else ''}"
-        )
+def card_tree(card: HandCard) -> list[Node]:
+    """A card written by hand: its slips, the points, and the curve of each configuration with what
+    is assumed of it.
+    """
+    assumed = [line for curve in card.curves.values() for line in doubts_of_curve(curve)]
+    return [
+        *map(Doubt, [*card.warnings, *dict.fromkeys(assumed)]),
+        Table(CARD_POINT_COLUMNS, card.points, "points"),
+        *(
+            Table(CURVE_COLUMNS, curve_points(curve), ", ".join(filter(None, ("curve", name))))
+            for name, curve in card.curves.items()
+        ),
+    ]
 
 
 def card_json(card: HandCard) -> dict[str, Any]:
@@ -219,9 +202,9 @@ FLY_BY_COLUMNS: tuple[Column[FlyByPoint], ...] = (
 )
 
 
-def print_fly_bys(points: Sequence[FlyByPoint], console: Console) -> None:
-    """Print the position error of each pass of a tower."""
-    print_table(FLY_BY_COLUMNS, points, console, "tower fly-bys")
+def fly_bys_tree(points: Sequence[FlyByPoint]) -> list[Node]:
+    """The position error of each pass of a tower."""
+    return [Table(FLY_BY_COLUMNS, points, "tower fly-bys")]
 
 
 def fly_bys_json(points: Sequence[FlyByPoint]) -> dict[str, Any]:
@@ -276,14 +259,14 @@ def plan_words(plan: HandPlan | None, want: float | None) -> list[str]:
     ]
 
 
-def print_hand_plan(
-    plans: Sequence[HandPlan], chosen: HandPlan | None, want: float | None, console: Console
-) -> None:
-    """Print the card to fly, and the others from which it is chosen."""
-    for line in plan_words(chosen, want):
-        console.print(outside(line))
-    console.print()
-    print_table(PLAN_COLUMNS, plans, console, "cards by hand, each better than all shorter ones")
+def hand_plan_tree(
+    plans: Sequence[HandPlan], chosen: HandPlan | None, want: float | None
+) -> list[Node]:
+    """The card to fly, and the others from which it is chosen."""
+    return [
+        *map(Sentence, plan_words(chosen, want)),
+        Table(PLAN_COLUMNS, plans, "cards by hand, each better than all shorter ones"),
+    ]
 
 
 def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[str, Any]:

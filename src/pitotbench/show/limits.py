@@ -167,7 +167,7 @@ def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[Lim
     to err.
     """
     chosen = limit_for(result, limit)
-    if chosen is None:
+    if chosen is None or not result.usable:  # no rule judges an answer that is not to be used
         return []
     curve = result.curve
     speed = curve.indicated_airspeed / KNOT

@@ -1,10 +1,15 @@
 """Templates to HTML, and the finished parts of a page. Loads no drawing library."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.reader_units import BENCH, Units
+from pitotbench.show.renderers import html_of
+from pitotbench.show.tree import Node
 from pitotbench.show.words import heading, words
 
 # Templates to HTML. Text is escaped; the templates mark drawings and finished parts as safe.
@@ -13,6 +18,19 @@ from pitotbench.show.words import heading, words
 def render(template: str, **content: object) -> str:
     """The HTML of a template of this package."""
     return environment().get_template(template).render(**content)
+
+
+def page_of(title: str, nodes: Iterable[Node], units: Units = BENCH) -> str:
+    """An answer as one self-contained page (HTML) in the reader's units."""
+    return render("tree.html", title=title, body=html_of(nodes, units), version=page_version())
+
+
+def page_version() -> str:
+    """The version of the bench that made a page."""
+    try:
+        return version("pitotbench")
+    except PackageNotFoundError:  # run from a checkout that was never installed
+        return "(not installed)"
 
 
 def environment() -> Environment:

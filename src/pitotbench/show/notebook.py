@@ -2,9 +2,9 @@
 function to each.
 """
 
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import singledispatch
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -25,44 +25,51 @@ from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.show.calibration import (
     CURVE_COLUMNS,
-    GLANCE_COLUMNS,
-    assumption_lines,
     card_csv,
     curve_points,
     doubts_of,
-    glance_points,
-    handbook_lines,
-    headline,
-    short_answer_of,
 )
-from pitotbench.show.columns import html_table, json_rows
+from pitotbench.show.calibration_tree import calibration_tree
+from pitotbench.show.columns import json_rows
 from pitotbench.show.curves import draw_curve
-from pitotbench.show.gap_words import sentences
-from pitotbench.show.inspection import CHANNEL_COLUMNS, QUESTION_COLUMNS, inspection_sentences
+from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
-from pitotbench.show.pages import draw_front, log_page, log_section
-from pitotbench.show.plan import plan_advice, plan_columns, plan_json
+from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section
+from pitotbench.show.plan import plan_json, plan_tree
+from pitotbench.show.reader_units import units_named
+from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
-from pitotbench.show.takehome import calibration_record
-from pitotbench.show.verdict import FLIGHT_COLUMNS, candidate_columns
+from pitotbench.show.tree import ANSWER, Doubt, Node, Sentence, nodes_in
+from pitotbench.show.verdict import account_tree
 from pitotbench.show.words import words
 from pitotbench.units import KNOT
 
 _CAUSES = 8  # bars of a picture of causes
+_WIDER = 1.5  # times a panel of a page
 
 
-@singledispatch
 def in_one_line(record: object) -> str:
-    """The record in one line of text. Raises TypeError for a record without this view, as all views
-    do.
+    """The record in one line of text: its first doubt and its first sentence. Raises TypeError for
+    a record without a tree.
     """
-    raise TypeError(f"{type(record).__name__} has no view in a notebook")
+    said: dict[type, str] = {}
+    for node in nodes_in(_tree_of(record), ANSWER):
+        if isinstance(node, Doubt | Sentence):
+            said.setdefault(type(node), node.text)
+    return " ".join(said[kind] for kind in (Doubt, Sentence) if kind in said)
 
 
-@singledispatch
 def to_html(record: object) -> str:
-    """The record as a piece of HTML."""
-    return f"<pre>{escape(in_one_line(record))}</pre>"
+    """The record as a piece of HTML: what its tree says first, with its pictures. Raises TypeError
+    for a record without a tree.
+    """
+    return html_of(_tree_of(record), depth=ANSWER)
+
+
+def _tree_of(record: object) -> Iterable[Node]:
+    if type(record) not in _TREES:
+        raise TypeError(f"{type(record).__name__} has no view in a notebook")
+    return _TREES[type(record)](record)
 
 
 @singledispatch
@@ -82,7 +89,7 @@ def draw_record(record: object, axes: Axes) -> None:
 def plot(record: object, axes: Axes | None = None) -> Figure:
     """Draw the record on the axes given, or in a new figure, and return the figure."""
     if axes is None:
-        axes = Figure(figsize=(1.5 * WIDE[0], 1.5 * WIDE[1]), layout="constrained").subplots()
+        axes = Figure(figsize=(_WIDER * WIDE[0], _WIDER * WIDE[1]), layout="constrained").subplots()
     draw_record(record, axes)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small")
@@ -91,13 +98,6 @@ def plot(record: object, axes: Axes | None = None) -> Figure:
     return figure
 
 
-in_one_line.register(
-    Calibration,
-    lambda r: " ".join([f"{r.model}.", *headline(r), short_answer_of(r, "").correction_sentence]),
-)
-in_one_line.register(LogInspection, lambda record: " ".join(inspection_sentences(record)))
-in_one_line.register(Plan, lambda record: plan_advice(record)[0])
-in_one_line.register(Account, lambda record: sentences(record)[0])
 to_frame.register(
     Calibration, lambda r: pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(r.curve)))
 )
@@ -107,34 +107,23 @@ to_frame.register(
 draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 
 
-@to_html.register
-def _(record: Calibration) -> str:
-    answer = short_answer_of(record, "")
-    limits = [judgment.sentence for judgment in judgments(record)]
-    compared = handbook_lines(record.curve)
-    told = [*doubts_of(record), answer.correction_sentence, *compared, answer.wind_sentence]
-    lines = [*told, *limits, *assumption_lines(record)]
-    warnings = [f"<b>Warning:</b> {escape(text)}" for text in record.warnings]
-    words = "".join(f"<p>{line}</p>" for line in [*map(escape, lines), *warnings])
-    return words + html_table(GLANCE_COLUMNS, glance_points(record.curve))
-
-
 @draw_record.register
 def _(record: Calibration, axes: Axes) -> None:
     draw_curve(axes, {record.model: record}, None, limit_for(record))
 
 
-def write_page(record: Calibration, path: Path) -> None:
-    """Write a calibration with its pictures and its card as a page."""
+def write_page(record: Calibration, path: Path, units: str) -> None:
+    """Write a calibration with its pictures and its card as a page, in the units asked for."""
     require_file(path, PAGES)
     name = ", ".join(each.name for each in record.provenance.inputs) or "a log"
-    write_text(path, log_page("Pitot-static calibration", [log_section(name, None, record)]))
+    section = log_section(name, None, record, units=units_named(units))
+    write_text(path, log_page("Pitot-static calibration", [section]))
 
 
-def write_record(record: Calibration, path: Path, rule: str) -> None:
-    """Write the record of a calibration for the file."""
+def write_record(record: Calibration, path: Path, rule: str, units: str) -> None:
+    """Write the record of a calibration for the file, in the units asked for."""
     require_file(path, PAGES)
-    write_text(path, calibration_record([record], limit_named(rule)))
+    write_text(path, calibration_record([record], limit_named(rule), units_named(units)))
 
 
 def write_card(record: Calibration, path: Path) -> None:
@@ -158,21 +147,23 @@ def params(record: Calibration, autopilot: str) -> AutopilotSettings:
     )
 
 
-@in_one_line.register
-def _(record: FlightLog) -> str:
-    minutes = (record.time[-1] - record.time[0]) / 60.0
+def _log_tree(record: FlightLog) -> list[Node]:
     rate = 1.0 / float(np.median(np.diff(record.time)))
-    origin = "simulated" if record.simulated else "measured"
-    channels = len(record.channels())
-    return (
-        f"{origin}, {len(record):,} rows in {minutes:.1f} min at {rate:.4g} Hz, {channels} channels"
+    columns = [*to_frame(record).columns]
+    rows = (
+        f"{'simulated' if record.simulated else 'measured'}, {len(record):,} rows in "
+        f"{(record.time[-1] - record.time[0]) / 60.0:.1f} min at {rate:.4g} Hz"
     )
+    return [Sentence(f"{rows}, {len(columns)} channels"), Sentence(", ".join(columns))]
 
 
-@to_html.register
-def _(record: FlightLog) -> str:
-    names = ", ".join(to_frame(record).columns)
-    return f"<p><b>Flight log</b>, {escape(in_one_line(record))}</p><p>{escape(names)}</p>"
+_TREES: dict[type, Callable[[Any], Iterable[Node]]] = {
+    Calibration: lambda record: calibration_tree("", {record.model: record}).nodes,
+    FlightLog: _log_tree,
+    LogInspection: inspection_tree,
+    Plan: plan_tree,
+    Account: account_tree,
+}
 
 
 @to_frame.register
@@ -194,35 +185,12 @@ def _(record: FlightLog, axes: Axes) -> None:
     axes.set(xlabel="time [min]", ylabel="speed [kt]")
 
 
-@to_html.register
-def _(record: LogInspection) -> str:
-    lines = [*inspection_sentences(record), *(f"Warning: {text}" for text in record.warnings)]
-    return "".join(f"<p>{escape(line)}</p>" for line in lines) + html_table(
-        QUESTION_COLUMNS, record.questions
-    )
-
-
-@to_html.register
-def _(record: Plan) -> str:
-    words = "".join(f"<p>{escape(line)}</p>" for line in [*plan_advice(record), record.conditions])
-    return words + html_table(plan_columns(record), record.forecasts)
-
-
 @to_frame.register
 def _(record: Plan) -> pd.DataFrame:
     rows: list[dict[str, Any]] = plan_json(record)["forecasts"]
     return pd.DataFrame(
         [{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows]
     )
-
-
-@to_html.register
-def _(record: Account) -> str:
-    verdict = record.verdict
-    lines = [*sentences(record), *(f"Next: {line}." for line in verdict.advice)]
-    told = "".join(f"<p>{escape(line)}</p>" for line in lines)
-    several = html_table(FLIGHT_COLUMNS, record.flights) if len(record.flights) > 1 else ""
-    return told + several + html_table(candidate_columns(verdict), verdict.candidates)
 
 
 @to_frame.register

@@ -1,7 +1,7 @@
 """The pages: a campaign, calibrated logs, the account of a log, the check of an aircraft, a plan."""
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
+from html import escape
 from itertools import groupby
 from math import log
 from typing import TYPE_CHECKING
@@ -15,37 +15,17 @@ from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.log import FlightLog, LogInspection
-from pitotbench.show.calibration import (
-    ShortAnswer,
-    calibration_html,
-    card_html,
-    condition_lines,
-    handbook_lines,
-    headline,
-    short_answer_of,
-)
-from pitotbench.show.campaign import campaign_html, remarks
+from pitotbench.show.calibration import ShortAnswer, short_answer_of
+from pitotbench.show.calibration_tree import calibration_tree
+from pitotbench.show.campaign import campaign_tree, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import (
-    all_flights_panel,
-    corrections_panel,
-    curve_panels,
-    parts_panel,
-    residual_panels,
-)
+from pitotbench.show.curves import all_flights_panel, corrections_panel
 from pitotbench.show.flights import flight_panels
-from pitotbench.show.inspection import (
-    CHANNEL_COLUMNS,
-    MANEUVER_COLUMNS,
-    QUESTION_COLUMNS,
-    STEP_COLUMNS,
-    check_sentences,
-    inspection_sentences,
-)
-from pitotbench.show.legs import points_html
 from pitotbench.show.limits import AUTO, Limit
-from pitotbench.show.markup import Section, render
-from pitotbench.show.plan import card_lines, plan_advice, plan_columns
+from pitotbench.show.markup import Section, page_version, render
+from pitotbench.show.reader_units import BENCH, Units
+from pitotbench.show.record import Part, record_page
+from pitotbench.show.renderers import html_of
 from pitotbench.show.style import (
     BLUE,
     GREEN,
@@ -61,7 +41,7 @@ from pitotbench.show.style import (
     panel,
     thin,
 )
-from pitotbench.show.takehome import settings_html
+from pitotbench.show.tree import SOURCES, Download, Heading
 from pitotbench.show.words import words
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
 
@@ -72,32 +52,18 @@ if TYPE_CHECKING:
 _MOST_NAMED = 2  # maneuvers that fit into a title
 
 
-def answer_columns(answers: Sequence[ShortAnswer]) -> list[Column[ShortAnswer]]:
-    """The columns of some answers; where all are at the same airspeeds, these head the corrections."""
-    speeds = [
-        [f"at {each.indicated_kt:.0f} KIAS" for each in answer.corrections] for answer in answers
-    ]
-    same = all(each == speeds[0] for each in speeds)
-    headings = speeds[0] if same and speeds else ("low speed", "middle speed", "high speed")
-
-    def correction(number: int) -> Column[ShortAnswer]:
-        def value(answer: ShortAnswer) -> str:
-            each = answer.corrections[number]
-            return (
-                str(each).removesuffix(" kt") if same else f"{each} at {each.indicated_kt:.0f} KIAS"
-            )
-
-        return Column(headings[number], value, "kt" if same else "")
-
-    return [
-        Column("flight", lambda answer: answer.subject),
-        Column("model", lambda answer: answer.model),
-        *map(correction, range(len(headings))),
-        Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
-        Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
-        Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
-        Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
-    ]
+ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
+    Column("flight", lambda answer: answer.subject),
+    Column("model", lambda answer: answer.model),
+    Column(
+        "corrections at low, middle and high speed",
+        lambda a: "; ".join(f"{each} at {each.indicated_kt:.0f} KIAS" for each in a.corrections),
+    ),
+    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
+    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
+    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
+    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+)
 
 
 def campaign_page(
@@ -122,8 +88,8 @@ def campaign_page(
         sections=sections,
         results=results,
         failures=failures,
-        table=campaign_html(first),
-        all_models=campaign_html(results) if len(first) < len(results) else "",
+        table=html_of(campaign_tree(first)),
+        all_models=html_of(campaign_tree(results)) if len(first) < len(results) else "",
         panels=[all_flights_panel(results), corrections_panel(sections)]
         if len(sections) > 1
         else [],
@@ -156,17 +122,9 @@ def _page(
         groups=groups,
         # A single section has its warnings at its own top.
         notes=remarks(results, answers if len(answers) > 1 else []),
-        answers=html_table(answer_columns(answers), answers),
+        answers=html_table(ANSWER_COLUMNS, answers),
         **{**optional, **content},
     )
-
-
-def page_version() -> str:
-    """The version of the bench that made a page."""
-    try:
-        return version("pitotbench")
-    except PackageNotFoundError:  # run from a checkout that was never installed
-        return "(not installed)"
 
 
 # Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and
@@ -190,8 +148,10 @@ def flight_section(
     answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
     flown = [] if tolerances is None else flight_panels(flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
-    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown)
-    return Section(name, maneuver, system, answer, html)
+    tree = calibration_tree(
+        f"{maneuver.capitalize()}, {system} Hz", results, truth=truth, flown=flown
+    )
+    return Section(name, maneuver, system, answer, _section_html(name, tree, BENCH))
 
 
 def log_section(
@@ -201,96 +161,79 @@ def log_section(
     limit: Limit | str | None = AUTO,
     lines: Sequence[str] = (),
     settings: AutopilotSettings | None = None,
+    units: Units = BENCH,
 ) -> Section:
-    """The section of a log that was read from a file, or of a flight of it; `lines` say which.
+    """The section of a log that was read from a file, or of a flight of it, in the reader's units.
 
-    `settings` are the parameters of its autopilot, where they were asked for.
-
-    Its group says whether a simulator made the log. `limit` as for `judgments`. Without the `log`
-    nothing is shown of the parts that were left out.
+    Its group says whether a simulator made the log. The rest as for `calibration_tree`.
     """
-    answer = short_answer_of(result, name)
-    rows = " ".join(
-        [*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log or ()):,} rows read,"]
+    tree = calibration_tree(
+        name, {result.model: result}, limit, lines=lines, log=log, settings=settings
     )
-    rows = f"{rows} {result.samples:,} used." if log else f"{result.samples:,} rows used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    parts = [parts_panel(log, result)] if log and result.left_out else []
-    html = _html(
-        anchor, name, rows, answer, {result.model: result}, None, [], limit, parts, settings
-    )
     simulated = (
         log.simulated
         if log
         else any(each.origin == "simulated" for each in result.provenance.inputs)
     )
     origin = "simulated logs" if simulated else "measured logs"
-    return Section(anchor, origin, name, answer, html)
+    html = _section_html(anchor, tree, units)
+    return Section(anchor, origin, name, short_answer_of(result, name), html)
 
 
-def _html(
-    anchor: str,
-    title: str,
-    remark: str,
-    answer: ShortAnswer,
-    results: Mapping[str, Calibration],
-    truth: Mapping[str, MetersPerSecond] | None,
-    flown: Sequence[Panel],
-    limit: Limit | str | None = AUTO,
-    parts: Sequence[Panel] = (),
-    settings: AutopilotSettings | None = None,
+def calibration_record(
+    flights: Sequence[Calibration], limit: Limit | str | None = AUTO, units: Units = BENCH
 ) -> str:
-    first = next(iter(results.values()))
-    curves = curve_panels(results, truth, limit)
-    return render(
-        "section.html",
-        anchor=anchor,
-        title=title,
-        remark=remark,
-        answer=answer,
-        flown=flown,
-        curve=curves[0],
-        headline=headline(first),
-        handbook=handbook_lines(first.curve),
-        conditions=condition_lines(first),
-        settings="" if settings is None else settings_html(settings),
-        card=card_html(first, title),
-        panels=[*parts, *curves[1:], *residual_panels(first)],
-        numbers=calibration_html(first) + points_html(first.points, first.curve),
-    )
+    """The record of one curve, from one flight or from several with a wind each, as a page of two
+    sheets. `limit` as for `judgments`.
+    """
+    first = flights[0]
+    tree = calibration_tree("", {first.model: first}, limit, flights=flights)
+    answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
+    sources = (n for n in tree.nodes if isinstance(n, Heading) and n.depth == SOURCES)
+    parts = [Heading("Answer", tuple(answer)), *sources]
+    texts = [html_of(each.nodes, units, SOURCES) for each in parts]
+    # Nothing is folded away on paper.
+    told: list[Part] = [
+        (each.text, [], text.replace("<details>", "<details open>"))
+        for each, text in zip(parts, texts, strict=True)
+    ]
+    title = "Record of a pitot-static calibration"
+    objective = "Find the correction of the airspeed, with a bound."
+    return record_page(title, objective, first.provenance, told, [])
 
 
-def aircraft_page(check: AircraftCheck) -> str:
-    """The HTML of the check of an aircraft."""
+def _section_html(anchor: str, tree: Heading, units: Units) -> str:
+    title = f"<h2>{escape(tree.text)}</h2>"
+    return f'<section class="tree" id="{anchor}">{title}{html_of(tree.nodes, units)}</section>\n'
+
+
+def aircraft_panels(check: AircraftCheck, units: Units = BENCH) -> list[Panel]:
+    """The pictures of the check of an aircraft: its trim, and its answers to steps."""
     found, panels = check.attached, []
     if found is not None:
         levers = tuple(100.0 * lever for lever in found.lever)
-        panels.append(_trim_panel(found, levers, "throttle in level flight [%]"))
-        panels.append(_trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]"))
+        panels.append(_trim_panel(found, levers, "throttle in level flight [%]", units))
+        panels.append(
+            _trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]", units)
+        )
     quantities = list(dict.fromkeys(step.quantity for step in check.steps))
-    panels += [
-        _step_panel([s for s in check.steps if s.quantity == quantity]) for quantity in quantities
+    return panels + [
+        _step_panel([s for s in check.steps if s.quantity == quantity], units)
+        for quantity in quantities
     ]
-    return render(
-        "aircraft.html",
-        title=f"What can be flown with {check.aircraft}",
-        sentences=check_sentences(check),
-        panels=panels,
-        maneuvers=html_table(MANEUVER_COLUMNS, check.maneuvers),
-        steps=html_table(STEP_COLUMNS, check.steps),
-    )
 
 
-def _trim_panel(found: Attached, values: tuple[float, ...], label: str) -> Panel:
+def _trim_panel(found: Attached, values: tuple[float, ...], label: str, units: Units) -> Panel:
     def draw(axes: Axes) -> None:
         axes.plot(found.speed_kt, values, "o-", color=BLUE, ms=3.5)
         axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed")
         axes.set(xlabel="calibrated airspeed [kt]", ylabel=label)
 
-    return panel(label.split(" [")[0].capitalize(), draw)
+    return panel(label.split(" [")[0].capitalize(), draw, units=units)
 
 
-def _step_panel(steps: list[StepResponse]) -> Panel:
+def _step_panel(steps: list[StepResponse], units: Units) -> Panel:
     def draw(axes: Axes) -> None:
         for step, color in zip(steps, (BLUE, ORANGE), strict=False):
             axes.plot(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
@@ -299,27 +242,13 @@ def _step_panel(steps: list[StepResponse]) -> Panel:
             xlabel="time [s]", ylabel=f"change of {words(steps[0].quantity)} [{steps[0].unit}]"
         )
 
-    return panel(f"Step of {words(steps[0].quantity)}", draw)
+    return panel(f"Step of {words(steps[0].quantity)}", draw, units=units)
 
 
-# The account of a log as a page: speeds, height and track over time, the tracks flown, the bound to
-# expect.
+# The pictures of a log: speeds, height and track over time, the tracks flown, the bound to expect.
 
 
-def inspection_page(name: str, log: FlightLog, found: LogInspection) -> str:
-    """The HTML of the account of a log."""
-    return render(
-        "inspection.html",
-        title=f"What {name} holds",
-        sentences=inspection_sentences(found),
-        panels=inspection_panels(log, found),
-        questions=html_table(QUESTION_COLUMNS, found.questions),
-        channels=html_table(CHANNEL_COLUMNS, found.channels),
-        warnings=found.warnings,
-    )
-
-
-def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
+def inspection_panels(log: FlightLog, found: LogInspection, units: Units = BENCH) -> list[Panel]:
     """The pictures of a log."""
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure)) / KNOT
     ground = np.hypot(log.velocity_north, log.velocity_east) / KNOT
@@ -356,14 +285,16 @@ def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
             xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None)
         )
 
-    bound = (
-        [] if found.expected is None else [panel("Bound to expect in light turbulence", draw_bound)]
-    )
+    pictures = {
+        "Speeds": draw_speeds,
+        "Pressure altitude": draw_height,
+        "Tracks and airspeeds flown": draw_tracks,
+        "Bound to expect in light turbulence": draw_bound,
+    }
     return [
-        panel("Speeds", draw_speeds),
-        panel("Pressure altitude", draw_height),
-        panel("Tracks and airspeeds flown", draw_tracks),
-        *bound,
+        panel(title, draw, units=units)
+        for title, draw in pictures.items()
+        if draw is not draw_bound or found.expected is not None
     ]
 
 
@@ -383,7 +314,7 @@ _NAME_WIDTH, _CLOSE = (
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
-def plan_panels(plan: Plan) -> list[Panel]:
+def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
     """The three pictures of a plan."""
 
     def draw_curves(axes: Axes) -> None:
@@ -427,11 +358,13 @@ def plan_panels(plan: Plan) -> list[Panel]:
             "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so "
             "many minutes.",
             size=_LARGE,
+            units=units,
         ),
         panel(
             "±2σ of the curve, by airspeed",
             draw_curves,
             f"The {min(_CURVES, len(plan.forecasts))} best maneuvers, each flown once.",
+            units=units,
         ),
         panel(
             "Ground covered",
@@ -542,17 +475,3 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
             zorder=_BELOW_DOTS,
         )
-
-
-def plan_page(plan: Plan) -> str:
-    """The recommendation as one self-contained page (HTML)."""
-    return render(
-        "plan.html",
-        title="What to fly",
-        subtitle=plan.conditions,
-        advice=plan_advice(plan),
-        panels=plan_panels(plan),
-        table=html_table(plan_columns(plan), plan.forecasts),
-        refused=plan.refused,
-        card=[] if plan.improved is None else card_lines(plan.improved),
-    )

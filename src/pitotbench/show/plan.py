@@ -2,14 +2,25 @@
 card.
 """
 
-from typing import Any
-
-from rich.console import Console
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.columns import Column, json_rows, outside, print_table
+from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.reader_units import Units
+from pitotbench.show.tree import (
+    SOURCES,
+    Doubt,
+    Figure,
+    Heading,
+    Node,
+    Sentence,
+    Table,
+)
 from pitotbench.show.words import entry_words, words
 from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
+
+if TYPE_CHECKING:
+    from pitotbench.show.style import Panel
 
 
 def plan_advice(plan: Plan) -> list[str]:
@@ -165,11 +176,34 @@ def _curve(each: Forecast) -> list[dict[str, float]]:
     ]
 
 
-def print_plan(plan: Plan, console: Console) -> None:
-    """Print the recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
-    for line in plan_advice(plan):
-        console.print(outside(line), soft_wrap=True)
-    console.print()
-    print_table(plan_columns(plan), plan.forecasts, console, plan.conditions)
-    for maneuver, reason in plan.refused.items():
-        console.print(outside(f"cannot be flown: {maneuver}: {reason}", "yellow"), soft_wrap=True)
+def plan_tree(plan: Plan) -> list[Node]:
+    """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
+
+    def pictures(units: Units) -> "list[Panel]":
+        from pitotbench.show.pages import plan_panels  # it loads the drawing library
+
+        return plan_panels(plan, units)
+
+    return [
+        *map(Sentence, plan_advice(plan)),
+        Figure(pictures, main=True),
+        Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
+        *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
+        *(
+            Heading("The improved card, for a case file", (*map(Sentence, card_lines(each)),))
+            for each in [plan.improved]
+            if each is not None
+        ),
+        Heading("How to read this", (*map(Sentence, _READING),), SOURCES),
+    ]
+
+
+_READING = (
+    "The simulator flies every card once in smooth air. Gusts of the expected level are drawn "
+    "along its path, the data system records it, and the calibration, which does not know the gusts, "
+    "gives its bound: the mean ±2σ over the wanted airspeeds. The 1σ between flights is its "
+    "standard deviation from flight to flight.",
+    "The bound does not hold errors that gusts do not show, such as one of the temperature, or a "
+    "pressure error that changes with the load factor. Recorded minutes are those of the log; "
+    "minutes in the air add the time to set up each speed anew.",
+)

@@ -11,8 +11,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator
 
+from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.timeline import pauses
 from pitotbench.units import Array
 
@@ -74,17 +77,21 @@ def panel(
     note: str = "",
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
+    units: Units = BENCH,
 ) -> Panel:
-    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above
-    the data.
+    """A panel of a size [in] with the axes that `draw` fills in the units of the bench, read in
+    those of the reader; labeled artists go to a legend above the data.
     """
-    with stacked([draw], size, legend_columns) as figure:
+    with stacked([draw], size, legend_columns, units) as figure:
         return Panel(title, svg(figure, title), note)
 
 
 @contextmanager
 def stacked(
-    draws: Sequence[Callable[[Axes], None]], size: tuple[float, float], legend_columns: int
+    draws: Sequence[Callable[[Axes], None]],
+    size: tuple[float, float],
+    legend_columns: int,
+    units: Units = BENCH,
 ) -> Iterator[Figure]:
     """The figure of several axes, one below the other, with one range of x and one legend without
     repetitions.
@@ -95,14 +102,28 @@ def stacked(
             draw(axes)
             if axes is not every[0]:
                 axes.set_xlim(every[0].get_xlim())
+            for axis in (axes.xaxis, axes.yaxis):
+                _translate(axis, units)
             handles, labels = axes.get_legend_handles_labels()
             named |= {
-                label: handle
+                units.text(label): handle
                 for handle, label in zip(handles, labels, strict=True)
-                if label not in named
+                if units.text(label) not in named
             }
         _add_legend(figure, named, legend_columns)
         yield figure
+
+
+def _translate(axis: Axis, units: Units) -> None:
+    """Write the label and the ticks of an axis in the reader's unit, by the label's `[unit]`."""
+    label, _, unit = axis.get_label_text().removesuffix("]").rpartition("[")
+    factor, symbol = units.scale(unit)
+    if factor != 1.0:
+        low, high = factor * np.sort(axis.get_view_interval())
+        ticks = AutoLocator().tick_values(low, high)
+        inside = ticks[(ticks >= low) & (ticks <= high)]
+        axis.set_label_text(f"{label}[{symbol}]")
+        axis.set_ticks(inside / factor, [f"{tick:g}".replace("-", "−") for tick in inside])
 
 
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:

@@ -1,12 +1,8 @@
-"""What people take home: parameters to set, tables for the handbook, two curves compared, records
-for the file.
-"""
+"""What people take home: parameters to set, tables for the handbook, two curves compared."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from csv import writer
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
-from io import StringIO
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -17,41 +13,24 @@ from pitotbench.records import BadInputError
 from pitotbench.records.calibration import (
     AutopilotSettings,
     CalibratedFlight,
-    Calibration,
     ErrorCurve,
     Estimate,
     PublishedCurve,
     Setting,
-    WindEstimate,
-    WindowWind,
 )
-from pitotbench.records.log import Provenance
-from pitotbench.records.verdict import Check
-from pitotbench.show.calibration import (
-    FAILED_BY,
-    GEOMETRY,
-    GLANCE_COLUMNS,
-    HEADINGS,
-    calibration_json,
-    condition_lines,
-    flight_json,
-    glance_points,
-    handbook_lines,
-    headline,
-    short_answer_of,
-)
-from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
+from pitotbench.show.calibration import MOST_ROWS, calibration_json, flight_json
+from pitotbench.show.columns import Column, csv_text, json_rows
 from pitotbench.show.legs import points_json
-from pitotbench.show.limits import AUTO, Limit, judgments
-from pitotbench.show.markup import render
-from pitotbench.show.words import words
-from pitotbench.timeline import minutes_text
+from pitotbench.show.limits import AUTO, Limit
+from pitotbench.show.markup import page_of
+from pitotbench.show.reader_units import Units
+from pitotbench.show.tree import NUMBERS, Doubt, Figure, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters, MetersPerSecond
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from pitotbench.show.style import Panel
 
-# The parameters of an autopilot, for a terminal and as plain data.
+# The parameters of an autopilot.
 
 SETTING_COLUMNS: tuple[Column[Setting], ...] = (
     Column("parameter", lambda s: s.name, key="name"),
@@ -60,20 +39,6 @@ SETTING_COLUMNS: tuple[Column[Setting], ...] = (
     Column("old", lambda s: s.old, style=".5g", key="old"),
     Column("from", lambda s: s.source, key="from"),
 )
-
-
-def print_settings(found: AutopilotSettings, console: "Console") -> None:
-    """Print the parameters to set, what they leave of the error, and a propeller's wash."""
-    console.print()
-    print_table(SETTING_COLUMNS, found.settings, console, f"parameters of {found.autopilot}")
-    for line in settings_lines(found):
-        console.print(outside(line))
-
-
-def settings_html(found: AutopilotSettings) -> str:
-    """The parameters to set and what they leave of the error, as a part of a page."""
-    lines = "".join(f"<p>{escape(line)}</p>" for line in settings_lines(found))
-    return f"<h3>Parameters of {found.autopilot}</h3>{html_table(SETTING_COLUMNS, found.settings)}{lines}"
 
 
 def settings_lines(found: AutopilotSettings) -> list[str]:
@@ -266,13 +231,26 @@ def _difference_rows(found: CurveDifference) -> list[_DifferenceRow]:
     return [(float(v), float(d), float(b)) for v, d, b in zip(*columns, strict=True)]
 
 
-def print_difference(found: CurveDifference, console: "Console") -> None:
-    """Print the sentence and the table of two curves compared."""
-    console.print(outside(difference_sentence(found)))
-    console.print()
+def difference_tree(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> list[Node]:
+    """Two curves compared: the sentence, a picture of both with their difference, the table."""
+
+    def pictures(units: Units) -> "list[Panel]":
+        from pitotbench.show.curves import difference_panel  # it loads the drawing library
+
+        return [difference_panel(found, one, other, units)]
+
     rows = _difference_rows(found)
-    step = max(1, -(-len(rows) // 13))
-    print_table(DIFFERENCE_COLUMNS, rows[::step], console, f"{found.second} less {found.first}")
+    step = max(1, -(-len(rows) // MOST_ROWS))
+    return [
+        Sentence(difference_sentence(found)),
+        Figure(pictures, main=True),
+        Table(DIFFERENCE_COLUMNS, rows[::step], f"{found.second} less {found.first}"),
+        Sentence(
+            "The errors of the two curves are taken as independent. An error that both share, such "
+            "as that of one thermometer, cancels: the 2σ is then too large."
+        ),
+        Heading("The difference in numbers", (Table(DIFFERENCE_COLUMNS, rows),), NUMBERS),
+    ]
 
 
 def difference_json(found: CurveDifference) -> dict[str, Any]:
@@ -284,28 +262,6 @@ def difference_json(found: CurveDifference) -> dict[str, Any]:
         "differs": found.differs,
         "summary": difference_sentence(found),
     }
-
-
-def difference_page(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
-    """The page of two curves compared: the sentence, a picture of both with their difference, the
-    table.
-    """
-    from pitotbench.show.curves import difference_drawing
-
-    return render(
-        "takehome.html",
-        title=f"{found.second} against {found.first}",
-        lines=[difference_sentence(found)],
-        drawing=difference_drawing(found, one, other),
-        tables=[
-            ("The difference in numbers", html_table(DIFFERENCE_COLUMNS, _difference_rows(found)))
-        ],
-        notes=[
-            "The errors of the two curves are taken as independent. An error that both share, such "
-            "as that of one "
-            "thermometer, cancels: the 2σ is then too large."
-        ],
-    )
 
 
 # Tables for a handbook: calibrated by indicated airspeed, and the altitude correction by height and
@@ -365,49 +321,33 @@ def handbook_csv(curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE) -> st
     """The tables as CSV: one line an airspeed and configuration, each with the doubts; the unit
     ends each column's name.
     """
-    tables = {
-        name: {column.key: column for column in _handbook(curve)} for name, curve in curves.items()
-    }
-    keys = list(dict.fromkeys(key for columns in tables.values() for key in columns))
-    named = ["configuration"] if any(curves) else []
-    doubtful = ["doubts"] if any(doubts.values()) else []
-    text = StringIO()
-    lines = writer(text, lineterminator="\n")
-    lines.writerow([*named, *keys, *doubtful])
-    for name, columns in tables.items():
-        for row in range(len(curves[name].indicated_airspeed)):
-            cells = [f"{columns[key].value(row):.3f}" if key in columns else "" for key in keys]
-            told = [" ".join(doubts.get(name, ()))] if doubtful else []
-            lines.writerow([*([name] if named else []), *cells, *told])
-    return text.getvalue()
+    return csv_text(
+        [
+            ({"configuration": name} if any(curves) else {})
+            | {column.key: column.value(row) for column in _handbook(curve)}
+            | ({"doubts": " ".join(doubts.get(name, ()))} if any(doubts.values()) else {})
+            for name, curve in curves.items()
+            for row in range(len(curve.indicated_airspeed))
+        ]
+    )
 
 
 def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE) -> str:
     """The tables as a page to print, a table for each configuration below its doubts."""
-    tables = []
+    lines = (
+        "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the reading of "
+        "the altimeter. ± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the "
+        "instrument's reading without an error of its own."
+    )
+    parts = []
     for name, curve in curves.items():
         every = range(len(curve.indicated_airspeed))
         kept = [
             row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0
         ] or every
-        told = "".join(f"<p><b>{escape(line)}</b></p>" for line in doubts.get(name, ()))
-        table = html_table(_handbook(curve), kept)
-        tables.append((name or "Airspeed and altimeter", told + table))
-    return render(
-        "takehome.html",
-        title=f"Airspeed calibration: {subject}",
-        lines=[
-            "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the "
-            "altimeter's reading."
-        ],
-        drawing="",
-        tables=tables,
-        notes=[
-            "± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the instrument's "
-            "reading without "
-            "an error of its own."
-        ],
-    )
+        told: list[Node] = [*map(Doubt, doubts.get(name, ())), Table(_handbook(curve), kept)]
+        parts.append(Heading(name or "Airspeed and altimeter", tuple(told)))
+    return page_of(f"Airspeed calibration: {subject}", [Sentence(lines), *parts])
 
 
 _SYSTEM_PROPERTY = "instrumentation/airspeed-indicator/indicated-speed-kt"
@@ -479,190 +419,3 @@ def table_text(
         )
     ((name, curve),) = curves.items()
     return jsbsim_system(curve, subject, doubts.get(name, ()))
-
-
-# The record for the file: of a calibration, and of a reconciliation in the order of a qualification
-# test.
-
-_NOT_SHOWN = "the log does not show it, or it was not looked for"
-
-
-def checks_of(result: Calibration) -> list[Check]:
-    """Return the checks of a calibration, passed, failed or skipped, each with its finding."""
-    found, wind, made = result.diagnostics, result.wind, result.provenance
-    failed: dict[str, list[str]] = (
-        {} if result.converged else {"the fit converged": [result.reason]}
-    )
-    told = [
-        *((d.kind, d.words) for d in result.disagreements),
-        *((w.code, str(w)) for w in result.warnings),
-    ]
-    for kind, why in told:
-        failed.setdefault(FAILED_BY.get(kind, ""), []).append(why)
-    late, change, agreement = found.latency, found.wind_change, found.height_agreement
-    delay = ""
-    if late is not None and np.isfinite(late.two_sigma):
-        size = (
-            f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), of which {late.left:+.2f} s is "
-            "not taken out"
-        )
-        delay = size.replace("-", "−")
-    known = (
-        "the wind is unknown"
-        if wind is None
-        else f"wind known to ±{_wind_two_sigma(wind):.2f} kt (2σ)"
-    )
-    largest = 100.0 * float(np.max(np.abs(result.curve.normalized_pressure_error)))
-    passed = {  # no finding where it was not looked for
-        "the fit converged": result.reason,
-        GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
-        "samples and curve agree": ""
-        if result.method == "height"
-        else "none lie off it by more than chance",
-        "wind triangle and height agree": ""
-        if agreement is None
-        else f"so much apart by chance in {100.0 * agreement:.2g} % of logs",
-        "fixed-speed points and curve agree": f"{len(result.points)} points"
-        if result.points
-        else "",
-        "latency of the GPS velocity": delay,
-        "constant wind": ""
-        if change is None
-        else f"Bayes factor of a change {change.bayes_factor:.2g}",
-        HEADINGS: "no constant angle"
-        if any("heading" in each.channels for each in made.inputs)
-        else "",
-        "curve of a possible size": f"Δp/q_c up to {largest:.1f} %",
-        "sensors within their accuracies": "no estimate lies outside its prior",
-        "no faulty rows": "no row disagrees with all others",
-        "flights agree": "their curves differ by no more than chance"
-        if len(made.inputs) > 1
-        else "",
-    }
-    used = result.residuals.used
-    rows = [] if used.all() else [f"{int(used.sum()):,} of {len(used):,} rows used"]
-    left_out = [f"left out: {', '.join(result.left_out)}"] if result.left_out else []
-    less = "; ".join([*rows, *left_out])
-    return [
-        *(check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()),
-        check("the whole log was used", "", "" if less else "no row was left out", less),
-    ]
-
-
-def check(name: str, failed: str, passed: str, skipped: str = _NOT_SHOWN) -> Check:
-    """Return a check that fails with a reason, else passes with a finding, else was skipped."""
-    return Check(
-        name, "failed" if failed else "passed" if passed else "skipped", failed or passed or skipped
-    )
-
-
-def _wind_two_sigma(wind: WindEstimate) -> float:
-    return max(wind.north.two_sigma, wind.east.two_sigma) / KNOT
-
-
-Part = tuple[
-    str, Sequence[str], str
-]  # of a record: heading, sentences, tables and drawings as HTML
-_MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
-_STATUSES = ("failed", "passed", "skipped")
-WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
-    Column("begin", lambda w: minutes_text(w.begin)),
-    Column("end", lambda w: minutes_text(w.end)),
-    Column("mean height", lambda w: w.altitude / FOOT, "ft", ",.0f"),
-    Column("wind", lambda w: WindEstimate(w.north, w.east).speed_kt, "kt", ".1f"),
-    Column("from", lambda w: WindEstimate(w.north, w.east).from_deg, "°", "03.0f"),
-    Column(
-        "±2σ of its larger component",
-        lambda w: _wind_two_sigma(WindEstimate(w.north, w.east)),
-        "kt",
-        ".2f",
-    ),
-)
-
-
-def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None = AUTO) -> str:
-    """The record of one curve, from one flight or from several with a wind each, as a page of two
-    sheets.
-
-    `limit` as for `judgments`.
-    """
-    from pitotbench.show.curves import curve_panels
-    from pitotbench.show.verdict import CHECK_COLUMNS
-
-    result = flights[0]
-    answer = [
-        *headline(result),
-        short_answer_of(result, "").correction_sentence,
-        *handbook_lines(result.curve),
-    ]
-    drawing = curve_panels({result.model: result}, None, limit)[0].drawing
-    card = html_table(GLANCE_COLUMNS, glance_points(result.curve))
-    winds = [
-        replace(window, begin=window.begin - each.log_start, end=window.end - each.log_start)
-        for each in flights
-        for window in each.winds
-    ]
-    step = max(1, -(-len(winds) // _MOST_WINDS))
-    thinned = [] if step == 1 else [f"Of {len(winds)} windows of the wind, one in {step} is shown"]
-    lines = [*condition_lines(result), *thinned]
-    rule = [judgment.sentence for judgment in judgments(result, limit)]
-    checks = []
-    for number, each in enumerate(flights, start=1):
-        of = f"flight {number}: " if len(flights) > 1 else ""
-        found = checks_of(each)
-        checks += [replace(c, why=of + c.why) if c.status == "failed" else c for c in found]
-    by_status = sorted(checks, key=lambda each: _STATUSES.index(each.status))
-    worst = {
-        each.name: each for each in reversed(by_status)
-    }  # of several flights the worst one is told
-    warnings = dict.fromkeys(
-        str(w) for each in flights for w in each.warnings if w.code not in FAILED_BY
-    )
-    parts: list[Part] = [
-        (
-            "Conditions",
-            conditions_of(result.provenance, lines),
-            html_table(WIND_COLUMNS, winds[::step]),
-        ),
-        ("Answer", answer, f'<div class="beside"><div>{card}</div>{drawing}</div>'),
-        ("Rule", rule or ["No rule was asked for, or none holds at these speeds."], ""),
-        ("Checks", [], html_table(CHECK_COLUMNS, [worst[each.name] for each in checks_of(result)])),
-    ]
-    title = "Record of a pitot-static calibration"
-    return record_page(
-        title,
-        "Find the correction of the airspeed, with a bound.",
-        result.provenance,
-        parts,
-        warnings,
-    )
-
-
-def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
-    """The ranges of the logs, in the field's units, before further lines."""
-    ranges = [
-        f"{f.name}: {f.airspeeds[0] / KNOT:.0f} to {f.airspeeds[1] / KNOT:.0f} KIAS, pressure "
-        "altitude "
-        f"{f.heights[0] / FOOT:,.0f} to {f.heights[1] / FOOT:,.0f} ft (5 % to 95 % of the rows)."
-        for f in made.inputs
-        if f.rows
-    ]
-    return [*ranges, *(f"{line[:1].upper()}{line[1:]}" for line in lines)]
-
-
-def record_page(
-    title: str, objective: str, made: Provenance, parts: Sequence[Part], warnings: Iterable[str]
-) -> str:
-    """The page of a record: inputs and settings, then its parts in their order, then the warnings."""
-    choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
-    used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
-    return render(
-        "record.html",
-        title=title,
-        objective=objective,
-        inputs=made.inputs,
-        choices=choices,
-        versions=f"{used}. Made on {made.date} (UTC)." if used else "Not recorded.",
-        parts=parts,
-        warnings=[*warnings],
-    )

@@ -3,13 +3,10 @@
 from dataclasses import asdict
 from typing import Any
 
-from rich.console import Console
-
 from pitotbench.effects import EFFECTS, OWN_TERMS, effect_of
 from pitotbench.records.gap import Account, Closing, Coefficient, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
-    Check,
     Closure,
     Detectable,
     Gap,
@@ -17,7 +14,7 @@ from pitotbench.records.verdict import (
     Located,
     Verdict,
 )
-from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
+from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.gap_words import (
     closing_sentences,
     evidence_words,
@@ -25,6 +22,8 @@ from pitotbench.show.gap_words import (
     reported_rivals,
     sentences,
 )
+from pitotbench.show.record import CHECK_COLUMNS
+from pitotbench.show.tree import Doubt, Heading, Node, Notice, Sentence, Table
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
@@ -44,12 +43,6 @@ PLACE_COLUMNS: tuple[Column[Located], ...] = (
     Column("", lambda place: place.phase, key="phase"),
     Column("", lambda place: place.variable, key="variable"),
     Column("gap", lambda place: place.significance, "σ", "+.1f", "significance"),
-)
-
-CHECK_COLUMNS: tuple[Column[Check], ...] = (
-    Column("check", lambda check: check.name, key="name"),
-    Column("result", lambda check: check.status, key="status"),
-    Column("reason", lambda check: check.why, key="why"),
 )
 
 DETECTABLE_COLUMNS: tuple[Column[Detectable], ...] = (
@@ -276,50 +269,37 @@ def closing_json(closing: Closing) -> dict[str, Any]:
 _PLACES = 6
 
 
-def print_account(account: Account, console: Console) -> None:
-    """Print the verdict, the logs' warnings, the places of the gap, and the card flown again."""
-    verdict = account.verdict
-    console.print(outside(kind_words(verdict), "bold"), soft_wrap=True)
-    for sentence in sentences(account):
-        console.print(outside(sentence), soft_wrap=True)
-    print_warnings(account.warnings, console)
-    console.print()
-    for sentence in evidence_words(account):
-        console.print(outside(sentence), soft_wrap=True)
-    print_table(
-        PLACE_COLUMNS,
-        verdict.located[:_PLACES],
-        console,
-        "where the gap is, in standard deviations",
-    )
-    if len(account.flights) > 1:
-        print_table(FLIGHT_COLUMNS, account.flights, console, "the flights")
+def account_tree(account: Account) -> list[Node]:
+    """The verdict, the logs' warnings, the places of the gap, and the card flown again."""
+    verdict, closing = account.verdict, account.closing
+    again: list[Node] = []
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
+        title = f"the card of {log} flown again: share of the time within the tolerance"
         if flown.tolerances:
-            console.print()
-            title = f"the card of {log} flown again: share of the time within the tolerance"
-            print_table(TOLERANCE_COLUMNS, flown.tolerances, console, title)
-            if flown.pilot:
-                console.print(outside(pilot_words(flown)), soft_wrap=True)
+            again.append(Table(TOLERANCE_COLUMNS, flown.tolerances, title))
+            again += [Sentence(pilot_words(flown))] if flown.pilot else []
     if account.coefficients:
-        console.print()
         title = "coefficients of the model's file"
-        print_table(COEFFICIENT_COLUMNS, account.coefficients, console, title)
-    if closing := account.closing:
-        console.print()
-        for sentence in closing_sentences(closing):
-            console.print(outside(sentence), soft_wrap=True)
-        print_table(closing_columns(closing), closing.gaps, console, "the gaps, closed")
-    _print_remarks(verdict, console)
-
-
-def _print_remarks(verdict: Verdict, console: Console) -> None:
+        again.append(Table(COEFFICIENT_COLUMNS, account.coefficients, title))
+    if closing:
+        again += map(Sentence, closing_sentences(closing))
+        again.append(Table(closing_columns(closing), closing.gaps, "the gaps, closed"))
     heads = {"failed": "failed check", "remark": "remark on the recorder"}
     told = [f"{heads[c.status]}, {c.name}: {c.why}" for c in verdict.checks if c.status in heads]
-    next_flights = [f"next: {line}" for line in verdict.advice]
-    console.print()
-    for line in [*told, *next_flights, *(f"note: {line}" for line in verdict.notes)]:
-        console.print(outside(line), soft_wrap=True)
+    return [
+        Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
+        *map(Doubt, account.warnings),
+        *map(Sentence, evidence_words(account)),
+        Table(
+            PLACE_COLUMNS,
+            verdict.located[:_PLACES],
+            "where the gap is, in standard deviations",
+        ),
+        *(Table(FLIGHT_COLUMNS, account.flights, "the flights") for _ in account.flights[1:2]),
+        *again,
+        *map(Sentence, [*told, *(f"next: {line}" for line in verdict.advice)]),
+        *map(Notice, verdict.notes),
+    ]
 
 
 # A verdict and an account of a reconciliation as plain data.

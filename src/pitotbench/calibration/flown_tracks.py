@@ -1,0 +1,47 @@
+"""Which airspeeds of a log were flown on one side of the compass only: what to fly again."""
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.records.calibration import Calibration, OneSided
+from pitotbench.records.log import FlightLog
+from pitotbench.units import DEGREE, Array
+
+_PARTS = 3  # of the airspeeds of a curve: a slow, a middle and a fast one
+_SECTORS = 12  # of track, 30° each
+_LEAST_SHARE = 0.03  # of the rows: a sector with fewer is passed in a turn, not flown
+_TURN = 360.0  # °: tracks of half of it, and less, lie on one side
+
+
+def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
+    """Return the slow and the fast third of a calibration's airspeeds, each where it was flown on
+    one side of the compass only, by the rows of its log that were used.
+    """
+    used = result.residuals.used
+    if len(used) != len(log):  # of several logs joined, each flight has its own
+        return ()
+    speed = np.asarray(air.calibrated_airspeed(np.maximum(log.impact_pressure[used], 0.0)))
+    track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % _TURN
+    known = result.curve.indicated_airspeed
+    edges = [float(v) for v in np.linspace(float(known[0]), float(known[-1]), _PARTS + 1)]
+    return tuple(
+        OneSided(low, high, *arc)
+        for low, high in (edges[:2], edges[-2:])
+        # Gusts carry rows of the outermost airspeeds beyond the ends of the curve.
+        for arc in _arcs(track[speed <= high if low == edges[0] else speed >= low])
+    )
+
+
+def _arcs(track: Array) -> list[tuple[float, float]]:
+    """The one arc that holds all tracks flown [°], clockwise from its begin to its end; none where
+    they lie on more than one side.
+    """
+    count, edges = np.histogram(track, np.linspace(0.0, _TURN, _SECTORS + 1))
+    places = np.flatnonzero(count > _LEAST_SHARE * len(track))
+    gaps = edges[(np.diff(places, append=places[:1] + _SECTORS) - 1)]
+    widest = int(np.argmax(gaps, axis=0)) if len(places) else 0
+    return [
+        (float(edges[places[(widest + 1) % len(places)]]), float(edges[places[widest] + 1]) % _TURN)
+        for gap in gaps[widest : widest + 1]
+        if gap >= _TURN / 2.0
+    ]

@@ -1,0 +1,183 @@
+"""The tree of a calibration: what it found, what to doubt, what it rests on. One for all voices."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from pitotbench.records.calibration import AutopilotSettings, Calibration
+from pitotbench.records.log import FlightLog
+from pitotbench.show.calibration import (
+    CURVE_COLUMNS,
+    GLANCE_COLUMNS,
+    assumption_lines,
+    card_csv,
+    choice_columns,
+    curve_points,
+    departure_line,
+    doubts_of,
+    fit_lines,
+    glance_points,
+    handbook_lines,
+    is_doubt,
+    location_lines,
+    parameter_lines,
+    part_lines,
+    share_lines,
+    short_answer_of,
+    wind_lines,
+)
+from pitotbench.show.legs import point_columns
+from pitotbench.show.limits import AUTO, Limit, judgments
+from pitotbench.show.reader_units import Units
+from pitotbench.show.record import (
+    CHECK_COLUMNS,
+    WIND_COLUMNS,
+    conditions_of,
+    flights_checks,
+    winds_of,
+)
+from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
+from pitotbench.show.tree import (
+    NUMBERS,
+    SOURCES,
+    Doubt,
+    Download,
+    Figure,
+    Heading,
+    Node,
+    Notice,
+    Sentence,
+    Table,
+)
+from pitotbench.units import MetersPerSecond
+
+if TYPE_CHECKING:
+    from pitotbench.show.style import Panel
+
+_MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
+
+
+def calibration_tree(
+    subject: str,
+    results: Mapping[str, Calibration],
+    limit: Limit | str | None = AUTO,
+    *,
+    lines: Sequence[str] = (),
+    log: FlightLog | None = None,
+    settings: AutopilotSettings | None = None,
+    flights: Sequence[Calibration] = (),
+    truth: Mapping[str, MetersPerSecond] | None = None,
+    flown: "Sequence[Panel]" = (),
+) -> Heading:
+    """The tree of the first of some `results` by model; the others are drawn beside it.
+
+    `limit` as for `judgments`. `lines` say which flight of a log it is; with the `log` the parts
+    that were used are drawn. `flights`: those that share the curve, where there are several.
+    `truth`: the true correction [m/s] by model. `flown`: pictures of a simulated flight.
+    """
+    name, result = next(iter(results.items()))
+    true = None if truth is None else truth[name]
+    answer, curve, doubts = short_answer_of(result, subject), result.curve, doubts_of(result)
+    first = [Doubt(text, first=True) for text in doubts[:1]]
+    sentences = [answer.correction_sentence, answer.wind_sentence, *handbook_lines(curve)]
+    told: list[Node] = [
+        *map(Sentence, sentences),
+        Figure(lambda units: _curve(results, truth, limit, units), main=True),
+    ]
+    holds_for = [*lines, *part_lines(result), *location_lines(result), *assumption_lines(result)]
+    rules = [judgment.sentence for judgment in judgments(result, limit)]
+    flight = ", ".join(dict.fromkeys(f.flight for f in result.provenance.inputs if f.flight))
+    return Heading(
+        ": ".join(filter(None, (subject, flight))),
+        (
+            # What is not to be used says so before it says anything else.
+            *([*told, *first] if result.usable else [*first, *told]),
+            Table(GLANCE_COLUMNS, glance_points(curve)),
+            Download(
+                f"card-{_plain(subject) or 'airspeed'}.csv",
+                "Save the card as CSV",
+                card_csv(curve, doubts),
+            ),
+            *map(Doubt, doubts[1:]),
+            *map(Sentence, [*rules, *(f"{line[:1].upper()}{line[1:]}" for line in holds_for)]),
+            *([] if settings is None else [_settings(settings)]),
+            *(Notice(each) for each in result.warnings if not is_doubt(each)),
+            *_sources(result, flights or [result]),
+            *_numbers(result),
+            Heading(
+                "Evidence", (Figure(lambda units: _evidence(result, true, log, units)),), NUMBERS
+            ),
+            *([Heading("The flight", (Figure(lambda _: flown),), NUMBERS)] if flown else []),
+        ),
+    )
+
+
+def _settings(found: AutopilotSettings) -> Heading:
+    lines = map(Sentence, settings_lines(found))
+    return Heading(
+        f"Parameters of {found.autopilot}", (Table(SETTING_COLUMNS, found.settings), *lines)
+    )
+
+
+def _sources(result: Calibration, flights: Sequence[Calibration]) -> list[Heading]:
+    """What the answer rests on: the conditions of the flights and the checks."""
+    winds = winds_of(flights)
+    step = max(1, -(-len(winds) // _MOST_WINDS))
+    thinned = [] if step == 1 else [f"Of {len(winds)} windows of the wind, one in {step} is shown"]
+    model = f"model of the curve: {result.model}; samples: {result.samples:,}"
+    conditions = conditions_of(result.provenance, [model, *thinned])
+    return [
+        Heading(
+            "Conditions",
+            (*map(Sentence, conditions), Table(WIND_COLUMNS, winds[::step])),
+            SOURCES,
+        ),
+        Heading("Checks", (Table(CHECK_COLUMNS, flights_checks(flights)),), SOURCES),
+    ]
+
+
+def _numbers(result: Calibration) -> list[Heading]:
+    """All that is known of the curve, the fit and what was weighed against it."""
+    points, models = result.points, result.diagnostics.models
+    parts: dict[str, list[Node]] = {
+        "The curve in numbers": [Table(CURVE_COLUMNS, curve_points(result.curve))],
+        "Fixed-speed methods in numbers": [Table(point_columns(result.curve), points)]
+        if points
+        else [],
+        "The models weighed": [
+            Table(choice_columns(models), models),
+            Sentence(departure_line(result)),
+        ]
+        if models
+        else [],
+        "The fit": [
+            *map(Sentence, parameter_lines(result)),
+            *map(Sentence, wind_lines(result)),
+            *map(Sentence, share_lines(result)),
+            *map(Sentence, fit_lines(result)),
+        ],
+    }
+    return [Heading(title, tuple(nodes), NUMBERS) for title, nodes in parts.items() if nodes]
+
+
+def _plain(name: str) -> str:
+    return "".join(letter if letter.isalnum() else "-" for letter in name)
+
+
+def _curve(
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond] | None,
+    limit: Limit | str | None,
+    units: Units,
+) -> "list[Panel]":
+    from pitotbench.show.curves import curve_panel  # it loads the drawing library
+
+    return [curve_panel(results, truth, limit, units)]
+
+
+def _evidence(
+    result: Calibration, truth: MetersPerSecond | None, log: FlightLog | None, units: Units
+) -> "list[Panel]":
+    from pitotbench.show.curves import bound_panels, parts_panel, residual_panels
+
+    parts = [parts_panel(log, result, units)] if log is not None and result.left_out else []
+    return [*parts, *bound_panels(result, truth, units), *residual_panels(result, units)]

@@ -1,0 +1,117 @@
+"""The units of the reader: what is written in kt, ft, °C and inHg, in the units that he thinks in.
+
+A number is translated as it is written, with its digits, so that no two voices of an answer differ
+in a digit. Files of data keep the units of their keys.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from pitotbench.catalog import explain
+from pitotbench.records import BadInputError
+from pitotbench.show.columns import Column
+from pitotbench.units import SUFFIXES, Suffix
+
+_CHOICES = {  # by the field of `Units`: the suffix of each unit by the word that asks for it
+    "speed": {"kt": "kt", "km/h": "kmh", "mph": "mph"},
+    "length": {"ft": "ft", "m": "m"},
+    "temperature": {"degc": "degc", "degf": "degf"},
+    "pressure": {"inhg": "inhg", "hpa": "hpa"},
+}
+_WRITTEN = {  # by the unit that a text is written in: the field of `Units`, and what follows a unit
+    "kt": ("speed", ""), "KIAS": ("speed", " IAS"), "KCAS": ("speed", " CAS"),
+    "KTAS": ("speed", " TAS"),
+    "ft": ("length", ""), "°C": ("temperature", ""), "inHg": ("pressure", ""),
+}  # fmt: skip
+_NONE = Suffix("", 1.0, "")
+_ONE = r"[+\-−]?\d[\d,]*(?:\.\d+)?"
+_NUMBERS = re.compile(
+    rf"(?<![\w.,])((?:±?{_ONE}(?: ± | to | and |, ))*±?{_ONE}) ({'|'.join(_WRITTEN)})(?![\w/²])"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """The suffixes of the reader's units of speed, length, temperature and pressure."""
+
+    speed: str = "kt"
+    length: str = "ft"
+    temperature: str = "degc"
+    pressure: str = "inhg"
+
+    def text(self, text: str) -> str:
+        """A text written in kt, ft, °C and inHg, in these units."""
+        return _NUMBERS.sub(self._translated, text)
+
+    def columns(self, columns: Sequence[Column[Any]]) -> list[Column[Any]]:
+        """The columns of a table in these units."""
+        return [*columns] if self == BENCH else [self._column(each) for each in columns]
+
+    def scale(self, unit: str) -> tuple[float, str]:
+        """How many of the reader's units one of the bench's is, and the symbol; of another unit
+        1.
+        """
+        written, read, _ = self._units(unit)
+        return written.factor / read.factor, read.symbol or unit
+
+    def _units(self, unit: str) -> tuple[Suffix, Suffix, str]:
+        """The unit that is written, the one that is read, and the words that follow it."""
+        field, words = _WRITTEN.get(unit, ("", ""))
+        written, read = (
+            SUFFIXES[getattr(each, field)] if field else _NONE for each in (BENCH, self)
+        )
+        return written, read, words
+
+    def _column(self, column: Column[Any]) -> Column[Any]:
+        unit = next((each for each in (column.unit, column.heading) if each in _WRITTEN), "")
+        written, read, _ = self._units(unit)
+
+        def value(row: Any) -> str:
+            text = column.text(row)
+            number = re.fullmatch(_ONE, text) if unit else None
+            return _number(text, written, read) if number else self.text(text)
+
+        return replace(
+            column,
+            heading=_WRITTEN.get(column.heading, ("", ""))[1].strip() or self.text(column.heading),
+            unit=read.symbol or column.unit,
+            value=value,
+            style=column.style and "s",
+        )
+
+    def _translated(self, found: "re.Match[str]") -> str:
+        written, read, words = self._units(found[2])
+        numbers = re.sub(_ONE, lambda each: _number(each[0], written, read), found[1])
+        return found[0] if written is read else f"{numbers} {read.symbol}{words}"
+
+
+def _number(text: str, written: Suffix, read: Suffix) -> str:
+    """A number in another unit with its own decimals, and a sign where it had one."""
+    plain = text.replace(",", "").replace("−", "-")
+    value = (float(plain) + written.offset) * written.factor / read.factor - read.offset
+    sign, comma = "+" * text.startswith("+"), "," * ("," in text)
+    digits = len(plain.partition(".")[2])
+    translated = f"{value:{sign}{comma}.{digits}f}"
+    return translated.replace("-", "−" if "−" in text else "-")
+
+
+BENCH = Units()
+
+
+def units_named(text: str) -> Units:
+    """The units that words with commas between them ask for, such as `km/h,m`.
+
+    Raises BadInputError for a word that is none, and for two units of one kind.
+    """
+    found: dict[str, str] = {}
+    for word in filter(None, text.lower().split(",")):
+        place = next((f.name for f in fields(Units) if word in _CHOICES[f.name]), None)
+        if place is None:
+            known = [each for choices in _CHOICES.values() for each in choices]
+            raise BadInputError(f"--units: {explain('unit', word, known)}")
+        if place in found:
+            raise BadInputError(f"--units {text}: two units of {place}; give one")
+        found[place] = _CHOICES[place][word]
+    return Units(**found)

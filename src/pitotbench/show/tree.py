@@ -1,0 +1,86 @@
+"""An answer as a tree: its parts in the order in which they are read, made once for all voices.
+
+One function a kind of answer makes the tree from the answer's record, and the renderers walk it:
+the terminal, a page, a record, a notebook. A renderer leaves out nodes by their kind or depth, never by
+what they say; a doubt is in all of them. Loads no drawing library.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pitotbench.show.columns import Column
+from pitotbench.show.reader_units import Units
+
+if TYPE_CHECKING:
+    from pitotbench.show.style import Panel
+
+ANSWER, SOURCES, NUMBERS = 0, 1, 2  # depths: what is found, what it rests on, all that is known
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A part with its title, its nodes, and how deep a reader goes to find it."""
+
+    text: str
+    nodes: "tuple[Node, ...]"
+    depth: int = ANSWER
+
+
+@dataclass(frozen=True, slots=True)
+class Sentence:
+    """What the answer says. Numbers in it are in the units of the bench: kt, ft, °C, inHg."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """What the answer must not go without. The `first` says what to do about it, too."""
+
+    text: str
+    first: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """How something was read, which changes no number."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows of one kind and their columns."""
+
+    columns: Sequence[Column[Any]]
+    rows: Sequence[Any]
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """Pictures, drawn only by a renderer that shows them; the `main` one is the answer's."""
+
+    panels: "Callable[[Units], Sequence[Panel]]"
+    main: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Download:
+    """A file to take along: its name, the words of its link, and its text."""
+
+    name: str
+    words: str
+    text: str
+
+
+Node = Heading | Sentence | Doubt | Notice | Table | Figure | Download
+
+
+def nodes_in(nodes: Iterable[Node], depth: int = NUMBERS) -> Iterator[Node]:
+    """Yield every node down to a depth, a part before what is in it."""
+    for node in nodes:
+        if getattr(node, "depth", depth) <= depth:
+            yield node
+            yield from nodes_in(getattr(node, "nodes", ()), depth)

@@ -16,6 +16,7 @@ from pitotbench.records.gap import (
     Account,
     CalibrationChange,
     Closing,
+    Coefficient,
     Feature,
     FlownAgain,
     FormulaTerm,
@@ -527,10 +528,12 @@ def closed(*gaps: Candidate, told: tuple[Candidate, ...] = (), kind: str = "no_g
     """An account whose loop was closed."""
     parts = [Gap("drag", 0.9, (each, GEAR), False, True, 0.6, 0.5) for each in (*gaps, *told)]
     verdict = replace(NAMED, kind=kind, gaps=tuple(parts[len(gaps) :]))
-    coefficients = {"lift_slope": (5.0, Estimate("per rad", 4.0, 0.1))}
+    slope = Coefficient("lift_slope", "change", 5.0, Estimate("per rad", 4.0, 0.1))
     patched, beside = tuple(parts[: len(gaps)]), tuple(parts[len(gaps) :])
     shares = (0.5, 0.62) if gaps else ()
-    closing = Closing("navajo+fixed", shares, patched, beside, coefficients, verdict, 0.58)
+    closing = Closing(
+        "navajo+fixed", shares, patched, beside, (slope,), verdict, closure_holdout=0.58
+    )
     return replace(account(), closing=closing)
 
 

@@ -444,7 +444,7 @@ def _one_sided_words(found: Sequence[OneSided]) -> str:
         f"{each.high / KNOT:.0f} KIAS"
         for each in found
     ]
-    told = f" Only these tracks were flown: {'; '.join(flown)}. Fly the other side at these speeds."
+    told = f" Only these tracks were flown: {'; '.join(flown)}. Fly the opposite tracks as well."
     return told if found else ""
 
 

@@ -153,7 +153,7 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
     from pitotbench.bench.contents import flights_of
     from pitotbench.logbook.bundle import ZIP, unpack
     from pitotbench.logbook.columns import SENSOR
-    from pitotbench.logbook.handbook import is_published
+    from pitotbench.pressure_error.published import is_published
 
     prefix = names.get("", "")
     if place.suffix.lower() == ZIP:

@@ -116,7 +116,7 @@ def judge_logs(
     for a log that cannot be used.
     """
     if not logs:
-        raise BadInputError("no log to reconcile")
+        raise BadInputError("reconcile needs at least one log")
     require_one_airplane([each.log for each in logs if isinstance(each.log, FlightLog)])
     model = model_of(aircraft, [each.log for each in logs])
     laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]

@@ -243,7 +243,7 @@ def test_names_from_a_log_reach_the_terminal_as_they_are_written(log, tmp_path, 
     path.write_text(
         "\n".join([f"{head},[bold red]x[/bold]\x1b]0;title\x07", *(f"{row},1" for row in rows)])
     )
-    assert main(["calibrate", str(path), "--model", "bias"]) == 0
+    assert main(["calibrate", str(path), "--model", "bias", "-v"]) == 0
     text = capsys.readouterr().out
     assert "[red]a[bold] :bomb:\\x1b[31m.csv" in text
     assert "[bold red]x[/bold]\\x1b]0;title\\x07" in text

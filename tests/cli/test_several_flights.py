@@ -107,7 +107,6 @@ def test_text_and_page_say_which_flight_it_is(path, capsys, tmp_path):
     for number in (1, 2):
         assert f"two.csv, flight {number} of 2" in text
         assert f"two.csv, flight {number} of 2" in html
-        assert f"flight {number} of 2 in the log" in text
     assert text.count("one curve from 2 flights") == html.count("one curve from 2 flights") == 2
 
 

@@ -86,7 +86,7 @@ def test_each_sensor_of_an_ardupilot_has_its_own_parameters(kind, tmp_path):
 
 def test_the_command_writes_the_parameters_of_the_second_sensor(tmp_path, capsys):
     path, out = foreign.dataflash(tmp_path / "log.bin", FLOWN, OLD), tmp_path / "new.param"
-    words = ["--airspeed-sensor", "2", "--params", "ardupilot", "-o", str(out)]
+    words = ["-v", "--airspeed-sensor", "2", "--params", "ardupilot", "-o", str(out)]
     assert main(["calibrate", str(path), *words]) == 0
     assert "--airspeed-sensor 1 takes ARSP[0]" in " ".join(capsys.readouterr().out.split())
     assert "ARSPD2_RATIO" in out.read_text()

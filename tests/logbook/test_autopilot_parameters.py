@@ -345,7 +345,7 @@ def test_the_command_prints_the_parameters_and_refuses_a_log_without_them(tmp_pa
     ]
     assert float(rows[0][3]) == pytest.approx(answer["params"][0]["value"], rel=1e-6)
     assert "ASPD_SCALE_1" in page.read_text("utf-8")
-    assert "parameters of px4" in capsys.readouterr().out
+    assert "Parameters of px4" in capsys.readouterr().out
 
 
 def test_a_file_of_parameters_is_one_that_pymavlink_loads(tmp_path):

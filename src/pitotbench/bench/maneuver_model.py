@@ -30,14 +30,19 @@ def air_model(name: str, maneuvers: Sequence[Maneuver]) -> AircraftModel:
     states, else its own. Raises UnknownNameError.
     """
     inertia = next((each.inertia for each in maneuvers if each.inertia), None)
-    plant = Plant.load(name, FINE_RATE, at_once=True)
-    plant.run_initial_conditions()  # until then JSBSim has no mass
     baseline = read_baseline(find_aircraft(name))
     rated = {f.name: f.axis for f in baseline.functions if f.axis and f.variable == "alpha_rate"}
-    ixx, iyy, izz, ixz = inertia or inertia_of(plant)
+    ixx, iyy, izz, ixz = inertia or inertia_of(_weighed(name))
     tensor = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
     react, units = partial(_react, name, tensor, rated), partial(_unit_forces, name, tensor)
     return AircraftModel(name, react, units, baseline, (), False, patch_errors(name))
+
+
+def _weighed(name: str) -> Plant:
+    """An aircraft with its mass and inertia."""
+    plant = Plant.load(name, FINE_RATE, at_once=True)
+    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
+    return plant
 
 
 def _react(
@@ -91,9 +96,7 @@ def in_place_of_log(maneuvers: Sequence[Maneuver], aircraft: str) -> Maneuvers:
     the aircraft. Raises UnknownNameError.
     """
     aligned, lag = align_vane(maneuvers)
-    plant = Plant.load(aircraft, FINE_RATE, at_once=True)
-    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
-    mass = plant.get("mass")
+    mass = _weighed(aircraft).get("mass")
     weighed = (
         replace(each, motion=replace(each.motion, mass=np.full(len(each.motion.time), mass)))
         if each.mass is None

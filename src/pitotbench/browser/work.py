@@ -151,8 +151,9 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
     empty path stands before all others.
     """
     from pitotbench.bench.contents import flights_of
+    from pitotbench.logbook.autopilot import autopilot_of
     from pitotbench.logbook.bundle import ZIP, unpack
-    from pitotbench.logbook.columns import SENSOR
+    from pitotbench.logbook.columns import PARAMETERS, SENSOR
     from pitotbench.pressure_error.published import is_published
 
     prefix = names.get("", "")
@@ -172,18 +173,12 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
             strange=each.strange and not book,
         )
         header = {} if each.refusal else _part(path, plain).header
-        of_log = autopilot_of(header), SENSOR in header
+        of_log = (
+            autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1)),
+            SENSOR in header,
+        )
         held.append(Found(LogFile(path, name), told, *of_log, book))
     tell("found", tuple(held))
-
-
-def autopilot_of(header: Mapping[str, Any]) -> str:
-    """Return the autopilot whose parameters the header of a log holds, empty where it is none."""
-    from pitotbench.logbook.autopilot import AUTOPILOTS
-    from pitotbench.logbook.columns import PARAMETERS, SENSOR
-
-    held, number = header.get(PARAMETERS, ()), header.get(SENSOR, 1)
-    return next((n for n, each in AUTOPILOTS.items() if each.of_sensor(number).gain in held), "")
 
 
 @lru_cache(maxsize=3)
@@ -361,7 +356,9 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
     flights = _calibrated(tell, request)
     rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
 
-    documents = [flight_document(Path(name).name, each, old) for name, each, old in rows]
+    def document() -> str:
+        found = [flight_document(Path(name).name, each, old) for name, each, old in rows]
+        return json_text(found if len(found) > 1 else found[0])
 
     def page() -> str:
         sections = [
@@ -372,7 +369,7 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
         return log_page(f"Pitot-static calibration: {named}", sections)
 
     makers: dict[str, tuple[str, Callable[[], str]]] = {
-        "json": (".json", lambda: json_text(documents if len(rows) > 1 else documents[0])),
+        "json": (".json", document),
         "card": (
             f"-card-{unit}.csv",
             lambda: card_csv(rows[0][1].calibration.curve, doubts_of(rows[0][1].calibration), unit),

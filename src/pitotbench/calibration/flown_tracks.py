@@ -24,24 +24,26 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
     track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % _TURN
     known = result.curve.indicated_airspeed
     edges = [float(v) for v in np.linspace(float(known[0]), float(known[-1]), _PARTS + 1)]
-    return tuple(
-        OneSided(low, high, *arc)
-        for low, high in (edges[:2], edges[-2:])
-        # Gusts carry rows of the outermost airspeeds beyond the ends of the curve.
-        for arc in _arcs(track[speed <= high if low == edges[0] else speed >= low])
-    )
+    found = []
+    # Gusts carry rows of the outermost airspeeds beyond the ends of the curve.
+    for (low, high), rows in ((edges[:2], speed <= edges[1]), (edges[-2:], speed >= edges[-2])):
+        arc = _arc(track[rows])
+        if arc is not None:
+            found.append(OneSided(low, high, *arc))
+    return tuple(found)
 
 
-def _arcs(track: Array) -> list[tuple[float, float]]:
-    """The one arc that holds all tracks flown [°], clockwise from its begin to its end; none where
+def _arc(track: Array) -> tuple[float, float] | None:
+    """The arc that holds all tracks flown (n,) [°], clockwise from its begin to its end; None where
     they lie on more than one side.
     """
     count, edges = np.histogram(track, np.linspace(0.0, _TURN, _SECTORS + 1))
-    places = np.flatnonzero(count > _LEAST_SHARE * len(track))
-    gaps = edges[(np.diff(places, append=places[:1] + _SECTORS) - 1)]
-    widest = int(np.argmax(gaps, axis=0)) if len(places) else 0
-    return [
-        (float(edges[places[(widest + 1) % len(places)]]), float(edges[places[widest] + 1]) % _TURN)
-        for gap in gaps[widest : widest + 1]
-        if gap >= _TURN / 2.0
-    ]
+    flown = np.flatnonzero(count > _LEAST_SHARE * len(track))
+    if not len(flown):
+        return None
+    empty = np.diff(flown, append=flown[0] + _SECTORS) - 1  # sectors clockwise of each
+    widest = int(np.argmax(empty))
+    if 2 * empty[widest] < _SECTORS:
+        return None
+    begin, end = flown[(widest + 1) % len(flown)], flown[widest] + 1
+    return float(edges[begin]), float(edges[end]) % _TURN

@@ -410,15 +410,15 @@ def _at_least(matrix: Array, floor: float) -> Array:
 # proportional to it. The first order is enough: an error of 3 K in the temperature changes the
 # airspeed by 0.5 %, and the neglected second order is below 0.003 % of the airspeed.
 
-# Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard
-# deviation.
+# Wide priors of a wind that changes: by 5 m/s in ten minutes (`linear`), and in 300 m of height
+# (every wind but the constant one), is one standard deviation.
 _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
 _LEAST_HEIGHT = 1.0  # m: keeps a layer from having no thickness
 _LEAST_LAYER, _MOST_LAYERS = (
     150.0,
     8,
-)  # m, of the thinnest layer of a drifting wind; and their greatest number
+)  # m, of the thinnest layer in which the wind changes by one slope; and their greatest number
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
 _AXES = ("north", "east")

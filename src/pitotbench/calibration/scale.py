@@ -10,7 +10,7 @@ from pitotbench.broken import BROKEN
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import ZERO
 from pitotbench.calibration.reduction import reduce_log
-from pitotbench.logbook.autopilot import AUTOPILOTS
+from pitotbench.logbook.autopilot import autopilot_of
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
@@ -157,14 +157,13 @@ def _settings(result: Calibration, scale: Scale) -> str:
     one.
     """
     recorded = result.autopilot or RecordedAutopilot({})
-    for name, kind in AUTOPILOTS.items():
-        if kind.of_sensor(recorded.sensor).gain in recorded.parameters:
-            with suppress(BadInputError, NoAnswerError):
-                gain = autopilot_settings(result, name).settings[0]
-                return (
-                    f"; as {gain.name} {gain.value:.5g} ± {gain.two_sigma:.2g} (old {gain.old:g}; "
-                    "--params gives the offset as well)"
-                )
+    if name := autopilot_of(recorded.parameters, recorded.sensor):
+        with suppress(BadInputError, NoAnswerError):
+            gain = autopilot_settings(result, name).settings[0]
+            return (
+                f"; as {gain.name} {gain.value:.5g} ± {gain.two_sigma:.2g} (old {gain.old:g}; "
+                "--params gives the offset as well)"
+            )
     return f"; as ARSPD_RATIO the old one times {scale.factor**2:.3f}, as ASPD_SCALE times " + (
         f"{scale.factor:.3f}"
     )

@@ -7,7 +7,7 @@ src/lib/airspeed/airspeed.cpp, `calc_IAS` and `calc_CAS_from_IAS`; src/modules/s
 Both are V² = R·d, without the compression of the air.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -87,6 +87,12 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
         ),
     },
 )  # fmt: skip
+
+
+def autopilot_of(parameters: Iterable[str], sensor: int = 1) -> str:
+    """Return the name of the autopilot whose gain is among parameters, empty for none."""
+    held = set(parameters)
+    return next((n for n, kind in AUTOPILOTS.items() if kind.of_sensor(sensor).gain in held), "")
 
 
 def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:

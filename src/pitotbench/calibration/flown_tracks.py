@@ -24,13 +24,10 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
     track = np.arctan2(log.velocity_east[used], log.velocity_north[used]) / DEGREE % _TURN
     known = result.curve.indicated_airspeed
     edges = [float(v) for v in np.linspace(float(known[0]), float(known[-1]), _PARTS + 1)]
-    found = []
     # Gusts carry rows of the outermost airspeeds beyond the ends of the curve.
-    for (low, high), rows in ((edges[:2], speed <= edges[1]), (edges[-2:], speed >= edges[-2])):
-        arc = _arc(track[rows])
-        if arc is not None:
-            found.append(OneSided(low, high, *arc))
-    return tuple(found)
+    thirds = (edges[0], edges[1], speed <= edges[1]), (edges[-2], edges[-1], speed >= edges[-2])
+    arcs = [(low, high, _arc(track[rows])) for low, high, rows in thirds]
+    return tuple(OneSided(low, high, *arc) for low, high, arc in arcs if arc is not None)
 
 
 def _arc(track: Array) -> tuple[float, float] | None:

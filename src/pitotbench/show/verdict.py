@@ -272,9 +272,9 @@ _PLACES = 6
 def account_tree(account: Account) -> list[Node]:
     """The verdict, the logs' warnings, the places of the gap, and the card flown again."""
     verdict, closing = account.verdict, account.closing
-    flights: list[Node] = []
-    if len(account.flights) > 1:
-        flights.append(Table(FLIGHT_COLUMNS, account.flights, "the flights"))
+    flights = (
+        [Table(FLIGHT_COLUMNS, account.flights, "the flights")] if len(account.flights) > 1 else []
+    )
     again: list[Node] = []
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         title = f"the card of {log} flown again: share of the time within the tolerance"

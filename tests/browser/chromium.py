@@ -34,6 +34,20 @@ def child_environment() -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
 
 
+def texts(nodes: Sequence[Any], *kinds: str) -> list[str]:
+    """The texts of an answer's nodes of some kinds, of those inside them too."""
+    own = (
+        ([node["text"]] if node["kind"] in kinds else []) + texts(node["nodes"], *kinds)
+        for node in nodes
+    )
+    return [text for found in own for text in found]
+
+
+def tables(nodes: Sequence[Any]) -> list[Any]:
+    """The tables of an answer."""
+    return [node for node in nodes if node["kind"] == "table"]
+
+
 class Served:
     """`pitotbench open` in a process of its own."""
 

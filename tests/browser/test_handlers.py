@@ -322,7 +322,7 @@ def test_the_desk_outlives_the_tab() -> None:
         assert state["flights"]["rows"][0][0] == "<img src=x>.csv"
         assert state["command"] == (
             "pitotbench calibrate '<img src=x>.csv' --from 1:00 --model quadratic "
-            "--without 3:00-4:00 --without 5:00-6:00"
+            "--without 3:00-4:00 --without 5:00-6:00 --units km/h"
         )
         act(desk, {"what": "choose", "places": [1]})
         assert state_of(desk)["refusal"] == "b.csv: not read: is empty"
@@ -440,7 +440,7 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
     asked = Request(
         (log,), mapping, book, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4", "2"
     )
-    assert asked.command() == (
+    assert asked.command("kt") == (
         "pitotbench calibrate 'my log.csv' --mapping m.toml --handbook poh.csv --from 1:00 --to "
         "2:00 --model auto --accuracy none --temperature-c '18±2@ground' --params px4 "
         "--airspeed-sensor 2"

@@ -13,7 +13,7 @@ import pytest
 
 pytest.importorskip("bokeh", reason="the page needs Bokeh: pip install 'pitotbench[open]'")
 
-from tests.browser.chromium import Browser, Served, program
+from tests.browser.chromium import Browser, Served, program, tables, texts
 from tests.shared_data import real_log
 
 from pitotbench import Case, fly
@@ -117,19 +117,21 @@ def test_a_dropped_log_has_the_answer_of_the_command(
     same(page, answer)
     assert page["log"] == log.name
     first = answer["curve"][0]
-    assert f"{first['correction_kt']:+.2f}".replace("-", "−") in state["answer"]["sentence"]
+    sentence = texts(state["answer"]["tree"], "sentence")[0]
+    assert f"{first['correction_kt']:+.2f}".replace("-", "−") in sentence
     assert state["command"] == "pitotbench calibrate 'flight one.csv'"
-    assert (
-        dropped.run("document.getElementById('sentence').textContent")
-        == state["answer"]["sentence"]
-    )
-    assert dropped.run("document.querySelector('[aria-live] #sentence') !== null")
+    assert dropped.run("document.querySelector('[aria-live] p').textContent") == sentence
+    # Every sentence and doubt of the tree is on the page.
+    shown = dropped.run("document.getElementById('answer').textContent")
+    shown += dropped.run("document.getElementById('rest').textContent")
+    for text in texts(state["answer"]["tree"], "sentence", "doubt", "notice"):
+        assert text in shown
 
 
 def test_card_and_record_are_those_of_the_command(dropped: Browser, log: Path, answer: Any) -> None:
     card = log.with_name("card.csv")
     assert download(dropped, "card") == card.read_text(encoding="utf-8")
-    assert len(read_csv(card)) >= len(dropped.answered()["answer"]["card"]["rows"]) > 2
+    assert len(read_csv(card)) >= len(tables(dropped.answered()["answer"]["tree"])[0]["rows"]) > 2
     assert download(dropped, "record") == log.with_name("record.html").read_text(encoding="utf-8")
     assert download(dropped, "json").count(answer["model"]) >= 1
 
@@ -203,9 +205,10 @@ def test_speeds_are_shown_in_other_units(dropped: Browser) -> None:
     )
     dropped.until("state.unit === 'kmh'")
     state = dropped.answered()["answer"]
-    assert "km/h" in state["sentence"]
-    assert state["card"]["head"][0] == "IAS [km/h]"
-    for row, other in zip(state["card"]["rows"], knots["card"]["rows"], strict=True):
+    assert "km/h" in texts(state["tree"], "sentence")[0]
+    card, other_card = tables(state["tree"])[0], tables(knots["tree"])[0]
+    assert card["head"][0] == "IAS [km/h]"
+    for row, other in zip(card["rows"], other_card["rows"], strict=True):
         assert float(row[1]) == pytest.approx(1.852 * float(other[1]), abs=0.15)
     assert "km/h" in dropped.run(
         "Bokeh.documents[0].get_model_by_name('error').below[0].axis_label"
@@ -267,10 +270,11 @@ def test_three_typed_legs_have_the_answer_of_the_command(browser: Browser, tmp_p
     assert head == HEADINGS
     assert [row.split(",")[1] for row in rows] == ["3000"] * 3  # of 3,000 too
     (point,) = command("fixed-speed", card)["points"]
-    assert f"{point['correction_kt']:+.2f}".replace("-", "−") in legs["sentences"][0]
-    row = dict(zip(legs["table"]["head"], legs["table"]["rows"][0], strict=True))
+    assert f"{point['correction_kt']:+.2f}".replace("-", "−") in legs["tree"][0]["text"]
+    points = tables(legs["tree"])[0]
+    row = dict(zip(points["head"], points["rows"][0], strict=True))
     assert float(row["KTAS [kt]"]) == pytest.approx(point["true_airspeed_kt"], abs=0.05)
-    assert browser.run("document.querySelectorAll('#legtable tbody tr').length") == 1
+    assert browser.run("document.querySelector('#legsaid tbody').children.length") == 1
 
 
 def test_a_number_alone_is_minutes_as_the_axis_is(browser: Browser) -> None:
@@ -350,7 +354,7 @@ def test_a_handbook_is_drawn_beside_the_curve_and_in_the_answer(
     answer = command("calibrate", log, "--handbook", book)
     same(found, answer)
     assert found["handbook"] == answer["handbook"]
-    assert answer["handbook"][0]["words"] in state["answer"]["lines"]
+    assert answer["handbook"][0]["words"] in texts(state["answer"]["tree"], "sentence")
     row = state["compared"].index(True)
     dropped.run(
         f"document.querySelectorAll('#flights tbody tr')[{row}].querySelector('button').click()"
@@ -404,6 +408,6 @@ def test_a_real_log_has_the_answer_of_the_command(
         type_minutes(browser, begin, end)
     state = browser.answered()
     answer = command("calibrate", path, *part)
-    told = [line for kind in ("doubts", "warnings", "notes") for line in state["answer"][kind]]
+    told = texts(state["answer"]["tree"], "doubt", "notice")
     assert all(any(each.lower() in line.lower() for line in told) for each in answer["warnings"])
     same(json.loads(download(browser, "json")), answer)

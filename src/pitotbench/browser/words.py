@@ -1,28 +1,17 @@
-"""What the page says beside its pictures, as plain texts: the sentences, tables and choices of the
-desk. The page puts them in as text, never as HTML.
+"""What the page says beside its pictures, as plain texts: the tree of the answer, and the choices of
+the desk. The page puts them in as text, never as HTML.
 """
 
 from pitotbench.browser.desk import Desk
-from pitotbench.browser.work import FLAGS, Plain, plain_table
+from pitotbench.browser.work import FLAGS, Plain
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
-from pitotbench.show.calibration import (
-    GLANCE_COLUMNS,
-    assumption_lines,
-    doubts_of,
-    glance_points,
-    handbook_lines,
-    is_doubt,
-    location_lines,
-    part_lines,
-    short_answer_of,
-)
-from pitotbench.show.columns import shown_columns
+from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.inspection import HELD_COLUMNS
-from pitotbench.show.limits import judgments
 from pitotbench.show.reader_units import Units
-from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
+from pitotbench.show.renderers import plain_of, plain_table
+from pitotbench.show.tree import SOURCES
 from pitotbench.units import SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph")
@@ -50,7 +39,7 @@ def state_of(desk: Desk) -> Plain:
             "autopilot": [*AUTOPILOTS],
             "unit": {each: SYMBOLS[each] for each in UNITS},
         },
-        "command": asked.command() if asked is not None else "",
+        "command": asked.command(desk.unit) if asked is not None else "",
         "answer": _answer(desk),
         "draft": _draft(desk),
         "legs": desk.legs,
@@ -62,24 +51,11 @@ def _answer(desk: Desk) -> Plain | None:
     if answer is None or asked is None or desk.refusal:
         return None
     result, settings = answer.result, answer.settings
-    short = short_answer_of(result, "")
     known: Plain = {"parameters": settings, "mapping": asked.mapping}
-    units, doubts = Units(speed=desk.unit), doubts_of(result)
-    rules = [judgment.sentence for judgment in judgments(result)]
-    notes = [*part_lines(result), *location_lines(result), *assumption_lines(result)]
-    read = [str(each) for each in result.warnings if not is_doubt(each)]
-    rows = glance_points(result.curve)
-    lines = [*handbook_lines(result.curve), short.wind_sentence, *rules, *answer.flights]
+    tree = calibration_tree("", {result.model: result}, lines=answer.flights, settings=settings)
     return {
-        "doubts": [units.text(each) for each in doubts[:1]],
         "usable": result.usable,
-        "sentence": units.text(short.correction_sentence),
-        "lines": [units.text(each) for each in lines],
-        "warnings": [units.text(each) for each in doubts[1:]],
-        "notes": [units.text(f"{line[:1].upper()}{line[1:]}") for line in [*notes, *read]],
-        "card": plain_table(units.columns(shown_columns(GLANCE_COLUMNS, rows)), rows),
-        "parameters": plain_table(SETTING_COLUMNS, settings.settings if settings else ()),
-        "left": [] if settings is None else settings_lines(settings),
+        "tree": plain_of(tree.nodes, Units(speed=desk.unit), SOURCES),
         "take": [kind for kind in _KINDS if answer.final and known.get(kind, kind)],
     }
 

@@ -8,18 +8,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
-from pitotbench.show.columns import Column, shown_columns
 from pitotbench.show.limits import AUTO
-from pitotbench.units import Array, Meters, MetersPerSecond
+from pitotbench.show.reader_units import BENCH, Units
+from pitotbench.units import SYMBOLS, Array, Meters, MetersPerSecond
 
 Tell = Callable[[str, Any], object]
 Plain = dict[str, Any]
-Row = TypeVar("Row")
 _MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
@@ -73,13 +72,14 @@ class Request:
         """What of it says how a log is read."""
         return replace(self.reading, begin="", end="", without=())
 
-    def command(self) -> str:
-        """The command that gives the same answer."""
+    def command(self, unit: str) -> str:
+        """The command that gives the same answer, with speeds in a unit such as `kmh`."""
         files = {"--mapping": self.mapping, "--handbook": self.handbook}
         stated = [
             *((flag, file.name) for flag, file in files.items() if file is not None),
             *((flag, text) for name, flag in FLAGS.items() if (text := getattr(self, name))),
             *(("--without", span) for span in self.without),
+            *((("--units", SYMBOLS[unit]),) if unit != BENCH.speed else ()),
         ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
         return shlex.join([*words, *(part for each in stated for part in each)])
@@ -134,15 +134,6 @@ class Answer:
     spans: tuple[tuple[float, float], ...]
     settings: AutopilotSettings | None
     final: bool
-
-
-def plain_table(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> Plain:
-    """A table as texts: headings with their units, and rows of cells."""
-    shown = shown_columns(columns, rows)
-    return {
-        "head": [column.title for column in shown],
-        "rows": [[column.text(row) for column in shown] for row in rows],
-    }
 
 
 def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Path) -> None:
@@ -345,15 +336,15 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
 
 
 def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
-    """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. The
-    card is in the `unit` of speed; the name says which unit a file is in.
+    """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
+    is read is in the `unit` of speed, which its name says.
     """
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
     from pitotbench.show.pages import calibration_record, log_page, log_section
     from pitotbench.show.takehome import PARAMETER_FILES, flight_document, parameter_file
 
-    flights = _calibrated(tell, request)
+    flights, units = _calibrated(tell, request), Units(speed=unit)
     rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
 
     def document() -> str:
@@ -362,7 +353,7 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
 
     def page() -> str:
         sections = [
-            log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old)
+            log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old, units)
             for name, each, old in rows
         ]
         named = ", ".join(dict.fromkeys(name for name, *_ in rows))
@@ -375,10 +366,10 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
             lambda: card_csv(rows[0][1].calibration.curve, doubts_of(rows[0][1].calibration), unit),
         ),
         "record": (
-            "-record-kt.html",
-            lambda: calibration_record([each.calibration for each in flights]),
+            f"-record-{unit}.html",
+            lambda: calibration_record([each.calibration for each in flights], units=units),
         ),
-        "page": ("-page-kt.html", page),
+        "page": (f"-page-{unit}.html", page),
     }
     if (settings := rows[0][2]) is not None:
         ending = PARAMETER_FILES[settings.autopilot][0]
@@ -396,29 +387,21 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
     from pitotbench.calibration.options import accuracies_of, parse_accuracies
     from pitotbench.logbook.csv import read_csv
     from pitotbench.logbook.points_table import is_points_table, read_points
-    from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
-    from pitotbench.show.legs import CARD_POINT_COLUMNS, legs_json, legs_sentences
+    from pitotbench.show.legs import card_tree, legs_json, legs_tree
+    from pitotbench.show.renderers import plain_of
     from pitotbench.units import DEGREE, KNOT
 
     if is_points_table(path):
-        card = reduce_card(*read_points(path), accuracies_of(parse_accuracies(accuracy), {}))
-        corrections = [
-            Correction(*(each / KNOT for each in (p.indicated_airspeed, p.correction, p.two_sigma)))
-            for p in card.points
-            if p.correction is not None and p.two_sigma is not None
-        ]
-        answers = [correction_sentence(corrections)] if corrections else []
-        doubts = dict.fromkeys(line for c in card.curves.values() for line in doubts_of_curve(c))
-        said = [*answers, *card.warnings, *doubts]
-        table, command = (
-            plain_table(CARD_POINT_COLUMNS, card.points),
-            "pitotbench fixed-speed legs.csv",
+        nodes = card_tree(
+            reduce_card(*read_points(path), accuracies_of(parse_accuracies(accuracy), {}))
         )
-        tell("legs", {"sentences": said, "table": table, "command": command})
-        return
-    speeds, tracks = read_csv(path).columns
-    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
-    answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
-    flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
-    command = f"pitotbench fixed-speed --ground-speed-kt={flags[0]} --track-deg={flags[1]}"
-    tell("legs", {"sentences": legs_sentences(answer), "table": None, "command": command})
+        typed = "legs.csv"
+    else:
+        speeds, tracks = read_csv(path).columns
+        found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+        nodes = legs_tree(
+            legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
+        )
+        flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
+        typed = f"--ground-speed-kt={flags[0]} --track-deg={flags[1]}"
+    tell("legs", {"tree": plain_of(nodes), "command": f"pitotbench fixed-speed {typed}"})

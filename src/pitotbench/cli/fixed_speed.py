@@ -162,15 +162,14 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 def _of_legs(options: argparse.Namespace) -> None:
     from pitotbench.calibration.leg_points import fixed_speed
-    from pitotbench.show.legs import legs_json, legs_sentences
-    from pitotbench.show.tree import Sentence
+    from pitotbench.show.legs import legs_json, legs_tree
     from pitotbench.units import DEGREE, KNOT
 
     speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
     tracks = _numbers(options.track_deg, "--track-deg")
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
-    tell(options, lambda: answer, lambda: map(Sentence, legs_sentences(answer)))
+    tell(options, lambda: answer, lambda: legs_tree(answer))
 
 
 def _numbers(text: str, flag: str) -> "Array":

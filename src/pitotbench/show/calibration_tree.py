@@ -91,6 +91,7 @@ def calibration_tree(
         (
             # What is not to be used says so before it says anything else.
             *([*told, *first] if result.usable else [*first, *told]),
+            *([] if settings is None else [_settings(settings)]),
             Table(GLANCE_COLUMNS, glance_points(curve)),
             Download(
                 f"card-{_plain(subject) or 'airspeed'}.csv",
@@ -99,7 +100,6 @@ def calibration_tree(
             ),
             *map(Doubt, doubts[1:]),
             *map(Sentence, [*rules, *(f"{line[:1].upper()}{line[1:]}" for line in holds_for)]),
-            *([] if settings is None else [_settings(settings)]),
             *(Notice(each) for each in result.warnings if not is_doubt(each)),
             *_sources(result, flights or [result]),
             *_numbers(result),

@@ -7,7 +7,13 @@ import numpy as np
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
-from pitotbench.show.calibration import CurvePoint, curve_points, doubts_of_curve
+from pitotbench.show.calibration import (
+    Correction,
+    CurvePoint,
+    correction_sentence,
+    curve_points,
+    doubts_of_curve,
+)
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.markup import render
 from pitotbench.show.tree import Doubt, Node, Sentence, Table
@@ -71,12 +77,12 @@ def legs_json(
     }
 
 
-def legs_sentences(answer: dict[str, Any]) -> list[str]:
+def legs_tree(answer: dict[str, Any]) -> list[Node]:
     """The plain data of legs that were typed by hand, in words."""
     spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
     return [
-        f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}",
-        f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°",
+        Sentence(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}"),
+        Sentence(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°"),
     ]
 
 
@@ -151,11 +157,17 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 
 def card_tree(card: HandCard) -> list[Node]:
-    """A card written by hand: its slips, the points, and the curve of each configuration with what
-    is assumed of it.
+    """A card written by hand: what to add at each point of one configuration, its slips, the points,
+    and the curve of each configuration with what is assumed of it.
     """
+    found = [
+        Correction(*(each / KNOT for each in (p.indicated_airspeed, p.correction, p.two_sigma)))
+        for p in card.points
+        if p.correction is not None and p.two_sigma is not None and len(card.curves) == 1
+    ]
     assumed = [line for curve in card.curves.values() for line in doubts_of_curve(curve)]
     return [
+        *([Sentence(correction_sentence(found))] if found else []),
         *map(Doubt, [*card.warnings, *dict.fromkeys(assumed)]),
         Table(CARD_POINT_COLUMNS, card.points, "points"),
         *(

@@ -1,12 +1,12 @@
 """The voices of an answer: each walks its tree. Loads no drawing library before it draws."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote
 
-from pitotbench.show.columns import html_table, outside, print_table, shown_columns
+from pitotbench.show.columns import Column, html_table, outside, print_table, shown_columns
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.tree import (
     ANSWER,
@@ -25,7 +25,7 @@ from pitotbench.show.tree import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-
+Row = TypeVar("Row")
 _SAID = {  # by kind: what stands before a text on a terminal, and its style
     Heading: ("", "bold"),
     Sentence: ("", ""),
@@ -54,6 +54,35 @@ def print_tree(
             console.print(outside(units.text(text), style), soft_wrap=True)
     if len(said) > len(read):
         console.print(f"Notes on what was read: {len(said) - len(read)}; -v prints them.")
+
+
+def plain_table(
+    columns: Sequence[Column[Row]], rows: Sequence[Row], units: Units = BENCH
+) -> dict[str, Any]:
+    """A table as texts: headings with their units, which columns hold numbers, rows of cells."""
+    shown = units.columns(shown_columns(columns, rows))
+    return {
+        "head": [column.title for column in shown],
+        "numbers": [bool(column.style) for column in shown],
+        "rows": [[column.text(row) for column in shown] for row in rows],
+    }
+
+
+def plain_of(
+    nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS
+) -> list[dict[str, Any]]:
+    """An answer as texts by the kinds of its nodes down to a depth, for a page that draws the
+    pictures and gives the files itself: of these the place alone is told.
+    """
+    return [
+        {"kind": type(node).__name__.lower(), "first": getattr(node, "first", False)}
+        | {"deep": getattr(node, "depth", ANSWER) > ANSWER, "main": getattr(node, "main", False)}
+        | {"text": units.text(getattr(node, "text", "") or getattr(node, "title", ""))}
+        | {"nodes": plain_of(getattr(node, "nodes", ()), units, depth)}
+        | (plain_table(node.columns, node.rows, units) if isinstance(node, Table) else {})
+        for node in nodes
+        if getattr(node, "depth", depth) <= depth and not isinstance(node, Download)
+    ]
 
 
 def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -> str:

@@ -17,12 +17,6 @@ function say(id, text) {
   if (element.classList.contains("doubt")) element.hidden = !text;
 }
 
-function list(id, lines) {
-  const element = at(id);
-  element.replaceChildren(...lines.map((line) => make("li", line)));
-  if (element.classList.contains("doubt")) element.hidden = !lines.length;
-}
-
 function head(names) {
   const row = make("tr");
   row.append(...names.map((name) => make("th", name, { scope: "col" })));
@@ -31,14 +25,49 @@ function head(names) {
   return top;
 }
 
-function table(id, found) {
+// The tree of an answer: what each kind of node is on this page. Pictures and files have places of their own.
+function table({ head: names, numbers, rows }) {
   const body = make("tbody");
-  for (const cells of found ? found.rows : []) {
+  for (const cells of rows) {
     const row = make("tr");
-    row.append(...cells.map((cell) => make("td", cell)));
+    row.append(...cells.map((cell, place) => make("td", cell, numbers[place] ? { class: "number" } : {})));
     body.append(row);
   }
-  at(id).replaceChildren(...(found && found.rows.length ? [head(found.head), body] : []));
+  const whole = make("table");
+  whole.append(...(rows.length ? [head(names), body] : []));
+  const wide = make("div", "", { class: "scroll" });
+  wide.append(whole);
+  return wide;
+}
+
+function titled(title, inside, folded) {
+  const part = make(folded ? "details" : "div");
+  part.append(...(title ? [make(folded ? "summary" : "h3", title)] : []), ...inside);
+  return part;
+}
+
+const KINDS = {
+  heading: (node) => titled(node.text, nodes(node.nodes), node.deep),
+  sentence: (node) => make("p", node.text),
+  doubt: (node) => make("p", node.text, { class: node.first ? "doubt first" : "doubt" }),
+  notice: (node) => make("p", node.text),
+  table: (node) => titled(node.text, [table(node)], false),
+  figure: () => "",
+};
+
+function nodes(told) {
+  const read = told.filter((node) => node.kind === "notice");
+  const shown = told.filter((node) => node.kind !== "notice").map((node) => KINDS[node.kind](node));
+  return [...shown, ...(read.length ? [titled(`Notes on what was read: ${read.length}`, read.map(KINDS.notice), true)] : [])];
+}
+
+// Show nodes in a place, if they are others than it shows.
+function tell(id, told) {
+  const element = at(id);
+  const text = JSON.stringify(told);
+  if (element.dataset.told === text) return;
+  element.dataset.told = text;
+  element.replaceChildren(...nodes(told));
 }
 
 async function act(choice) {
@@ -130,7 +159,7 @@ for (const id of ["files", "folder"]) {
 }
 
 // On a narrow screen a long doubt is cut until it is tapped.
-at("doubts").addEventListener("click", (event) => { event.target.closest("li")?.classList.toggle("open"); });
+at("told").addEventListener("click", (event) => { event.target.closest(".doubt")?.classList.toggle("open"); });
 
 // Choices
 
@@ -304,14 +333,16 @@ function show(text) {
   if (refused) at("refusal").scrollIntoView({ block: "nearest" });
   flights(state, before);
   draft(state.draft, before && before.draft);
-  list("doubts", answer ? answer.doubts : []);
-  const nothing = state.flights.rows.length ? "" : "No log yet. Drop one, or type three legs below.";
-  if (answer || !state.status) say("sentence", answer ? answer.sentence : state.refusal ? "" : nothing);
-  if (answer || !state.status) list("lines", answer ? answer.lines : []);
+  const nothing = { kind: "sentence", text: "No log yet. Drop one, or type three legs below." };
+  const told = answer ? answer.tree : state.refusal || state.flights.rows.length ? [] : [nothing];
+  // What stands before the picture in the tree, and its first doubt, are seen before all pictures.
+  const picture = told.findIndex((node) => node.main);
+  const early = told.filter((node, place) => picture < 0 || place < picture || node.first);
+  if (answer || !state.status) tell("told", early);
   const there = state.command !== "";
   at("flight").hidden = at("pair").hidden = !there;
-  if (!there) at("more").hidden = at("known").hidden = true;
-  else if (answer || !state.status) at("more").hidden = at("known").hidden = at("curve").hidden = !answer;
+  if (!there) at("more").hidden = true;
+  else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
   at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
   const form = at("flags");
   const changed = !before || !same(before, state, "flags", "without");
@@ -326,18 +357,11 @@ function show(text) {
     form.elements.without.value = state.without.join(", ");
   }
   say("command", state.command);
-  table("card", answer && answer.card);
-  at("drone").hidden = !(answer && answer.parameters.rows.length);
-  table("parameters", answer && answer.parameters);
-  list("left", answer ? answer.left : []);
-  list("warnings", answer ? answer.warnings : []);
-  say("warned", answer ? `Warnings and notices (${answer.warnings.length})` : "Warnings and notices");
-  list("notes", answer ? answer.notes : []);
+  tell("rest", told.filter((node) => !early.includes(node)));
   at("take").replaceChildren(...(answer ? answer.take : []).map((kind) => make("a", TAKE[kind], { href: `/take/${kind}`, download: "" })));
   const legs = state.legs;
   say("legrefusal", (legs && legs.refusal) || "");
-  list("legsaid", (legs && legs.sentences) || []);
-  table("legtable", legs && legs.table);
+  tell("legsaid", (legs && legs.tree) || []);
   say("legline", (legs && legs.command) || "");
   at("legcommand").hidden = !(legs && legs.command);
   if (legs) at("byhand").open = true;
@@ -346,8 +370,8 @@ function show(text) {
 function listen() {
   const found = window.Bokeh && Bokeh.documents.length ? Bokeh.documents[0].get_model_by_name("time") : null;
   if (!found) { setTimeout(listen, 50); return; }
-  const tell = () => { if (found.tags.length) show(found.tags[0]); };
-  found.properties.tags.change.connect(tell);
-  tell();
+  const hear = () => { if (found.tags.length) show(found.tags[0]); };
+  found.properties.tags.change.connect(hear);
+  hear();
 }
 listen();

@@ -32,7 +32,7 @@ from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuver
 from pitotbench.show.renderers import print_tree
-from pitotbench.show.verdict import account_tree
+from pitotbench.show.verdict_tree import account_tree
 from pitotbench.units import FOOT, KNOT, Array
 
 LOGS = (

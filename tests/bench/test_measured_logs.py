@@ -5,8 +5,8 @@ from tests.shared_data import real_log
 from pitotbench.bench.questions import setting_of
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.logbook.reading import read_log
-from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
+from pitotbench.show.verdict_tree import account_page
 
 ADVICE = {"error_location": "static", "mach_max": 0.93}  # of the mapping jmoss
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from html import unescape
 from io import StringIO
 
 import numpy as np
@@ -41,7 +42,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.show.gap_page import account_page, draw_trace, reconciliation_record, telling_panels
+from pitotbench.show.gap_page import draw_trace, telling_panels
 from pitotbench.show.gap_words import (
     calibration_words,
     evidence_words,
@@ -52,7 +53,8 @@ from pitotbench.show.gap_words import (
 from pitotbench.show.renderers import print_tree
 from pitotbench.show.style import Panel, stacked
 from pitotbench.show.tree import SOURCES
-from pitotbench.show.verdict import account_json, account_tree, candidate_columns
+from pitotbench.show.verdict import account_json, candidate_columns
+from pitotbench.show.verdict_tree import account_page, account_tree, reconciliation_record
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
 from pitotbench.units import SYMBOLS
 
@@ -181,7 +183,7 @@ def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_tree(account_tree(found), Console(width=200), depth=SOURCES)
-    text, page = capsys.readouterr().out, account_page(found)
+    text, page = capsys.readouterr().out, unescape(account_page(found))
     assert (
         text.index("closes 99 %")
         < text.index("warning: other.csv: column 'heading")
@@ -189,7 +191,7 @@ def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     )
     assert (
         page.index("closes 99 %")
-        < page.index("column &#39;heading_deg&#39;")
+        < page.index("column 'heading_deg'")
         < page.index("Where the gap is")
     )
     assert account_json(found)["warnings"] == list(found.warnings)
@@ -460,7 +462,7 @@ def test_title_and_table_agree_on_what_is_named():
 def test_the_remaining_gap_is_the_first_map_and_the_patch_with_its_commands_stands_under_the_answer():
     page = account_page(account())
     assert page.index("The remaining gap [σ]") < page.index("The gap before the patch [σ]")
-    assert page.index("In short") < page.index("The patch") < page.index("Where the gap is")
+    assert page.index("It is belly pod") < page.index("The patch") < page.index("Where the gap is")
     assert "pitotbench fly case.toml" in page
     assert "--apply NAME" in page
     assert "--apply NAME" not in account_page(account(PARTED))  # nothing of the aircraft

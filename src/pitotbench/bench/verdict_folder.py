@@ -13,9 +13,9 @@ from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import json_text
-from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
 from pitotbench.show.verdict import kind_words
+from pitotbench.show.verdict_tree import account_page
 from pitotbench.simulation.modified import install_variant, overlay_xml
 
 WRITTEN = (

@@ -62,7 +62,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
 from pitotbench.records.gap import Account, Coefficient, FlownAgain, FoundFormula
-from pitotbench.records.log import FlightLog, Provenance
+from pitotbench.records.log import Caution, FlightLog, Provenance
 from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.outputs import PAGES, require_file
 from pitotbench.records.verdict import SURE, Candidate, Closure, Gap, JoinedFlight, Verdict
@@ -245,7 +245,7 @@ class FullReconciliation:
 
     def write_page(self, path: str | Path) -> None:
         """Write the report as a page (.html). Raises BadInputError for another name."""
-        from pitotbench.show.gap_page import account_page
+        from pitotbench.show.verdict_tree import account_page
 
         require_file(Path(path), PAGES)
         write_text(Path(path), account_page(self.account))
@@ -254,7 +254,7 @@ class FullReconciliation:
         """Write the record for the file (.html), as `reconcile --record` does. Raises as
         `write_page`.
         """
-        from pitotbench.show.gap_page import reconciliation_record
+        from pitotbench.show.verdict_tree import reconciliation_record
 
         require_file(Path(path), PAGES)
         write_text(Path(path), reconciliation_record(self.account, self.provenance))
@@ -411,7 +411,7 @@ def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]
     A warning that a named part explains is withdrawn: the answer tells its cause.
     """
     return tuple(
-        text if len(logs) == 1 else f"{each.name}: {text}"
+        text if len(logs) == 1 else Caution(f"{each.name}: {text}", getattr(text, "code", "log"))
         for each in logs
         for text in each.log.header.get("warnings", ())
         if not EXPLAINED_BY.get(getattr(text, "code", ""), set()) & set(verdict.named_parts)

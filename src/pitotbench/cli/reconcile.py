@@ -91,7 +91,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, and write its report and its patch."""
     from pitotbench.bench.verdict_folder import install, keep
-    from pitotbench.show.verdict import account_json, account_tree
+    from pitotbench.show.verdict import account_json
+    from pitotbench.show.verdict_tree import account_tree
 
     _check_variant(options)
     _check_folder(options)

@@ -6,6 +6,7 @@ from typing import TypeVar
 
 from pitotbench.logbook.columns import SENSOR, Table, numbered
 from pitotbench.records import BadInputError
+from pitotbench.records.log import Caution
 
 T = TypeVar("T")
 
@@ -29,9 +30,12 @@ def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[in
             )
         )
     name, found = sensors[taken]
-    told = [
-        f"the log holds {len(sensors)} airspeed sensors ({names}): this is {name}; "
-        f"--airspeed-sensor {other} takes {sensors[other][0]}"
+    told: list[str] = [  # it moves the number
+        Caution(
+            f"the log holds {len(sensors)} airspeed sensors ({names}): this is {name}; "
+            f"--airspeed-sensor {other} takes {sensors[other][0]}",
+            "several sensors",
+        )
         for other in sorted(sensors.keys() - {taken})[:1]
     ]
     return taken, found, told

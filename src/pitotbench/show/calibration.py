@@ -20,7 +20,6 @@ from pitotbench.records.calibration import (
     WindEstimate,
     WindowWind,
 )
-from pitotbench.records.log import Caution
 from pitotbench.show.columns import (
     Column,
     csv_text,
@@ -410,9 +409,11 @@ _ASSUMED = (
 _READ = ("log", "faulty rows", "flight left out", "own curves", "display steps")
 
 
-def is_doubt(caution: Caution) -> bool:
-    """Whether a warning tells of what may move the answer, not only how the log was read."""
-    return caution.code not in _READ
+def is_doubt(warning: str) -> bool:
+    """Whether a warning tells of what may move the answer, not only how the log was read; one
+    without a code does.
+    """
+    return getattr(warning, "code", "") not in _READ
 
 
 def headline(result: Calibration) -> list[str]:

@@ -81,7 +81,7 @@ def calibration_tree(
     sentences = [answer.correction_sentence, answer.wind_sentence, *handbook_lines(curve)]
     told: list[Node] = [
         *map(Sentence, sentences),
-        Figure(lambda units: _curve(results, truth, limit, units), main=True),
+        Figure(lambda units: _curve(results, truth, limit, units), "main"),
     ]
     holds_for = [*lines, *part_lines(result), *location_lines(result), *assumption_lines(result)]
     rules = [judgment.sentence for judgment in judgments(result, limit)]

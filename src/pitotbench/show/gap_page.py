@@ -1,36 +1,22 @@
-"""The report of a reconciliation: one self-contained page with the telling channel first."""
+"""The pictures of a reconciliation, the telling channel first."""
 
 from collections.abc import Sequence
 from functools import partial
-from html import escape
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import SymLogNorm
 from matplotlib.patches import Rectangle
 
-from pitotbench.effects import effect_of
 from pitotbench.records.gap import (
     Account,
-    FlownAgain,
     GapMap,
     History,
     TellingChannel,
     Trace,
 )
-from pitotbench.records.log import Provenance
-from pitotbench.records.verdict import Check, Closure, Located
-from pitotbench.show.columns import html_table
-from pitotbench.show.gap_words import (
-    closing_sentences,
-    closure_percent,
-    evidence_words,
-    features_limit,
-    remaining_features,
-    sentences,
-)
-from pitotbench.show.markup import page_version, render
-from pitotbench.show.record import CHECK_COLUMNS, Part, check, conditions_of, record_page
+from pitotbench.records.verdict import Closure, Located
+from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
     GREEN,
@@ -47,25 +33,11 @@ from pitotbench.show.style import (
     svg,
     thin,
 )
-from pitotbench.show.verdict import (
-    DETECTABLE_COLUMNS,
-    FEATURE_COLUMNS,
-    FLIGHT_COLUMNS,
-    TOLERANCE_COLUMNS,
-    candidate_columns,
-    closing_columns,
-    kind_words,
-    noticed,
-    pilot_words,
-)
 from pitotbench.show.words import (
     CHANNELS,
     VARIABLES,
     FieldUnit,
-    heading,
     is_force,
-    listed,
-    size_words,
     unit_without_mass,
     words,
 )
@@ -78,15 +50,14 @@ from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 _SHADE = "#F0E0D0"  # unlike the grey of a noise band
 
 
-def unused_words(traces: Sequence[Trace]) -> str:
+def unused_words(trace: Trace) -> str:
     """Return why some instants are shaded, and their share; empty where all were used."""
-    if all(np.all(trace.used) for trace in traces):
+    if np.all(trace.used):
         return ""
-    share = max(float(np.mean(~trace.used)) for trace in traces)
+    share = 100.0 * float(np.mean(~trace.used))
     return (
-        f"Shaded: {100.0 * share:.1f} % of the flight that was not used, because the impact "
-        "pressure stood at the "
-        "end of its sensor's range or the Mach number was above the limit."
+        f"Shaded: {share:.1f} % of the flight that was not used, because the impact pressure stood "
+        "at the end of its sensor's range or the Mach number was above the limit."
     )
 
 
@@ -228,12 +199,18 @@ def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
     return panel("Before and after", draw, size=(4.6, 1.3 + 0.6 * len(closures)))
 
 
-def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Panel]:
+def trace_panels(
+    traces: Sequence[Trace], located: Sequence[Located], units: Units = BENCH
+) -> list[Panel]:
     """Channels over time: measured minus simulated, and the change by the patch."""
-    shown = telling(traces, located)[:SHOWN]
     return [
-        panel(unit_without_mass(trace.channel).title, partial(draw_trace, trace=trace))
-        for trace in shown
+        panel(
+            f"{unit_without_mass(trace.channel).title}: measured minus simulated",
+            partial(draw_trace, trace=trace),
+            unused_words(trace),
+            units=units,
+        )
+        for trace in telling(traces, located)[:SHOWN]
     ]
 
 
@@ -281,15 +258,17 @@ def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
     return (np.bincount(number, time) / count)[used], (np.bincount(number, values) / count)[used]
 
 
-def history_panels(histories: Sequence[History]) -> list[Panel]:
+def history_panels(histories: Sequence[History], units: Units = BENCH) -> list[Panel]:
     """The card flown again: the measured, the simulated and the patched history, segment after
     segment.
     """
     names = dict.fromkeys(history.quantity for history in histories)
-    return [_history_panel(name, [h for h in histories if h.quantity == name]) for name in names]
+    return [
+        _history_panel(name, [h for h in histories if h.quantity == name], units) for name in names
+    ]
 
 
-def _history_panel(name: str, parts: Sequence[History]) -> Panel:
+def _history_panel(name: str, parts: Sequence[History], units: Units) -> Panel:
     def draw(axes: Axes) -> None:
         same = all(np.array_equal(h.simulated, h.patched) for h in parts)
         for i, part in enumerate(parts):
@@ -304,7 +283,7 @@ def _history_panel(name: str, parts: Sequence[History]) -> Panel:
                     axes.plot(time, side, color=color, ls=style, lw=1.0, label="_" if i else label)
         axes.set(xlabel="time of the log [min]", ylabel=f"{name} [{parts[0].unit}]")
 
-    return panel(name.capitalize(), draw)
+    return panel(name.capitalize(), draw, units=units)
 
 
 # The first picture of a reconciliation: the telling channel over time, a variable, and the ground
@@ -315,7 +294,7 @@ FEWEST = 4  # instants of a bin that is drawn
 BAND = 2.0  # standard deviations of the noise band
 
 
-def telling_panels(telling: TellingChannel) -> list[Panel]:
+def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]:
     """The telling channel over time and over a variable, and the ground track, in the units of the
     field.
     """
@@ -366,12 +345,19 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         axes.set_aspect("equal", adjustable="datalim")
 
     return [
-        panel(f"{shown.title}, over time", over_time, f"Means of {telling.averaged:g} s.", NARROW),
+        panel(
+            f"{shown.title}, over time",
+            over_time,
+            f"Means of {telling.averaged:g} s.",
+            NARROW,
+            units=units,
+        ),
         panel(
             f"The same over {variable.name}",
             over_variable,
             "Means and standard deviations of bins.",
             NARROW,
+            units=units,
         ),
         panel("Where it is", over_ground, "The dot is the start.", NARROW),
     ]
@@ -401,58 +387,7 @@ def _binned(of: Array, values: Array) -> tuple[Array, Array, Array]:
     return center, middle, spread
 
 
-def account_page(account: Account) -> str:
-    """The HTML of an account."""
-    verdict, sizes = account.verdict, []
-    for effect in verdict.effects:
-        lines = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
-        lines += [size_words(*time) for time in effect.times]
-        sizes.append((words(effect.name), effect_of(effect.name).what, lines))
-    flights = [("the fitted log", account.flown)]
-    if account.holdout:
-        flights.append((f"the held-out log, {account.holdout}", account.flown_holdout))
-    return render(
-        "reconcile.html",
-        title=f"Reconcile: {account.log} against {account.aircraft}",
-        subtitle=heading(kind_words(verdict)),
-        sentences=sentences(account),
-        warnings=account.warnings,
-        verdict=verdict,
-        sizes=sizes,
-        telling=telling_panels(account.telling) if account.telling else [],
-        evidence=evidence_words(account),
-        maps=map_panels(account.gap_map),
-        traces=trace_panels(account.traces, verdict.located),
-        unused=unused_words(account.traces),
-        closing=_closing(account),
-        flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",
-        candidates=html_table(candidate_columns(verdict), verdict.candidates),
-        flown=[_flown(name, flown) for name, flown in flights],
-        checks=html_table(CHECK_COLUMNS, verdict.checks),
-        detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
-        patch=account.patch if account.entries else "",
-        fly=flying_words(account),
-        closed=closing_sentences(account.closing) if account.closing else [],
-        table=html_table(closing_columns(c), c.gaps) if (c := account.closing) else "",
-        version=page_version(),
-    )
-
-
-def flying_words(account: Account) -> list[str]:
-    """The commands that fly the patch: those of its aircraft, and those of a case file."""
-    lines = ["cat patch.toml >> case.toml", "pitotbench fly case.toml -o patched.csv"]
-    if account.aircraft != "none" and any(
-        effect_of(name).acts_on == "aircraft" for name, _ in account.entries
-    ):
-        apply = (
-            f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft "
-            f"{account.aircraft} --apply NAME"
-        )
-        lines += ["", apply, f'# fly it with aircraft = "{account.aircraft}+NAME" in the case file']
-    return lines
-
-
-def _closing(account: Account) -> list[Panel]:
+def closing_panels(account: Account) -> list[Panel]:
     verdict = account.verdict
     if not account.entries:
         return []
@@ -464,128 +399,3 @@ def _closing(account: Account) -> list[Panel]:
     ):  # the steps are of the flight with the largest gap, the closure is of all
         return [before_after_panel(closures)]
     return [waterfall_panel(account), before_after_panel(closures)]
-
-
-SHORT = 0.02  # of the time within a tolerance: a smaller difference from two flights of one airplane is chance
-
-
-def _shortfall(flown: FlownAgain) -> str:
-    """What the patch does not bring within the tolerance as often as two flights of one airplane
-    are.
-    """
-    short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - SHORT]
-    if not short:
-        return ""
-    return (
-        f"With the patch, {listed(short)} is within its tolerance less often than between two "
-        "flights of one "
-        "airplane: what differs there is not in the patch. The hand of the pilot, the wind and its "
-        "gusts over the "
-        "flight are the card's, not the log's."
-    )
-
-
-def _flown(name: str, flown: FlownAgain) -> dict[str, object]:
-    """The content of the section on a card flown again."""
-    features = noticed(flown.features)
-    return {
-        "name": name,
-        "skipped": flown.skipped,
-        "pilot": pilot_words(flown),
-        "shortfall": _shortfall(flown),
-        "limit": features_limit(flown.features),
-        "tolerances": html_table(TOLERANCE_COLUMNS, flown.tolerances),
-        "panels": history_panels(flown.histories),
-        "features": html_table(FEATURE_COLUMNS, features) if features else "",
-        "noticed": len(features),
-        "compared": len(flown.features),
-    }
-
-
-# The record for the file, in the order of a qualification test.
-
-_TOLERANCES = (
-    "The simulator flies the card of the log again, before and with the patch. A sample is within "
-    "tolerance where "
-    "it is no farther from the measured one than 40 % of what 14 CFR Part 60 (Appendix A, "
-    "Attachment 2) allows a "
-    "simulator against flight: 3 kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two "
-    "flights of one "
-    "airplane, which differ by gusts alone, say what can be reached."
-)
-
-
-def reconciliation_record(account: Account, made: Provenance) -> str:
-    """The record of a reconciliation, in the order of a qualification test: objective to statement,
-    and checks.
-    """
-    verdict, flown, tables = account.verdict, account.flown, []
-    for each, log in ((flown, account.log), (account.flown_holdout, account.holdout)):
-        if each.tolerances:
-            tables.append(f"<p>{escape(log)}</p>{html_table(TOLERANCE_COLUMNS, each.tolerances)}")
-    judged = {each.quantity for each in flown.tolerances}
-    drawings = [
-        p.drawing for p in history_panels([h for h in flown.histories if h.quantity in judged])
-    ]
-    lines = [
-        f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights
-    ]
-    if account.null_flights:
-        lines.append(
-            f"{account.null_flights} simulated flights of the card without an effect give the "
-            "thresholds"
-        )
-    results = [f"Not flown again: {flown.skipped}."] if flown.skipped else []
-    if flown.features:
-        many = f"{len(remaining_features(flown.features))} of {len(flown.features)}"
-        results = [
-            f"With the patch, {many} characteristic numbers of the card differ by more than chance."
-        ]
-    parts: list[Part] = [
-        ("Conditions", conditions_of(made, lines), ""),
-        ("Tolerances", [_TOLERANCES], ""),
-        ("Results", results, "".join(tables) + f'<div class="two">{"".join(drawings)}</div>'),
-        ("Statement", [*sentences(account), *evidence_words(account)], ""),
-        ("Checks", [], html_table(CHECK_COLUMNS, [*verdict.checks, *_answer_checks(account)])),
-    ]
-    sides = "the sensors of the log disagree with one another"
-    if account.aircraft != "none":
-        sides = f"the flight model {account.aircraft} and the measured flight disagree"
-    objective = f"Find where {sides}, because of what, and how far what is named closes the gap."
-    title = f"Record of a comparison of simulation and flight: {kind_words(verdict)}"
-    return record_page(
-        title, objective, made, parts, [*account.warnings, *map(words, verdict.notes)]
-    )
-
-
-def _answer_checks(account: Account) -> list[Check]:
-    """What is held against the answer of a reconciliation, beside the checks of its log."""
-    verdict = account.verdict
-    closed = (
-        f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
-        if verdict.effects
-        else ""
-    )
-    held = verdict.closure_holdout
-    also = (
-        ""
-        if held is None
-        else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
-    )
-    skipped = account.flown.skipped or "nothing is named"
-    fits = "as often as two flights of one airplane" if account.flown.tolerances else ""
-    return [
-        check(
-            "nothing speaks against the answer",
-            "; ".join(verdict.doubts),
-            closed,
-            "nothing is named",
-        ),
-        check(
-            "nothing remains beside it",
-            "a gap remains" if verdict.remains else "",
-            closed and "no gap remains",
-        ),
-        check("a log that was not used is explained", "", also, "no log was held out"),
-        check("flown again within the tolerances", _shortfall(account.flown), fits, skipped),
-    ]

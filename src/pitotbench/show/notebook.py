@@ -40,7 +40,7 @@ from pitotbench.show.reader_units import units_named
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
 from pitotbench.show.tree import ANSWER, Doubt, Node, Sentence, nodes_in
-from pitotbench.show.verdict import account_tree
+from pitotbench.show.verdict_tree import account_tree
 from pitotbench.show.words import words
 from pitotbench.units import KNOT
 

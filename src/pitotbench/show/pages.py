@@ -24,7 +24,7 @@ from pitotbench.show.flights import flight_panels
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, page_version, render
 from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.show.record import Part, record_page
+from pitotbench.show.record import record_page
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import (
     BLUE,
@@ -191,16 +191,10 @@ def calibration_record(
     tree = calibration_tree("", {first.model: first}, limit, flights=flights)
     answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
     sources = (n for n in tree.nodes if isinstance(n, Heading) and n.depth == SOURCES)
-    parts = [Heading("Answer", tuple(answer)), *sources]
-    texts = [html_of(each.nodes, units, SOURCES) for each in parts]
-    # Nothing is folded away on paper.
-    told: list[Part] = [
-        (each.text, [], text.replace("<details>", "<details open>"))
-        for each, text in zip(parts, texts, strict=True)
-    ]
     title = "Record of a pitot-static calibration"
     objective = "Find the correction of the airspeed, with a bound."
-    return record_page(title, objective, first.provenance, told, [])
+    parts = [Heading("Answer", tuple(answer)), *sources]
+    return record_page(title, objective, first.provenance, parts, units)
 
 
 def _section_html(anchor: str, tree: Heading, units: Units) -> str:

@@ -186,7 +186,7 @@ def plan_tree(plan: Plan) -> list[Node]:
 
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure(pictures, main=True),
+        Figure(pictures, "main"),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
         *(

@@ -13,6 +13,9 @@ from pitotbench.records.verdict import Check
 from pitotbench.show.calibration import FAILED_BY, GEOMETRY, HEADINGS
 from pitotbench.show.columns import Column
 from pitotbench.show.markup import render
+from pitotbench.show.reader_units import BENCH, Units
+from pitotbench.show.renderers import html_of
+from pitotbench.show.tree import SOURCES, Heading
 from pitotbench.show.words import words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import FOOT, KNOT
@@ -94,9 +97,6 @@ def wind_two_sigma(wind: WindEstimate) -> float:
     return max(wind.north.two_sigma, wind.east.two_sigma) / KNOT
 
 
-Part = tuple[
-    str, Sequence[str], str
-]  # of a record: heading, sentences, tables and drawings as HTML
 _STATUSES = ("failed", "passed", "skipped")
 CHECK_COLUMNS: tuple[Column[Check], ...] = (
     Column("check", lambda check: check.name, key="name"),
@@ -156,13 +156,14 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
 
 
 def record_page(
-    title: str, objective: str, made: Provenance, parts: Sequence[Part], warnings: Iterable[str]
+    title: str, objective: str, made: Provenance, parts: Iterable[Heading], units: Units = BENCH
 ) -> str:
-    """The page of a record: inputs and settings, then its parts in their order, then the
-    warnings.
+    """The page of a record: inputs and settings, then its parts in their order. Nothing is folded
+    away on paper.
     """
     choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
     used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
+    texts = [(each.text, html_of(each.nodes, units, SOURCES)) for each in parts]
     return render(
         "record.html",
         title=title,
@@ -170,6 +171,5 @@ def record_page(
         inputs=made.inputs,
         choices=choices,
         versions=f"{used}. Made on {made.date} (UTC)." if used else "Not recorded.",
-        parts=parts,
-        warnings=[*warnings],
+        parts=[(name, text.replace("<details>", "<details open>")) for name, text in texts],
     )

@@ -11,6 +11,7 @@ from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.tree import (
     ANSWER,
     NUMBERS,
+    Code,
     Doubt,
     Download,
     Figure,
@@ -40,7 +41,7 @@ def print_tree(
     """Print an answer down to a depth: no pictures and no files. Above all that it rests on,
     its notices are counted only.
     """
-    said = [n for n in nodes_in(nodes, depth) if not isinstance(n, Figure | Download)]
+    said = [n for n in nodes_in(nodes, depth) if not isinstance(n, Figure | Code | Download)]
     read = [n for n in said if depth > ANSWER or not isinstance(n, Notice)]
     for before, node in zip([None, *read], read, strict=False):
         if isinstance(node, Table) or isinstance(before, Table):
@@ -76,7 +77,10 @@ def plain_of(
     """
     return [
         {"kind": type(node).__name__.lower(), "first": getattr(node, "first", False)}
-        | {"deep": getattr(node, "depth", ANSWER) > ANSWER, "main": getattr(node, "main", False)}
+        | {
+            "deep": getattr(node, "depth", ANSWER) > ANSWER,
+            "main": getattr(node, "layout", "") == "main",
+        }
         | {"text": units.text(getattr(node, "text", "") or getattr(node, "title", ""))}
         | {"nodes": plain_of(getattr(node, "nodes", ()), units, depth)}
         | (plain_table(node.columns, node.rows, units) if isinstance(node, Table) else {})
@@ -117,7 +121,8 @@ def _figure(node: Figure, units: Units) -> str:
         + "</figure>"
         for each in node.panels(units)
     )
-    return f'<div class="{"main" if node.main else "panels wide"}">{"".join(drawn)}</div>'
+    kind = "main" if node.layout == "main" else f"panels {node.layout}"
+    return f'<div class="{kind}">{"".join(drawn)}</div>'
 
 
 # By kind, what some nodes of one kind that follow one another look like on a page.
@@ -133,6 +138,7 @@ _HTML: dict[type, Callable[[Any, Units, int], str]] = {
         f"<details><summary>Notes on what was read: {len(nodes)}</summary>"
         f"<ul>{_texts('li', nodes, units)}</ul></details>"
     ),
+    Code: lambda nodes, *_: "\n".join(f"<pre>{escape(node.text)}</pre>" for node in nodes),
     Table: lambda nodes, units, _: "\n".join(_table(node, units) for node in nodes),
     Figure: lambda nodes, units, _: "\n".join(_figure(node, units) for node in nodes),
     Download: lambda nodes, *_: "\n".join(

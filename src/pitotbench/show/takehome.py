@@ -243,7 +243,7 @@ def difference_tree(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) 
     step = max(1, -(-len(rows) // MOST_ROWS))
     return [
         Sentence(difference_sentence(found)),
-        Figure(pictures, main=True),
+        Figure(pictures, "main"),
         Table(DIFFERENCE_COLUMNS, rows[::step], f"{found.second} less {found.first}"),
         Sentence(
             "The errors of the two curves are taken as independent. An error that both share, such "

@@ -50,6 +50,13 @@ class Notice:
 
 
 @dataclass(frozen=True, slots=True)
+class Code:
+    """Lines of a file or of a terminal, to be taken word for word."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Table:
     """Rows of one kind and their columns."""
 
@@ -60,10 +67,12 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Pictures, drawn only by a renderer that shows them; the `main` one is the answer's."""
+    """Pictures, drawn only by a renderer that shows them. `layout`: `main` for the answer's, `wide`,
+    `narrow`, or `whole` for one that fills the page.
+    """
 
     panels: "Callable[[Units], Sequence[Panel]]"
-    main: bool = False
+    layout: str = "wide"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +84,7 @@ class Download:
     text: str
 
 
-Node = Heading | Sentence | Doubt | Notice | Table | Figure | Download
+Node = Heading | Sentence | Doubt | Notice | Code | Table | Figure | Download
 
 
 def nodes_in(nodes: Iterable[Node], depth: int = NUMBERS) -> Iterator[Node]:

@@ -15,15 +15,8 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.columns import Column, json_rows
-from pitotbench.show.gap_words import (
-    closing_sentences,
-    evidence_words,
-    features_limit,
-    reported_rivals,
-    sentences,
-)
+from pitotbench.show.gap_words import features_limit, reported_rivals
 from pitotbench.show.record import CHECK_COLUMNS
-from pitotbench.show.tree import Doubt, Heading, Node, Notice, Sentence, Table
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
@@ -79,16 +72,6 @@ FEATURE_COLUMNS: tuple[Column[Feature], ...] = (
     Column("measured − simulated", lambda f: _difference(f, f.simulated), "σ", "+.1f"),
     Column("measured − patched", lambda f: _difference(f, f.patched), "σ", "+.1f"),
 )
-
-
-def pilot_words(flown: FlownAgain) -> str:
-    """Return who flew the card again, where it is another one than the card tells; else nothing."""
-    if not flown.pilot:
-        return ""
-    hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
-    return (
-        f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
-    )
 
 
 def noticed(features: tuple[Feature, ...]) -> list[Feature]:
@@ -264,45 +247,6 @@ def closing_json(closing: Closing) -> dict[str, Any]:
         "table": [gap_json(gap) | row for gap, row in zip(closing.gaps, done, strict=True)],
         "left": verdict_json(closing.verdict),
     }
-
-
-_PLACES = 6
-
-
-def account_tree(account: Account) -> list[Node]:
-    """The verdict, the logs' warnings, the places of the gap, and the card flown again."""
-    verdict, closing = account.verdict, account.closing
-    flights = (
-        [Table(FLIGHT_COLUMNS, account.flights, "the flights")] if len(account.flights) > 1 else []
-    )
-    again: list[Node] = []
-    for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
-        title = f"the card of {log} flown again: share of the time within the tolerance"
-        if flown.tolerances:
-            again.append(Table(TOLERANCE_COLUMNS, flown.tolerances, title))
-            again += [Sentence(pilot_words(flown))] if flown.pilot else []
-    if account.coefficients:
-        title = "coefficients of the model's file"
-        again.append(Table(COEFFICIENT_COLUMNS, account.coefficients, title))
-    if closing:
-        again += map(Sentence, closing_sentences(closing))
-        again.append(Table(closing_columns(closing), closing.gaps, "the gaps, closed"))
-    heads = {"failed": "failed check", "remark": "remark on the recorder"}
-    told = [f"{heads[c.status]}, {c.name}: {c.why}" for c in verdict.checks if c.status in heads]
-    return [
-        Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
-        *map(Doubt, account.warnings),
-        *map(Sentence, evidence_words(account)),
-        Table(
-            PLACE_COLUMNS,
-            verdict.located[:_PLACES],
-            "where the gap is, in standard deviations",
-        ),
-        *flights,
-        *again,
-        *map(Sentence, [*told, *(f"next: {line}" for line in verdict.advice)]),
-        *map(Notice, verdict.notes),
-    ]
 
 
 # A verdict and an account of a reconciliation as plain data.

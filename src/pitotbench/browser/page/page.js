@@ -17,9 +17,9 @@ function say(id, text) {
   if (element.classList.contains("doubt")) element.hidden = !text;
 }
 
-function head(names) {
+function head(names, numbers = []) {
   const row = make("tr");
-  row.append(...names.map((name) => make("th", name, { scope: "col" })));
+  row.append(...names.map((name, place) => make("th", name, { scope: "col", class: numbers[place] ? "number" : "" })));
   const top = make("thead");
   top.append(row);
   return top;
@@ -30,11 +30,11 @@ function table({ head: names, numbers, rows }) {
   const body = make("tbody");
   for (const cells of rows) {
     const row = make("tr");
-    row.append(...cells.map((cell, place) => make("td", cell, numbers[place] ? { class: "number" } : {})));
+    row.append(...cells.map((cell, place) => make("td", cell, { class: numbers[place] ? "number" : "" })));
     body.append(row);
   }
   const whole = make("table");
-  whole.append(...(rows.length ? [head(names), body] : []));
+  whole.append(...(rows.length ? [head(names, numbers), body] : []));
   const wide = make("div", "", { class: "scroll" });
   wide.append(whole);
   return wide;
@@ -52,6 +52,7 @@ const KINDS = {
   doubt: (node) => make("p", node.text, { class: node.first ? "doubt first" : "doubt" }),
   notice: (node) => make("p", node.text),
   table: (node) => titled(node.text, [table(node)], false),
+  code: (node) => make("pre", node.text),
   figure: () => "",
 };
 

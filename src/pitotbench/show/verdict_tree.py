@@ -1,0 +1,335 @@
+"""The tree of a reconciliation: the verdict, what is added to the model, where the gap is, the card
+flown again. One for all voices; its page and its record.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pitotbench.effects import effect_of
+from pitotbench.records.gap import Account, FlownAgain
+from pitotbench.records.log import Provenance
+from pitotbench.records.verdict import Check
+from pitotbench.show.calibration import is_doubt
+from pitotbench.show.gap_words import (
+    closing_sentences,
+    closure_percent,
+    evidence_words,
+    features_limit,
+    remaining_features,
+    sentences,
+)
+from pitotbench.show.markup import page_of
+from pitotbench.show.reader_units import BENCH, Units
+from pitotbench.show.record import CHECK_COLUMNS, check, conditions_of, record_page
+from pitotbench.show.tree import (
+    NUMBERS,
+    SOURCES,
+    Code,
+    Doubt,
+    Figure,
+    Heading,
+    Node,
+    Notice,
+    Sentence,
+    Table,
+)
+from pitotbench.show.verdict import (
+    COEFFICIENT_COLUMNS,
+    DETECTABLE_COLUMNS,
+    FEATURE_COLUMNS,
+    FLIGHT_COLUMNS,
+    PLACE_COLUMNS,
+    TOLERANCE_COLUMNS,
+    candidate_columns,
+    closing_columns,
+    kind_words,
+    noticed,
+)
+from pitotbench.show.words import heading, listed, size_words, words
+
+if TYPE_CHECKING:
+    from pitotbench.show.style import Panel
+
+_PLACES = 6
+_SHORT = 0.02  # of the time within a tolerance: less than two flights of one airplane by chance
+_MAP = (
+    "The gap of a channel is its measured value minus the value that the other channels and the "
+    "aircraft model predict. It is shown by phase of flight and by variable, in standard "
+    "deviations. Wind, error curve, sensor biases and noise are fitted together with the gap, to "
+    "all channels at once: a large gap in one channel can pull the fit and appear in others too. "
+    "So look at the remaining gap first.",
+    "Over the flight those channels are drawn that the patch changes most or, without a patch, "
+    "those with the largest gap. Wind, error curve and sensor biases are taken out.",
+    "G is the share of the explainable gap that the patch closes: (before − after)/(before − "
+    "noise). The noise is the sum of squares that remains when every size is free and every place "
+    "of the map above 4σ is fitted too.",
+)
+_FLIGHTS = (
+    "Causes and sizes are shared; wind, error curve and sensor biases are each flight's own. A "
+    "flight contradicts a cause where the size that it shows is more than 4σ from that of the other "
+    "flights. G is the share of its explainable gap that the shared sizes close; left out, that by "
+    "the sizes of the other flights alone. The pictures are of the flight with the largest gap."
+)
+_TOLERANCES = (
+    "The simulator flies the card of the log again in the same wind with other gusts, before and "
+    "with the patch. A sample is within tolerance where it is no farther from the measured one than "
+    "40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a simulator against flight: 3\u00a0kt "
+    "of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one airplane, which differ "
+    "by gusts alone, say what can be reached."
+)
+
+
+def account_tree(account: Account) -> list[Node]:
+    """The tree of an account: the answer and its picture, what is added to the model, the places of
+    the gap, the card flown again, and what it rests on.
+    """
+    verdict = account.verdict
+    told = _told(account)
+    candidates = Table(candidate_columns(verdict), verdict.candidates)
+    smallest = Table(DETECTABLE_COLUMNS, verdict.smallest_detectable)
+    return [
+        Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
+        *(node for node in told if isinstance(node, Doubt)),
+        *(Sentence(f"Next: {words(line)}.") for line in verdict.advice),
+        *([Figure(lambda units: _telling(account, units), "narrow")] if account.telling else []),
+        *_closed(account),
+        *_added(account),
+        *_flights(account),
+        Heading(
+            "Where the gap is",
+            (
+                *map(Sentence, evidence_words(account)),
+                Table(
+                    PLACE_COLUMNS,
+                    verdict.located[:_PLACES],
+                    "where the gap is, in standard deviations",
+                ),
+                Figure(lambda _: _maps(account), "whole"),
+                Figure(lambda units: _traces(account, units)),
+                Heading("How to read this", (*map(Sentence, _MAP),), NUMBERS),
+            ),
+        ),
+        *_flown_again(account),
+        Heading("The candidates, each as the only explanation", (candidates,), SOURCES),
+        Heading("Checks of the log", (Table(CHECK_COLUMNS, _checks(account)),), SOURCES),
+        Heading(
+            "The smallest effects that a log like this one shows in half of all flights",
+            (smallest,),
+            NUMBERS,
+        ),
+        *(node for node in told if isinstance(node, Notice)),
+    ]
+
+
+def _told(account: Account) -> list[Node]:
+    """What may move the answer as doubts, and how the logs were read and judged as notices."""
+    verdict, heads = account.verdict, {"failed": Doubt, "remark": Notice}
+    return [
+        *(Doubt(each) if is_doubt(each) else Notice(each) for each in account.warnings),
+        *(heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads),
+        *map(Notice, map(words, verdict.notes)),
+    ]
+
+
+def _telling(account: Account, units: Units) -> "list[Panel]":
+    from pitotbench.show.gap_page import telling_panels  # it loads the drawing library
+
+    return telling_panels(account.telling, units) if account.telling else []
+
+
+def _maps(account: Account) -> "list[Panel]":
+    from pitotbench.show.gap_page import map_panels
+
+    return map_panels(account.gap_map)
+
+
+def _traces(account: Account, units: Units) -> "list[Panel]":
+    from pitotbench.show.gap_page import closing_panels, trace_panels
+
+    traces = trace_panels(account.traces, account.verdict.located, units)
+    return [*traces, *closing_panels(account)]
+
+
+def _histories(flown: FlownAgain, judged: bool, units: Units) -> "list[Panel]":
+    from pitotbench.show.gap_page import history_panels
+
+    names = {each.quantity for each in flown.tolerances}
+    return history_panels([h for h in flown.histories if (h.quantity in names) == judged], units)
+
+
+def _closed(account: Account) -> list[Node]:
+    """What is in the airplane's file of what was found: its coefficients, the loop closed."""
+    told: list[Node] = []
+    if account.coefficients:
+        title = "coefficients of the model's file"
+        told.append(Table(COEFFICIENT_COLUMNS, account.coefficients, title))
+    if (closing := account.closing) is not None:
+        table = Table(closing_columns(closing), closing.gaps, "the gaps, closed")
+        said = map(Sentence, closing_sentences(closing))
+        told.append(Heading("The loop closed", (*said, table)))
+    return told
+
+
+def _added(account: Account) -> list[Node]:
+    """What is added to the model, and the patch with the commands that fly it."""
+    told: list[Node] = []
+    for effect in account.verdict.effects:
+        sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
+        sizes += [size_words(*time) for time in effect.times]
+        what = f"{heading(effect.name)}: {'; '.join(sizes)} (2σ). {effect_of(effect.name).what}"
+        told.append(Sentence(what))
+    if account.entries:
+        fly = "Put these lines into the case file of the flight, and fly it:"
+        commands = "\n".join(flying_words(account))
+        patch = (Code(account.patch), Sentence(fly), Code(commands))
+        told.append(Heading("The patch", patch, SOURCES))
+    return [Heading("What is added to the model", tuple(told))] if told else []
+
+
+def flying_words(account: Account) -> list[str]:
+    """The commands that fly the patch: those of its aircraft, and those of a case file."""
+    lines = ["cat patch.toml >> case.toml", "pitotbench fly case.toml -o patched.csv"]
+    if account.aircraft != "none" and any(
+        effect_of(name).acts_on == "aircraft" for name, _ in account.entries
+    ):
+        apply = (
+            f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft "
+            f"{account.aircraft} --apply NAME"
+        )
+        lines += ["", apply, f'# fly it with aircraft = "{account.aircraft}+NAME" in the case file']
+    return lines
+
+
+def _flights(account: Account) -> list[Node]:
+    if len(account.flights) < 2:
+        return []
+    read = Heading("How to read this", (Sentence(_FLIGHTS),), NUMBERS)
+    return [Heading("The flights", (Table(FLIGHT_COLUMNS, account.flights), read))]
+
+
+def _flown_again(account: Account) -> list[Node]:
+    """The card of the log, and that of the log held out, flown again; or why it was not."""
+    flights = [(account.flown, account.log), (account.flown_holdout, account.holdout)]
+    return [
+        Heading(f"The card of {log} flown again", tuple(_flown(flown)))
+        for flown, log in flights
+        if log and (flown.tolerances or flown.skipped)
+    ]
+
+
+def _flown(flown: FlownAgain) -> list[Node]:
+    if flown.skipped:
+        return [Sentence(f"Skipped: {flown.skipped}.")]
+    said = [pilot_words(flown), _shortfall(flown), _compared(flown)]
+    features = noticed(flown.features)
+    limit = (
+        "σ is the standard deviation between two flights of one airplane, from six flights; one of "
+        f"{len(flown.features)} numbers exceeds {features_limit(flown.features):.1f}σ by chance in "
+        "one card of twenty."
+    )
+    title = (
+        "Characteristic numbers of the segments that differ by more than chance, before or with "
+        f"the patch ({len(features)} of {len(flown.features)})"
+    )
+    table = (Sentence(limit), Table(FEATURE_COLUMNS, features))
+    others = (Figure(lambda units: _histories(flown, False, units)),)
+    more = {h.quantity for h in flown.histories} - {t.quantity for t in flown.tolerances}
+    return [
+        Table(TOLERANCE_COLUMNS, flown.tolerances, "share of the time within the tolerance"),
+        *map(Sentence, filter(None, said)),
+        Figure(lambda units: _histories(flown, True, units)),
+        *([Heading(title, table, NUMBERS)] if features else []),
+        *([Heading("Other quantities of the card", others, NUMBERS)] if more else []),
+        Heading("How to read this", (Sentence(_TOLERANCES),), NUMBERS),
+    ]
+
+
+def pilot_words(flown: FlownAgain) -> str:
+    """Return who flew the card again, where it is another one than the card tells; else nothing."""
+    if not flown.pilot:
+        return ""
+    hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
+    return (
+        f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
+    )
+
+
+def _shortfall(flown: FlownAgain) -> str:
+    """What the patch does not bring within the tolerance as often as two flights of one airplane
+    are.
+    """
+    short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - _SHORT]
+    if not short:
+        return ""
+    return (
+        f"With the patch, {listed(short)} is within its tolerance less often than between two "
+        "flights of one airplane: what differs there is not in the patch. The hand of the pilot, "
+        "the wind and its gusts over the flight are the card's, not the log's."
+    )
+
+
+def _compared(flown: FlownAgain) -> str:
+    """How many characteristic numbers of the card differ with the patch; empty without numbers."""
+    if not flown.features:
+        return ""
+    many = f"{len(remaining_features(flown.features))} of {len(flown.features)}"
+    return f"With the patch, {many} characteristic numbers of the card differ by more than chance."
+
+
+def _checks(account: Account) -> list[Check]:
+    """The checks of the log, and what is held against the answer."""
+    verdict, held = account.verdict, account.verdict.closure_holdout
+    share = f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
+    closed = share if verdict.effects else ""
+    also = (
+        ""
+        if held is None
+        else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
+    )
+    skipped = account.flown.skipped or "nothing is named"
+    fits = "as often as two flights of one airplane" if account.flown.tolerances else ""
+    against, none = "; ".join(verdict.doubts), "nothing is named"
+    remains = "a gap remains" if verdict.remains else ""
+    return [
+        *verdict.checks,
+        check("nothing speaks against the answer", against, closed, none),
+        check("nothing remains beside it", remains, closed and "no gap remains"),
+        check("a log that was not used is explained", "", also, "no log was held out"),
+        check("flown again within the tolerances", _shortfall(account.flown), fits, skipped),
+    ]
+
+
+def account_page(account: Account, units: Units = BENCH) -> str:
+    """The HTML of an account, in the reader's units."""
+    title = f"Reconcile: {account.log} against {account.aircraft}"
+    return page_of(title, account_tree(account), units)
+
+
+def reconciliation_record(account: Account, made: Provenance, units: Units = BENCH) -> str:
+    """The record of a reconciliation, in the order of a qualification test: objective to statement,
+    and checks.
+    """
+    lines = [
+        f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights
+    ]
+    if account.null_flights:
+        lines.append(
+            f"{account.null_flights} simulated flights of the card without an effect give the "
+            "thresholds"
+        )
+    warned = _told(account)
+    parts: dict[str, Sequence[Node]] = {
+        "Conditions": [*map(Sentence, conditions_of(made, lines))],
+        "Tolerances": [Sentence(_TOLERANCES)],
+        "Results": _flown_again(account),
+        "Statement": [*map(Sentence, [*sentences(account), *evidence_words(account)])],
+        "Checks": [Table(CHECK_COLUMNS, _checks(account))],
+        **({"Warnings": warned} if warned else {}),
+    }
+    sides = "the sensors of the log disagree with one another"
+    if account.aircraft != "none":
+        sides = f"the flight model {account.aircraft} and the measured flight disagree"
+    objective = f"Find where {sides}, because of what, and how far what is named closes the gap."
+    title = f"Record of a comparison of simulation and flight: {kind_words(account.verdict)}"
+    found = [Heading(name, tuple(nodes)) for name, nodes in parts.items()]
+    return record_page(title, objective, made, found, units)

@@ -16,6 +16,7 @@ from pitotbench.simulation.maneuvers import MANEUVERS
 
 settings.register_profile("untimed", deadline=None)  # a busy machine is no defect
 settings.load_profile("untimed")
+os.environ["PITOTBENCH_CONFIG"] = os.devnull  # no test reads the configuration of who runs it
 
 
 def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] | None:

@@ -121,7 +121,7 @@ def test_an_answer_that_cannot_be_applied_is_refused_with_a_reason(made, message
 
 def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "pitotbench.bench.verdict_folder.account_page", lambda account: "<html></html>"
+        "pitotbench.bench.verdict_folder.account_page", lambda account, units: "<html></html>"
     )
     keep(outcome(POD), {"verdict": "named"}, tmp_path)
     assert {f.name for f in tmp_path.iterdir()} == {

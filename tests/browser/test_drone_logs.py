@@ -12,6 +12,7 @@ from tests.logbook import foreign_files
 
 from pitotbench.browser import work
 from pitotbench.cli.app import main
+from pitotbench.show.reader_units import BENCH
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def test_the_parameters_of_a_drone_are_those_of_the_command(
     work.answer(tell, asked, True)
     answer = replies["answer"]
     assert answer.settings is not None
-    work.take(tell, asked, "parameters", "kt")
+    work.take(tell, asked, "parameters", BENCH)
     shown, text = replies["file"]
     out = tmp_path / shown
     assert main(["calibrate", str(path), "--params", autopilot, "-o", str(out)]) == 0

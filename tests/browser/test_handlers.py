@@ -31,6 +31,7 @@ from pitotbench.cli import open as open_command
 from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
 from pitotbench.records.log import HeldFlight
+from pitotbench.show.reader_units import BENCH
 
 PAGE = Path(page_server.__file__).parent / "page"
 
@@ -322,7 +323,7 @@ def test_the_desk_outlives_the_tab() -> None:
         assert state["flights"]["rows"][0][0] == "<img src=x>.csv"
         assert state["command"] == (
             "pitotbench calibrate '<img src=x>.csv' --from 1:00 --model quadratic "
-            "--without 3:00-4:00 --without 5:00-6:00 --units km/h"
+            "--without 3:00-4:00 --without 5:00-6:00 --units km/h,ft,degc,inhg"
         )
         act(desk, {"what": "choose", "places": [1]})
         assert state_of(desk)["refusal"] == "b.csv: not read: is empty"
@@ -440,7 +441,7 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
     asked = Request(
         (log,), mapping, book, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4", "2"
     )
-    assert asked.command("kt") == (
+    assert asked.command(BENCH) == (
         "pitotbench calibrate 'my log.csv' --mapping m.toml --handbook poh.csv --from 1:00 --to "
         "2:00 --model auto --accuracy none --temperature-c '18±2@ground' --params px4 "
         "--airspeed-sensor 2"

@@ -13,7 +13,7 @@ from pitotbench.bench.flights import tolerances
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.calibration import short_answer_of
-from pitotbench.show.campaign import remarks
+from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import print_table
 from pitotbench.show.curves import (
     bound_panels,
@@ -25,6 +25,7 @@ from pitotbench.show.flights import flight_panels
 from pitotbench.show.legs import point_columns, points_json
 from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.style import NARROW, WIDE, Panel, broken, stacked, thin
+from pitotbench.show.tree import Sentence
 from pitotbench.units import KNOT
 
 
@@ -126,13 +127,15 @@ def test_log_page_is_whole_and_self_contained(log, result):
 
 def test_remarks_tell_the_smallest_residual_from_the_best_known_curve():
     row = {"model": "inverse+", "das": "20/1", "curve_coverage": 1.0, "on_condition_share": 1.0}
+    row |= {"minutes": 8.0}
     table = pd.DataFrame(
         [
             row | {"maneuver": "step_decrease", "residual_two_sigma_kt": 0.5, "two_sigma_kt": 0.4},
             row | {"maneuver": "four_leg", "residual_two_sigma_kt": 0.9, "two_sigma_kt": 0.1},
         ]
     )
-    (sentence,) = remarks(table, [])
+    best, sentence = (node.text for node in campaign_tree(table) if isinstance(node, Sentence))
+    assert best.startswith("Four leg at 20/1 Hz knows the curve best: ±0.10 kt")
     assert "do not choose a maneuver by its residual" in sentence
 
 

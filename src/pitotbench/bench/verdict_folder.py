@@ -14,6 +14,7 @@ from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import json_text
 from pitotbench.show.gap_words import sentences
+from pitotbench.show.reader_units import reader_units
 from pitotbench.show.verdict import kind_words
 from pitotbench.show.verdict_tree import account_page
 from pitotbench.simulation.modified import install_variant, overlay_xml
@@ -26,16 +27,18 @@ WRITTEN = (
 )  # the files that a run writes
 
 
-def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
+def keep(
+    outcome: FullReconciliation, document: Mapping[str, Any], out: Path, units: str = ""
+) -> list[str]:
     """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an
-    earlier run.
+    earlier run. `units` as for `reader_units`.
 
     Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
     """
     texts = {
         "verdict.json": json_text(document),
         "patch.toml": outcome.patch.text,
-        "report.html": account_page(outcome.account),
+        "report.html": account_page(outcome.account, reader_units(units)),
     }
     aircraft = outcome.account.aircraft
     overlay = overlay_xml(aircraft, _of_aircraft(outcome)) if aircraft != "none" else ""

@@ -243,21 +243,27 @@ class FullReconciliation:
         """What each flight says."""
         return self.account.flights
 
-    def write_page(self, path: str | Path) -> None:
-        """Write the report as a page (.html). Raises BadInputError for another name."""
+    def write_page(self, path: str | Path, units: str = "") -> None:
+        """Write the report as a page (.html), in `units` such as `km/h,m`. Raises BadInputError for
+        another name and for words that are no units.
+        """
+        from pitotbench.show.reader_units import reader_units
         from pitotbench.show.verdict_tree import account_page
 
         require_file(Path(path), PAGES)
-        write_text(Path(path), account_page(self.account))
+        write_text(Path(path), account_page(self.account, reader_units(units)))
 
-    def write_record(self, path: str | Path) -> None:
-        """Write the record for the file (.html), as `reconcile --record` does. Raises as
-        `write_page`.
+    def write_record(self, path: str | Path, units: str = "") -> None:
+        """Write the record for the file (.html), as `reconcile --record` does. `units` and errors
+        as for `write_page`.
         """
+        from pitotbench.show.reader_units import reader_units
         from pitotbench.show.verdict_tree import reconciliation_record
 
         require_file(Path(path), PAGES)
-        write_text(Path(path), reconciliation_record(self.account, self.provenance))
+        write_text(
+            Path(path), reconciliation_record(self.account, self.provenance, reader_units(units))
+        )
 
     def to_frame(self) -> "DataFrame":
         """Return the causes as a table, the most probable first."""

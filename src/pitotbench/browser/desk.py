@@ -27,6 +27,7 @@ from pitotbench.browser.work import (
 from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
 from pitotbench.records.log import HeldFlight
+from pitotbench.show.reader_units import reader_units
 
 _SETTLE = 0.05  # s that a choice must stand before it is computed
 _KEPT = ("model", "accuracy", "temperature")  # of a request, for another log
@@ -40,7 +41,7 @@ class Desk:
         self.listeners: set[Callable[[], None]] = set()
         self.found: list[Found] = []
         self.handbook: LogFile | None = None  # its table, with which the curve is compared
-        self.unit = "kt"
+        self.units = reader_units()
         self.leave_out = False  # what is brushed
         self.legs: Plain | None = None
         self._card: LogFile | None = None
@@ -199,7 +200,7 @@ class Desk:
             return own.name, own.path.read_text(encoding="utf-8")
         if self.request is None or self.answer is None:
             return None
-        replies = self.workers.ask(take, self.request, kind, self.unit)
+        replies = self.workers.ask(take, self.request, kind, self.units)
         return {name: reply async for name, reply in replies}.get("file")
 
     def close(self) -> None:

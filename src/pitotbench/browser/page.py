@@ -27,7 +27,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.words import state_of
 from pitotbench.show.calibration import samples_of
 from pitotbench.timeline import minutes_text
-from pitotbench.units import FOOT, SUFFIXES, SYMBOLS
+from pitotbench.units import SUFFIXES, SYMBOLS
 
 # Okabe and Ito (2008): colors for all kinds of color vision; the kinds of lines differ as well.
 _BLUE = "#0072B2"
@@ -37,7 +37,7 @@ _INK = "#222222"
 _GREY = "#777777"
 _TALL = 270  # px
 _FAINT = 0.15
-_ROOM = 50.0  # ft, above and below the heights flown
+_ROOM = 50.0  # of the unit of length, above and below the heights flown
 _KILOMETER = 1000.0  # m
 _MINUTE = 60.0  # s
 _COLUMNS = {  # of the data of each part of the pictures
@@ -49,7 +49,11 @@ _COLUMNS = {  # of the data of each part of the pictures
     "handbook": ("speed", "correction"),
     "marked": ("minute", "speed", "correction"),
 }
-_FLIGHT = {"minute": "@minute{0.00}", "airspeed": "@speed{0.0} UNIT", "altitude": "@height{0,0} ft"}
+_FLIGHT = {
+    "minute": "@minute{0.00}",
+    "airspeed": "@speed{0.0} UNIT",
+    "altitude": "@height{0,0} LENGTH",
+}
 _AT_THE_POINTER = {
     "time": _FLIGHT,
     "track": _FLIGHT | {"north": "@north{0.00} km", "east": "@east{0.00} km"},
@@ -91,14 +95,14 @@ def own_folder() -> str:
 
 def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
     """Return what the pictures show of a desk, by the names of `_COLUMNS`, in the columns' order;
-    speeds in the unit of the desk, heights in feet, ways in kilometers.
+    speeds and heights in the units of the desk, ways in kilometers.
     """
-    unit = SUFFIXES[desk.unit].factor
+    unit, length = (SUFFIXES[each].factor for each in (desk.units.speed, desk.units.length))
     data: dict[str, tuple[Any, ...]] = {name: ((),) * len(c) for name, c in _COLUMNS.items()}
     if desk.look is not None:
         look = desk.look[1]
         way = (look.north / _KILOMETER, look.east / _KILOMETER)
-        data["flight"] = (look.minute, look.airspeed / unit, look.height / FOOT, *way)
+        data["flight"] = (look.minute, look.airspeed / unit, look.height / length, *way)
     if desk.answer is not None:
         result = desk.answer.result
         time, speed, correction = samples_of(result)
@@ -174,7 +178,7 @@ class View:
         self.track.add_tools(HoverTool(renderers=[drawn["track", "line", "flight"]]))
         curve = HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline")
         self.error.add_tools(TapTool(renderers=[dots]), curve)
-        heights = LinearAxis(y_range_name="height", axis_label="pressure altitude [ft]")
+        heights = LinearAxis(y_range_name="height")
         bars = Whisker(base="speed", lower="low", upper="high", source=self.data["legs"])
         self.time.add_layout(heights, "right")
         self.error.add_layout(bars)
@@ -187,21 +191,23 @@ class View:
         desk = self._desk
         # A property that nothing draws: the texts are no HTML.
         self.time.tags = [json.dumps(state_of(desk), allow_nan=False)]
-        shown = (desk.look, desk.answer, desk.unit)
+        shown = (desk.look, desk.answer, desk.units)
         if [*map(id, shown)] != [*map(id, self._shown)]:
             self._shown = shown
             self.data["samples"].selected.indices = []
             for name, columns in picture_data(desk).items():
                 self.data[name].data = dict(zip(_COLUMNS[name], columns, strict=True))
-            self._label(SYMBOLS[desk.unit])
+            self._label(SYMBOLS[desk.units.speed], SYMBOLS[desk.units.length])
 
-    def _label(self, unit: str) -> None:
+    def _label(self, unit: str, length: str) -> None:
         """Name the axes and the numbers at the pointer."""
+        self.time.right[0].axis_label = f"pressure altitude [{length}]"
         self.time.yaxis[0].axis_label = self.error.xaxis.axis_label = f"indicated airspeed [{unit}]"
         self.error.yaxis.axis_label = f"correction to add [{unit}]"
         for name, rows in _AT_THE_POINTER.items():
             getattr(self, name).select_one(HoverTool).tooltips = [
-                (label, text.replace("UNIT", unit)) for label, text in rows.items()
+                (label, text.replace("UNIT", unit).replace("LENGTH", length))
+                for label, text in rows.items()
             ]
 
     def _tapped(self, _attribute: str, _old: object, new: Sequence[int]) -> None:

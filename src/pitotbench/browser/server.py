@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from http import HTTPStatus
 from pathlib import Path
 from secrets import token_urlsafe
@@ -60,7 +61,7 @@ def act(desk: Desk, choice: dict[str, Any]) -> None:
             spans = tuple(span.strip() for span in without.split(",") if span.strip())
             desk.change(**stated, without=spans)
         case {"what": "show", "unit": unit, "leave_out": bool(leave_out)} if unit in UNITS:
-            desk.unit, desk.leave_out = unit, leave_out
+            desk.units, desk.leave_out = replace(desk.units, speed=unit), leave_out
             desk.tell()
         case {"what": "map", "rows": rows}:
             desk.read_with([(str(ours).strip(), str(unit).strip()) for ours, unit in rows])

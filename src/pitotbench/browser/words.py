@@ -9,7 +9,6 @@ from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.inspection import HELD_COLUMNS
-from pitotbench.show.reader_units import Units
 from pitotbench.show.renderers import plain_of, plain_table
 from pitotbench.show.tree import SOURCES
 from pitotbench.units import SUFFIXES, SYMBOLS
@@ -30,7 +29,7 @@ def state_of(desk: Desk) -> Plain:
         "compared": [each.log == desk.handbook for each in desk.found],
         "chosen": list(desk.chosen),
         "several": any(desk.found[i].several for i in desk.chosen),
-        "unit": desk.unit,
+        "unit": desk.units.speed,
         "leave_out": desk.leave_out,
         "flags": {name: getattr(asked, name, "") for name in FLAGS},
         "without": list(getattr(asked, "without", ())),
@@ -39,7 +38,7 @@ def state_of(desk: Desk) -> Plain:
             "autopilot": [*AUTOPILOTS],
             "unit": {each: SYMBOLS[each] for each in UNITS},
         },
-        "command": asked.command(desk.unit) if asked is not None else "",
+        "command": asked.command(desk.units) if asked is not None else "",
         "answer": _answer(desk),
         "draft": _draft(desk),
         "legs": desk.legs,
@@ -55,7 +54,7 @@ def _answer(desk: Desk) -> Plain | None:
     tree = calibration_tree("", {result.model: result}, lines=answer.flights, settings=settings)
     return {
         "usable": result.usable,
-        "tree": plain_of(tree.nodes, Units(speed=desk.unit), SOURCES),
+        "tree": plain_of(tree.nodes, desk.units, SOURCES),
         "take": [kind for kind in _KINDS if answer.final and known.get(kind, kind)],
     }
 

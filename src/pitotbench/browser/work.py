@@ -14,8 +14,8 @@ from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
 from pitotbench.show.limits import AUTO
-from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.units import SYMBOLS, Array, Meters, MetersPerSecond
+from pitotbench.show.reader_units import Units, reader_units
+from pitotbench.units import Array, Meters, MetersPerSecond
 
 Tell = Callable[[str, Any], object]
 Plain = dict[str, Any]
@@ -72,14 +72,14 @@ class Request:
         """What of it says how a log is read."""
         return replace(self.reading, begin="", end="", without=())
 
-    def command(self, unit: str) -> str:
-        """The command that gives the same answer, with speeds in a unit such as `kmh`."""
+    def command(self, units: Units) -> str:
+        """The command that gives the same answer in the same units."""
         files = {"--mapping": self.mapping, "--handbook": self.handbook}
         stated = [
             *((flag, file.name) for flag, file in files.items() if file is not None),
             *((flag, text) for name, flag in FLAGS.items() if (text := getattr(self, name))),
             *(("--without", span) for span in self.without),
-            *((("--units", SYMBOLS[unit]),) if unit != BENCH.speed else ()),
+            *([("--units", units.words)] if units != reader_units() else []),
         ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
         return shlex.join([*words, *(part for each in stated for part in each)])
@@ -335,16 +335,16 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
     return autopilot_settings(flight.calibration, name) if name else None
 
 
-def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
+def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
-    is read is in the `unit` of speed, which its name says.
+    is read is in `units`; the name says that of speed.
     """
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
     from pitotbench.show.pages import calibration_record, log_page, log_section
     from pitotbench.show.takehome import PARAMETER_FILES, flight_document, parameter_file
 
-    flights, units = _calibrated(tell, request), Units(speed=unit)
+    flights, unit = _calibrated(tell, request), units.speed
     rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
 
     def document() -> str:
@@ -357,7 +357,7 @@ def take(tell: Tell, request: Request, kind: str, unit: str) -> None:
             for name, each, old in rows
         ]
         named = ", ".join(dict.fromkeys(name for name, *_ in rows))
-        return log_page(f"Pitot-static calibration: {named}", sections)
+        return log_page(f"Pitot-static calibration: {named}", sections, units)
 
     makers: dict[str, tuple[str, Callable[[], str]]] = {
         "json": (".json", document),

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import require_page, say, tell, write_page
+from pitotbench.cli.shared_flags import add_units, require_page, say, tell, write_page
 from pitotbench.records import BadInputError
 
 # The flags that each action has.
@@ -44,6 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="performance: published figures to show beside the model's",
     )
     parser.add_argument("--json", action="store_true", help="performance: print one JSON document")
+    add_units(parser)
     parser.add_argument(
         "--out", type=Path, metavar="FILE.xml", help="indicator: the JSBSim system to write"
     )
@@ -69,6 +70,7 @@ def _check(options: argparse.Namespace) -> int:
     from pitotbench.bench.inspection import check_aircraft
     from pitotbench.show.inspection import check_tree
     from pitotbench.show.markup import page_of
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.simulation.maneuvers import maneuvers_named
 
     maneuvers = maneuvers_named(options.maneuver or "all")
@@ -76,8 +78,9 @@ def _check(options: argparse.Namespace) -> int:
     check = check_aircraft(
         options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say
     )
-    nodes = check_tree(check)
-    write_page(options.report, lambda: page_of(f"What can be flown with {check.aircraft}", nodes))
+    nodes, units = check_tree(check), reader_units(options.units)
+    title = f"What can be flown with {check.aircraft}"
+    write_page(options.report, lambda: page_of(title, nodes, units))
     tell(options, dict, lambda: nodes)
     return DONE if any(not m.failure for m in check.maneuvers) else NO_ANSWER
 

@@ -164,7 +164,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
     from pitotbench.show.limits import limit_named
-    from pitotbench.show.reader_units import units_named
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.takehome import PARAMETER_FILES, parameter_file
 
     held = _take_bundles(options)
@@ -181,7 +181,7 @@ def run(options: argparse.Namespace) -> int:
             _require_one_curve(flag, len(options.logs) if options.separately and not held else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
-    limit, units = limit_named(options.limit), units_named(options.units)
+    limit, units = limit_named(options.limit), reader_units(options.units)
     reduced = _reduced(options, held)
     curves = len({each.path for each in reduced if each.own_curve})
     for flag, path in (("--card", options.card), ("--record", options.record)):
@@ -428,7 +428,7 @@ def _report(
     title = "Pitot-static calibration: " + ", ".join(
         dict.fromkeys(each.path.name for each in reduced)
     )
-    return log_page(title, sections)
+    return log_page(title, sections, units)
 
 
 def _origin(log: "FlightLog") -> str:

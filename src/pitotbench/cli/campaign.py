@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_wind, require_known, stated_wind
+from pitotbench.cli.shared_flags import add_units, add_wind, require_known, stated_wind
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -101,6 +101,7 @@ def add_running(parser: argparse.ArgumentParser) -> None:
         default="all",
         help="none, failed (logs that could not be calibrated) or all (default: all)",
     )
+    add_units(parser)
     flag("--no-report", action="store_true", help="write tables and logs, but no page")
     flag(
         "--retry-failed",
@@ -128,10 +129,11 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.bench.campaign import PAGE, run_campaign
     from pitotbench.bench.result_table import RESULTS
     from pitotbench.show.campaign import campaign_tree
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.renderers import print_tree
-    from pitotbench.show.tree import Doubt, Sentence
+    from pitotbench.show.tree import SOURCES, Sentence
 
-    request = request_of(options)
+    request, units = request_of(options), reader_units(options.units)
     if options.dry_run:
         from pitotbench.bench.campaign import forecast_of_costs
 
@@ -144,18 +146,12 @@ def run(options: argparse.Namespace) -> int:
     stored = f"flights: {result.found:,} found in the store, {result.flown:,} flown"
     page = f"open this page: {result.folder / PAGE}"
     nodes = [
-        *(
-            Sentence(f"{each.correction_sentence} {each.wind_sentence}")
-            for each in result.answers
-            if len(result.answers) == 1 and not options.no_report
-        ),
-        *campaign_tree(result.table),
-        *(Doubt(f"failed: {text}", first=True) for text in result.failures),
+        *campaign_tree(result.table, [] if options.no_report else result.answers, result.failures),
         *([Sentence(stored)] if result.found else []),
         Sentence(f"results: {result.folder / RESULTS}"),
         *([] if options.no_report else [Sentence(page)]),
     ]
-    print_tree(nodes, console)
+    print_tree(nodes, console, units, SOURCES)
     return NO_ANSWER if result.failures else DONE
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
+    add_units,
     read_logs,
     require_page,
     say,
@@ -52,6 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with a picture (HTML)")
+    add_units(parser)
     parser.add_argument(
         "--card",
         metavar="MANEUVER",
@@ -100,14 +102,15 @@ def _logs(options: argparse.Namespace) -> None:
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
     from pitotbench.show.markup import page_of
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.takehome import curve_difference, difference_json, difference_tree
 
     (first, one), (second, other) = curves
     if first == second:
         first, second = str(options.first), str(options.second)
     found = curve_difference(first, one, second, other)
-    nodes = difference_tree(found, one, other)
-    write_page(options.report, lambda: page_of(f"{second} against {first}", nodes))
+    nodes, units = difference_tree(found, one, other), reader_units(options.units)
+    write_page(options.report, lambda: page_of(f"{second} against {first}", nodes, units))
     tell(options, lambda: difference_json(found), lambda: nodes)
 
 
@@ -166,6 +169,7 @@ def _airplanes(options: argparse.Namespace) -> int:
     from pitotbench.bench.model_comparison import compare_models
     from pitotbench.show.comparison import comparison_json, comparison_tree
     from pitotbench.show.markup import page_of
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.simulation.maneuvers import MANEUVERS
 
     tolerance = options.tolerance
@@ -174,8 +178,8 @@ def _airplanes(options: argparse.Namespace) -> int:
     card = options.card or "diagnostic"
     _ = MANEUVERS[card]  # a spelling mistake is told before anything is flown
     found = compare_models(str(options.first), str(options.second), card, say)
-    nodes = comparison_tree(found)
-    write_page(options.report, lambda: page_of("What changed in flight", nodes))
+    nodes, units = comparison_tree(found), reader_units(options.units)
+    write_page(options.report, lambda: page_of("What changed in flight", nodes, units))
     tell(options, lambda: comparison_json(found), lambda: nodes)
     return BEYOND if tolerance is not None and 100.0 * found.largest > tolerance else 0
 

@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
         inspection_tree,
     )
     from pitotbench.show.markup import page_of
-    from pitotbench.show.reader_units import units_named
+    from pitotbench.show.reader_units import reader_units
 
     require_page(options.report, [options.log])
     if is_bundle(options.log) and options.mapping is None:
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
             tell(options, lambda: held_json(held), lambda: held_tree(held))
             return 0
     (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
-    found, units = inspect(log, options.mapping), units_named(options.units)
+    found, units = inspect(log, options.mapping), reader_units(options.units)
     write_page(
         options.report,
         lambda: page_of(f"What {options.log.name} holds", inspection_tree(found, log), units),

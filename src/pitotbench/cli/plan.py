@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
+    add_units,
     add_wind,
     require_known,
     require_page,
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from pitotbench.bench.planner import PlanRequest
     from pitotbench.records.case import DataSystem
     from pitotbench.records.forecast import Plan
+    from pitotbench.show.reader_units import Units
 
 _PAGE, _CASE = "plan.html", "plan.toml"
 
@@ -97,6 +99,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="of --by-hand: write its legs as a sheet to fill in (HTML)",
     )
+    add_units(parser)
     flag("--json", action="store_true", help="print one JSON document")
     flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
@@ -111,14 +114,15 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.bench.planner import plan as plan_flight
     from pitotbench.records.outputs import require_folder
     from pitotbench.show.plan import plan_json, plan_tree
+    from pitotbench.show.reader_units import reader_units
 
-    request = request_of(options)
+    request, units = request_of(options), reader_units(options.units)
     if options.out is not None:
         require_folder(options.out, (_PAGE, _CASE))
     with progress("flying", len(request.maneuvers) + options.search) as step:
         plan = plan_flight(request, options.search, step)
     tell(options, lambda: plan_json(plan), lambda: plan_tree(plan))
-    for path in write_plan(request, plan, options.out) if options.out is not None else ():
+    for path in write_plan(request, plan, options.out, units) if options.out is not None else ():
         say(f"written: {path}")
     return 0
 
@@ -212,8 +216,8 @@ def _speeds(text: str) -> tuple[float, float]:
     return low, high
 
 
-def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
-    """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`;
+def write_plan(request: "PlanRequest", plan: "Plan", folder: Path, units: "Units") -> list[Path]:
+    """Write plan.html in the reader's units and, where a maneuver fits, its case as plan.toml for `pitotbench fly`;
     return the paths.
     """
     from pitotbench.logbook.columns import write_text
@@ -223,7 +227,7 @@ def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]
 
     folder.mkdir(parents=True, exist_ok=True)
     page, case = folder / _PAGE, folder / _CASE
-    write_text(page, page_of("What to fly", plan_tree(plan)))
+    write_text(page, page_of("What to fly", plan_tree(plan), units))
     chosen = plan.improved or plan.best
     if chosen is None:
         return [page]

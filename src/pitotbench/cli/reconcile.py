@@ -11,6 +11,7 @@ from pitotbench.cli.shared_flags import (
     add_mapping,
     add_part,
     add_record,
+    add_units,
     mapping_source,
     read_choices,
     read_logs,
@@ -82,7 +83,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="fly the null flights of the card anew, and do not keep them",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument(
+        "-v", "--verbose", action="store_true", help="print the candidates and all checks"
+    )
     add_record(parser)
+    add_units(parser)
     parser.add_argument(
         "--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml"
     )
@@ -91,16 +96,18 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, and write its report and its patch."""
     from pitotbench.bench.verdict_folder import install, keep
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.verdict import account_json
     from pitotbench.show.verdict_tree import account_tree
 
     _check_variant(options)
     _check_folder(options)
+    reader_units(options.units)  # a wrong word is refused before minutes of work
     outcome = _outcome(options)
     document = account_json(outcome.account)
-    written = keep(outcome, document, options.out) if options.out is not None else []
+    written = keep(outcome, document, options.out, options.units) if options.out is not None else []
     if options.record is not None:
-        outcome.write_record(options.record)
+        outcome.write_record(options.record, options.units)
     tell(options, lambda: document, lambda: account_tree(outcome.account))
     for line in [*written, *(install(outcome, options.apply) if options.apply else ())]:
         say(line)

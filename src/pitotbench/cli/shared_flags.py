@@ -194,12 +194,12 @@ def tell(
         return
     from rich.console import Console
 
-    from pitotbench.show.reader_units import units_named
+    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.renderers import print_tree
     from pitotbench.show.tree import ANSWER, NUMBERS, SOURCES
 
     depth = {None: SOURCES, False: ANSWER, True: NUMBERS}[getattr(options, "verbose", None)]
-    units = units_named(getattr(options, "units", ""))
+    units = reader_units(getattr(options, "units", ""))
     print_tree(nodes(), Console(highlight=False, soft_wrap=True), units, depth)
 
 
@@ -282,7 +282,8 @@ def add_units(parser: argparse.ArgumentParser) -> None:
         default="",
         metavar="UNIT,...",
         help="what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as km/h,m "
-        "(default: kt,ft,degc,inhg; JSON and CSV keep the units of their keys)",
+        "(default: those of the line `units` in your pitotbench.toml, else kt,ft,degc,inhg; JSON "
+        "and CSV keep the units of their keys)",
     )
 
 

@@ -1,14 +1,26 @@
-"""The table of a campaign, and cautions about its results."""
+"""The tree of a campaign: its sentences, its table, the short answer of each flight."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.columns import frame_rows, keyed
-from pitotbench.show.tree import Node, Table
+from pitotbench.show.calibration import ShortAnswer, is_doubt
+from pitotbench.show.columns import Column, frame_rows, keyed
+from pitotbench.show.reader_units import Units
+from pitotbench.show.tree import (
+    NUMBERS,
+    Doubt,
+    Figure,
+    Heading,
+    Node,
+    Notice,
+    Sentence,
+    Table,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from pitotbench.show.style import Panel
 
 
 CAMPAIGN_COLUMNS = (
@@ -25,36 +37,84 @@ CAMPAIGN_COLUMNS = (
 )
 
 
+ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
+    Column("flight", lambda answer: answer.subject),
+    Column("model", lambda answer: answer.model),
+    Column(
+        "corrections at low, middle and high speed",
+        lambda a: "; ".join(f"{each} at {each.indicated_kt:.0f} KIAS" for each in a.corrections),
+    ),
+    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
+    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
+    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
+    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+)
+
+
 def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
     """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
     keys = ["maneuver", "das", "model"]
     return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
 
 
-def campaign_tree(results: "pd.DataFrame") -> list[Node]:
-    """The campaign's table."""
+def campaign_tree(
+    results: "pd.DataFrame", answers: Sequence[ShortAnswer] = (), failures: Sequence[str] = ()
+) -> list[Node]:
+    """The tree of a campaign: what it says, the bound of every flight and the curves over one
+    another, the table of its results against the truth, and the short answer of each flight.
+
+    `results` as in results.parquet; `answers` are the first ones; `failures`: a sentence a flight
+    that gave no result.
+    """
+
+    def pictures(units: Units) -> "list[Panel]":
+        from pitotbench.show.curves import all_flights_panel, corrections_panel
+
+        return [all_flights_panel(results, units), corrections_panel(answers, units)]
+
     table = campaign_table(results)
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
-    return [Table(CAMPAIGN_COLUMNS, frame_rows(plain))]
+    one = [f"{each.correction_sentence} {each.wind_sentence}" for each in answers]
+    several = len(answers) > 1
+    title = "against the truth, the mean over seeds"
+    return [
+        *map(Sentence, one if len(one) == 1 else [*_best(table), *_ranking(results)]),
+        *([Figure(pictures)] if several else []),
+        *(Doubt(f"failed: {text}") for text in failures),
+        *map(Sentence, _shapes(results)),
+        *(doubts_of_answers(answers) if several else []),
+        Table(CAMPAIGN_COLUMNS, frame_rows(plain), title),
+        *(
+            [Heading("Each flight", (Sentence(_ONE), Table(ANSWER_COLUMNS, answers)), NUMBERS)]
+            * several
+        ),
+    ]
 
 
+def doubts_of_answers(answers: Sequence[ShortAnswer]) -> list[Node]:
+    """What some short answers must not go without, each with the flights that it is of."""
+    texts = dict.fromkeys(w for answer in answers for w in answer.warnings)
+    told = {
+        text: ", ".join(answer.subject for answer in answers if text in answer.warnings)
+        for text in texts
+    }
+    kinds = ((Doubt if is_doubt(text) else Notice, text) for text in told)
+    return [kind(f"{told[text]}: {text}.") for kind, text in kinds]
+
+
+def _best(table: "pd.DataFrame") -> Iterator[str]:
+    """Which maneuver knows the curve best, in one sentence."""
+    rows = sorted(frame_rows(table), key=lambda row: float(row["two_sigma_kt"]))
+    for best in rows[:1] if len(rows) > 1 else []:
+        yield (
+            f"{_words((best['maneuver'], best['das']))} knows the curve best: "
+            f"±{best['two_sigma_kt']:.2f} kt (2σ, mean over the curve) in {best['minutes']:.1f} min."
+        )
+
+
+_ONE = "The page of one: pitotbench results DIR --page FLIGHT, with the folder of the campaign."
 _LOUD = 1.4  # times the residual at another rate, from which a difference is explained
 _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the shape of the true curve
-
-
-def remarks(results: "pd.DataFrame | None", answers: Sequence[ShortAnswer]) -> list[str]:
-    """Sentences for the top of a page, the most important first. `results` is None for measured
-    logs.
-    """
-    lines = []
-    for text in dict.fromkeys(w for answer in answers for w in answer.warnings):
-        subjects = ", ".join(answer.subject for answer in answers if text in answer.warnings)
-        lines.append(f"{subjects}: {text}.")
-    return (
-        lines
-        if results is None or not len(results)
-        else [*lines, *_ranking(results), *_shapes(results)]
-    )
 
 
 def _ranking(results: "pd.DataFrame") -> Iterator[str]:

@@ -10,10 +10,9 @@ from pitotbench import air
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
-from pitotbench.show.calibration import samples_of
+from pitotbench.show.calibration import ShortAnswer, samples_of
 from pitotbench.show.legs import method_words
 from pitotbench.show.limits import AUTO, Limit, limit_for
-from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
@@ -365,7 +364,7 @@ def draw_scatter(axes: Axes, results: "pd.DataFrame", vertical: str, horizontal:
     axes.set(xlabel=horizontal, ylabel=vertical)
 
 
-def all_flights_panel(results: "pd.DataFrame") -> Panel:
+def all_flights_panel(results: "pd.DataFrame", units: Units = BENCH) -> Panel:
     """The bound of every flight against its minutes, with twice its true error, for the first
     model.
     """
@@ -378,7 +377,6 @@ def all_flights_panel(results: "pd.DataFrame") -> Panel:
         axes.set(
             xlabel="time [min]",
             ylabel="mean ±2σ of the curve [kt]",
-            xlim=(0.0, None),
             ylim=(0.0, None),
         )
 
@@ -386,29 +384,30 @@ def all_flights_panel(results: "pd.DataFrame") -> Panel:
         "A dot: the bound of the curve from one flight, as one data system recorded it; in "
         "black its true error."
     )
-    return panel(f"How well the curve is known ({first['model'].iloc[0]})", draw, note)
+    title = f"How well the curve is known ({first['model'].iloc[0]})"
+    return panel(title, draw, note, units=units)
 
 
-def corrections_panel(sections: Sequence[Section]) -> Panel:
+def corrections_panel(answers: Sequence[ShortAnswer], units: Units = BENCH) -> Panel:
     """The corrections of each flight with their bounds, side by side at each airspeed, a color a
     maneuver.
     """
-    maneuvers = list(dict.fromkeys(section.group for section in sections))
+    groups = [answer.subject.rpartition(" ")[0] for answer in answers]
+    maneuvers = list(dict.fromkeys(groups))
 
     def draw(axes: Axes) -> None:
-        for place, section in enumerate(sections):
+        for place, (group, answer) in enumerate(zip(groups, answers, strict=True)):
             speed, value, bound = (
-                [getattr(each, part) for each in section.answer.corrections]
+                [getattr(each, part) for each in answer.corrections]
                 for part in ("indicated_kt", "correction_kt", "two_sigma_kt")
             )
-            shift = _SIDE_BY_SIDE * ((place + 0.5) / len(sections) - 0.5)
-            color = _COLORS[maneuvers.index(section.group) % len(_COLORS)]
-            label = section.group.replace("_", " ")
+            shift = _SIDE_BY_SIDE * ((place + 0.5) / len(answers) - 0.5)
+            color = _COLORS[maneuvers.index(group) % len(_COLORS)]
             at = np.array(speed) + shift
             axes.errorbar(
-                at, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=label
+                at, value, bound, fmt="o-", ms=3.0, lw=0.8, capsize=1.5, color=color, label=group
             )
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
 
-    return panel("The corrections over one another", draw, "Bars are ±2σ.")
+    return panel("The corrections over one another", draw, "Bars are ±2σ.", units=units)

@@ -22,7 +22,9 @@ def render(template: str, **content: object) -> str:
 
 def page_of(title: str, nodes: Iterable[Node], units: Units = BENCH) -> str:
     """An answer as one self-contained page (HTML) in the reader's units."""
-    return render("tree.html", title=title, body=html_of(nodes, units), version=page_version())
+    told = {"subtitle": "", "groups": (), "drawn": (), "after": ""}
+    body, version = html_of(nodes, units), page_version()
+    return render("tree.html", title=title, body=body, version=version, **told)
 
 
 def page_version() -> str:

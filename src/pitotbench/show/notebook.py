@@ -36,7 +36,7 @@ from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
 from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section
 from pitotbench.show.plan import plan_json, plan_tree
-from pitotbench.show.reader_units import units_named
+from pitotbench.show.reader_units import reader_units
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
 from pitotbench.show.tree import ANSWER, Doubt, Node, Sentence, nodes_in
@@ -63,7 +63,7 @@ def to_html(record: object) -> str:
     """The record as a piece of HTML: what its tree says first, with its pictures. Raises TypeError
     for a record without a tree.
     """
-    return html_of(_tree_of(record), depth=ANSWER)
+    return html_of(_tree_of(record), reader_units(), ANSWER)
 
 
 def _tree_of(record: object) -> Iterable[Node]:
@@ -116,14 +116,14 @@ def write_page(record: Calibration, path: Path, units: str) -> None:
     """Write a calibration with its pictures and its card as a page, in the units asked for."""
     require_file(path, PAGES)
     name = ", ".join(each.name for each in record.provenance.inputs) or "a log"
-    section = log_section(name, None, record, units=units_named(units))
-    write_text(path, log_page("Pitot-static calibration", [section]))
+    section = log_section(name, None, record, units=reader_units(units))
+    write_text(path, log_page("Pitot-static calibration", [section], reader_units(units)))
 
 
 def write_record(record: Calibration, path: Path, rule: str, units: str) -> None:
     """Write the record of a calibration for the file, in the units asked for."""
     require_file(path, PAGES)
-    write_text(path, calibration_record([record], limit_named(rule), units_named(units)))
+    write_text(path, calibration_record([record], limit_named(rule), reader_units(units)))
 
 
 def write_card(record: Calibration, path: Path) -> None:

@@ -15,11 +15,9 @@ from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.log import FlightLog, LogInspection
-from pitotbench.show.calibration import ShortAnswer, short_answer_of
+from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
-from pitotbench.show.campaign import campaign_tree, remarks
-from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import all_flights_panel, corrections_panel
+from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
 from pitotbench.show.flights import flight_panels
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, page_version, render
@@ -41,7 +39,16 @@ from pitotbench.show.style import (
     panel,
     thin,
 )
-from pitotbench.show.tree import SOURCES, Download, Heading
+from pitotbench.show.tree import (
+    NUMBERS,
+    SOURCES,
+    Code,
+    Download,
+    Heading,
+    Node,
+    Sentence,
+    Table,
+)
 from pitotbench.show.words import words
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
 
@@ -52,17 +59,35 @@ if TYPE_CHECKING:
 _MOST_NAMED = 2  # maneuvers that fit into a title
 
 
-ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
-    Column("flight", lambda answer: answer.subject),
-    Column("model", lambda answer: answer.model),
-    Column(
-        "corrections at low, middle and high speed",
-        lambda a: "; ".join(f"{each} at {each.indicated_kt:.0f} KIAS" for each in a.corrections),
+_READING = Heading(
+    "How to read this",
+    (
+        Sentence(
+            "The error curve is the correction to add to the indicated airspeed to get the calibrated "
+            "airspeed. Its ±2σ bound at an airspeed is made to contain the true correction there in 95 "
+            "of 100 flights. The level and the length of gusts and the sensor noise are unknown; they "
+            "are estimated from the log itself. Use the curve only between the airspeeds that were "
+            "flown. The errors at neighboring airspeeds are alike, so a single flight often has its "
+            "whole curve inside the bound or much of it outside; only the mean over many flights is "
+            "95 %. The ±2σ band of the whole curve is wider: it is made to contain the true curve at "
+            "all airspeeds at once, in 95 of 100 flights."
+        ),
+        Sentence(
+            "The 2σ for white residuals is the Cramér-Rao bound for residuals that do not depend on "
+            "each other from sample to sample. It is shown for comparison: in moving air it is far too "
+            "small. The 2σ of the residual is the scatter between data and model in the unit of "
+            "calibrated airspeed, the figure that Martos, Kiszely and Foster (2011) report. It says "
+            "how noisy the air and the sensors were, not how well the curve is known."
+        ),
+        Sentence(
+            "The gray samples are what each instant says of the correction once the estimated wind is "
+            "taken out. FAR 25.1323(c) limits the installation error to the larger of 3 % and "
+            "5\u00a0kt; the older FAR 23.1323(b) has the same limit in calibrated airspeed. Both allow "
+            "an altitude error of 30\u00a0ft for each 100\u00a0kt. Broken black lines, where they are "
+            "drawn, show the pressure error that was put into a simulator."
+        ),
     ),
-    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
-    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
-    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
-    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+    NUMBERS,
 )
 
 
@@ -73,57 +98,48 @@ def campaign_page(
     failures: Sequence[str],
     case: str,
 ) -> str:
-    """The HTML of a campaign: pictures of all flights, the short answers, tables, and sections of
-    what was drawn.
+    """The HTML of a campaign: its tree, and sections of what was drawn.
 
-    `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`:
-    the TOML of the first flight's case.
+    `results` and `failures` as for `campaign_tree`; `case`: the TOML of the first flight's case.
     """
-    first = results[results["model"] == results["model"].iloc[0]]
     names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
     flown = " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
-    return _page(
-        title=f"Pitot-static calibration: {flown}",
-        subtitle=subtitle,
-        sections=sections,
-        results=results,
-        failures=failures,
-        table=html_of(campaign_tree(first)),
-        all_models=html_of(campaign_tree(results)) if len(first) < len(results) else "",
-        panels=[all_flights_panel(results), corrections_panel(sections)]
-        if len(sections) > 1
-        else [],
-        case=case,
-    )
+    nodes = campaign_tree(results, [section.answer for section in sections], failures)
+    first = Heading("The case of the first flight", (Code(case),), NUMBERS)
+    title = f"Pitot-static calibration: {flown}"
+    return _page(title, subtitle, sections, nodes, [_READING, first])
 
 
-def log_page(title: str, sections: Sequence[Section]) -> str:
+def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> str:
     """The HTML of calibrated logs; the line below the title says whether they were measured or
     simulated.
     """
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
-    subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
-    return _page(title=title, subtitle=subtitle, sections=sections)
+    answers = [section.answer for section in sections]
+    if len(sections) < 2:  # a single section has its answer and its warnings at its own top
+        return _page(title, f"From a {origins.removesuffix('s')}", sections, [], [_READING])
+    nodes = [Table(ANSWER_COLUMNS, answers, "In short"), *doubts_of_answers(answers)]
+    return _page(title, f"From {origins}", sections, nodes, [_READING], units)
 
 
 def _page(
-    sections: Sequence[Section], results: "pd.DataFrame | None" = None, **content: object
+    title: str,
+    subtitle: str,
+    sections: Sequence[Section],
+    before: Sequence[Node],
+    after: Sequence[Node],
+    units: Units = BENCH,
 ) -> str:
-    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
-    answers = [section.answer for section in sections]
-    groups = [
-        (name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)
-    ]
+    drawn = [section for section in sections if section.html]
     return render(
-        "report.html",
+        "tree.html",
+        title=title,
+        subtitle=subtitle,
         version=page_version(),
-        sections=sections,
-        drawn=[section for section in sections if section.html],
-        groups=groups,
-        # A single section has its warnings at its own top.
-        notes=remarks(results, answers if len(answers) > 1 else []),
-        answers=html_table(ANSWER_COLUMNS, answers),
-        **{**optional, **content},
+        groups=[(name, [*group]) for name, group in groupby(drawn, key=lambda each: each.group)],
+        body=html_of(before, units),
+        drawn=drawn,
+        after=html_of(after, units),
     )
 
 

@@ -4,10 +4,15 @@ A number is translated as it is written, with its digits, so that no two voices 
 in a digit. Files of data keep the units of their keys.
 """
 
+import os
 import re
+import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
+
+from platformdirs import user_config_path
 
 from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
@@ -34,12 +39,21 @@ _NUMBERS = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """The suffixes of the reader's units of speed, length, temperature and pressure."""
+    """The suffixes of the reader's units of speed, length, temperature and pressure, and who chose
+    them: `default`, `stated`, or a file.
+    """
 
     speed: str = "kt"
     length: str = "ft"
     temperature: str = "degc"
     pressure: str = "inhg"
+    source: str = field(default="default", compare=False)
+
+    @property
+    def words(self) -> str:
+        """The words that ask for these units."""
+        own = {getattr(self, name): choices for name, choices in _CHOICES.items()}
+        return ",".join(w for suffix, all_ in own.items() for w, s in all_.items() if s == suffix)
 
     def text(self, text: str) -> str:
         """A text written in kt, ft, °C and inHg, in these units."""
@@ -100,6 +114,23 @@ def _number(text: str, written: Suffix, read: Suffix) -> str:
 BENCH = Units()
 
 
+def reader_units(stated: str = "") -> Units:
+    """The units that are stated, such as `km/h,m`, else those of the line `units` in the user's
+    configuration: `pitotbench.toml` in the folder of the system for it, or the file that the
+    variable PITOTBENCH_CONFIG names.
+
+    Raises BadInputError for words that are no units, and for a file that is not TOML.
+    """
+    path = Path(os.environ.get("PITOTBENCH_CONFIG") or user_config_path() / "pitotbench.toml")
+    if stated or not path.is_file():
+        return replace(units_named(stated), source="stated" if stated else "default")
+    try:
+        line = str(tomllib.loads(path.read_text(encoding="utf-8")).get("units", ""))
+        return replace(units_named(line), source=path.name)
+    except (OSError, ValueError) as error:
+        raise BadInputError(f'{path}: {error}; write units = "km/h,m", or delete it') from error
+
+
 def units_named(text: str) -> Units:
     """The units that words with commas between them ask for, such as `km/h,m`.
 
@@ -107,7 +138,7 @@ def units_named(text: str) -> Units:
     """
     found: dict[str, str] = {}
     for word in filter(None, text.lower().split(",")):
-        place = next((f.name for f in fields(Units) if word in _CHOICES[f.name]), None)
+        place = next((name for name, choices in _CHOICES.items() if word in choices), None)
         if place is None:
             known = [each for choices in _CHOICES.values() for each in choices]
             raise BadInputError(f"--units: {explain('unit', word, known)}")

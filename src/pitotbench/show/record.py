@@ -162,6 +162,7 @@ def record_page(
     away on paper.
     """
     choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
+    choices.append(f"units: {units.words} ({units.source})")
     used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
     texts = [(each.text, html_of(each.nodes, units, SOURCES)) for each in parts]
     return render(

@@ -73,9 +73,9 @@ _FLIGHTS = (
 _TOLERANCES = (
     "The simulator flies the card of the log again in the same wind with other gusts, before and "
     "with the patch. A sample is within tolerance where it is no farther from the measured one than "
-    "40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a simulator against flight: 3\u00a0kt "
-    "of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one airplane, which differ "
-    "by gusts alone, say what can be reached."
+    "40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a simulator against flight: "
+    "3\u00a0kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one airplane, "
+    "which differ by gusts alone, say what can be reached."
 )
 
 
@@ -84,7 +84,9 @@ def account_tree(account: Account) -> list[Node]:
     the gap, the card flown again, and what it rests on.
     """
     verdict = account.verdict
-    told = _told(account)
+    heads = {"failed": Doubt, "remark": Notice}
+    checks = [heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads]
+    told = [*_told(account), *checks]
     candidates = Table(candidate_columns(verdict), verdict.candidates)
     smallest = Table(DETECTABLE_COLUMNS, verdict.smallest_detectable)
     return [
@@ -122,12 +124,12 @@ def account_tree(account: Account) -> list[Node]:
 
 
 def _told(account: Account) -> list[Node]:
-    """What may move the answer as doubts, and how the logs were read and judged as notices."""
-    verdict, heads = account.verdict, {"failed": Doubt, "remark": Notice}
+    """What was said of the logs: what may move the answer as doubts, how they were read as
+    notices.
+    """
     return [
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in account.warnings),
-        *(heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads),
-        *map(Notice, map(words, verdict.notes)),
+        *map(Notice, map(words, account.verdict.notes)),
     ]
 
 

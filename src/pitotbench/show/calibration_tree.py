@@ -1,7 +1,7 @@
 """The tree of a calibration: what it found, what to doubt, what it rests on. One for all voices."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.log import FlightLog
@@ -27,7 +27,6 @@ from pitotbench.show.calibration import (
 )
 from pitotbench.show.legs import point_columns
 from pitotbench.show.limits import AUTO, Limit, judgments
-from pitotbench.show.reader_units import Units
 from pitotbench.show.record import (
     CHECK_COLUMNS,
     WIND_COLUMNS,
@@ -50,9 +49,6 @@ from pitotbench.show.tree import (
 )
 from pitotbench.units import MetersPerSecond
 
-if TYPE_CHECKING:
-    from pitotbench.show.style import Panel
-
 _MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
 
 
@@ -66,22 +62,24 @@ def calibration_tree(
     settings: AutopilotSettings | None = None,
     flights: Sequence[Calibration] = (),
     truth: Mapping[str, MetersPerSecond] | None = None,
-    flown: "Sequence[Panel]" = (),
+    flown: tuple[Any, ...] = (),
 ) -> Heading:
     """The tree of the first of some `results` by model; the others are drawn beside it.
 
     `limit` as for `judgments`. `lines` say which flight of a log it is; with the `log` the parts
     that were used are drawn. `flights`: those that share the curve, where there are several.
-    `truth`: the true correction [m/s] by model. `flown`: pictures of a simulated flight.
+    `truth`: the true correction [m/s] by model. `flown`: a simulated flight, and its tolerances as for
+    `flight_panels`.
     """
     name, result = next(iter(results.items()))
     true = None if truth is None else truth[name]
     answer, curve, doubts = short_answer_of(result, subject), result.curve, doubts_of(result)
     first = [Doubt(text, first=True) for text in doubts[:1]]
+    pictures = Figure("pitotbench.show.flights.flight_panels", flown)
     sentences = [answer.correction_sentence, answer.wind_sentence, *handbook_lines(curve)]
     told: list[Node] = [
         *map(Sentence, sentences),
-        Figure(lambda units: _curve(results, truth, limit, units), "main"),
+        Figure("pitotbench.show.curves.curve_panels", (results, truth, limit), "main"),
     ]
     holds_for = [*lines, *part_lines(result), *location_lines(result), *assumption_lines(result)]
     rules = [judgment.sentence for judgment in judgments(result, limit)]
@@ -104,9 +102,15 @@ def calibration_tree(
             *_sources(result, flights or [result]),
             *_numbers(result),
             Heading(
-                "Evidence", (Figure(lambda units: _evidence(result, true, log, units)),), NUMBERS
+                "Evidence",
+                (
+                    Figure("pitotbench.show.curves.parts_panels", (log, result)),
+                    Figure("pitotbench.show.curves.bound_panels", (result, true)),
+                    Figure("pitotbench.show.curves.residual_panels", (result,)),
+                ),
+                NUMBERS,
             ),
-            *([Heading("The flight", (Figure(lambda _: flown),), NUMBERS)] if flown else []),
+            *([Heading("The flight", (pictures,), NUMBERS)] if flown else []),
         ),
     )
 
@@ -161,23 +165,3 @@ def _numbers(result: Calibration) -> list[Heading]:
 
 def _plain(name: str) -> str:
     return "".join(letter if letter.isalnum() else "-" for letter in name)
-
-
-def _curve(
-    results: Mapping[str, Calibration],
-    truth: Mapping[str, MetersPerSecond] | None,
-    limit: Limit | str | None,
-    units: Units,
-) -> "list[Panel]":
-    from pitotbench.show.curves import curve_panel  # it loads the drawing library
-
-    return [curve_panel(results, truth, limit, units)]
-
-
-def _evidence(
-    result: Calibration, truth: MetersPerSecond | None, log: FlightLog | None, units: Units
-) -> "list[Panel]":
-    from pitotbench.show.curves import bound_panels, parts_panel, residual_panels
-
-    parts = [parts_panel(log, result, units)] if log is not None and result.left_out else []
-    return [*parts, *bound_panels(result, truth, units), *residual_panels(result, units)]

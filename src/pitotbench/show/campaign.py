@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from pitotbench.show.calibration import ShortAnswer, is_doubt
 from pitotbench.show.columns import Column, frame_rows, keyed
-from pitotbench.show.reader_units import Units
 from pitotbench.show.tree import (
     NUMBERS,
     Doubt,
@@ -19,8 +18,6 @@ from pitotbench.show.tree import (
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from pitotbench.show.style import Panel
 
 
 CAMPAIGN_COLUMNS = (
@@ -66,20 +63,18 @@ def campaign_tree(
     `results` as in results.parquet; `answers` are the first ones; `failures`: a sentence a flight
     that gave no result.
     """
-
-    def pictures(units: Units) -> "list[Panel]":
-        from pitotbench.show.curves import all_flights_panel, corrections_panel
-
-        return [all_flights_panel(results, units), corrections_panel(answers, units)]
-
     table = campaign_table(results)
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
     one = [f"{each.correction_sentence} {each.wind_sentence}" for each in answers]
     several = len(answers) > 1
+    pictures = [
+        Figure("pitotbench.show.curves.all_flights_panels", (results,)),
+        Figure("pitotbench.show.curves.corrections_panels", (answers,)),
+    ]
     title = "against the truth, the mean over seeds"
     return [
         *map(Sentence, one if len(one) == 1 else [*_best(table), *_ranking(results)]),
-        *([Figure(pictures)] if several else []),
+        *(pictures if several else []),
         *(Doubt(f"failed: {text}") for text in failures),
         *map(Sentence, _shapes(results)),
         *(doubts_of_answers(answers) if several else []),

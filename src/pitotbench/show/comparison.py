@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 
 from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChange
 from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import BLUE, INK, WIDE, Panel, broken, stacked, svg
 from pitotbench.show.tree import Figure, Heading, Node, Notice, Sentence, Table
 from pitotbench.units import Array
@@ -91,7 +92,7 @@ def comparison_tree(found: ModelComparison) -> list[Node]:
     ]
     return [
         *map(Sentence, comparison_sentences(found)),
-        Figure(lambda _: [_change_panel(found)] if found.traces else []),
+        *([Figure("pitotbench.show.comparison.change_panels", (found,))] if found.traces else []),
         *(Heading(title, (Table(columns, rows),)) for title, columns, rows in tables if rows),
         Notice(
             "The old file flies the card once. Both files are then put into its states, with its "
@@ -115,7 +116,7 @@ def comparison_json(found: ModelComparison) -> dict[str, Any]:
     }
 
 
-def _change_panel(found: ModelComparison) -> Panel:
+def change_panels(found: ModelComparison, units: Units = BENCH) -> list[Panel]:
     """The change of each channel over time [s], the axes below one another."""
     title, time = "New less old, in the states that the old one flew", found.time - found.time[0]
 
@@ -131,5 +132,5 @@ def _change_panel(found: ModelComparison) -> Panel:
         drawn(f"{c.channel} [{c.unit}]", found.traces[c.channel], c is found.channels[-1])
         for c in found.channels
     ]
-    with stacked(draws, (WIDE[0], 0.9 + 1.15 * len(draws)), 3) as figure:
-        return Panel(title, svg(figure, title))
+    with stacked(draws, (WIDE[0], 0.9 + 1.15 * len(draws)), 3, units) as figure:
+        return [Panel(title, svg(figure, title))]

@@ -1,5 +1,6 @@
 """Pictures of an error curve, of the data behind it, and of columns of results."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -47,13 +48,13 @@ _LIMIT_WITHIN = 1.3  # times what the curve and its samples reach: a limit beyon
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
 
-def curve_panel(
+def curve_panels(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
     limit: Limit | str | None = AUTO,
     units: Units = BENCH,
-) -> Panel:
-    """The error curve with its bound between its limits.
+) -> list[Panel]:
+    """The picture of the error curve with its bound between its limits.
 
     `results` by model: the first is explained, the others are drawn beside it. `truth`: the true
     correction [m/s] by model, at the airspeeds of its curve, or None for a measured log. `limit` as
@@ -61,12 +62,14 @@ def curve_panel(
     """
     name, first = next(iter(results.items()))
     true, chosen = None if truth is None else truth[name], limit_for(first, limit)
-    return panel(
-        "Error curve",
-        lambda axes: draw_curve(axes, results, true, chosen),
-        size=_MAIN,
-        units=units,
-    )
+    return [
+        panel(
+            "Error curve",
+            lambda axes: draw_curve(axes, results, true, chosen),
+            size=_MAIN,
+            units=units,
+        )
+    ]
 
 
 def bound_panels(
@@ -144,10 +147,10 @@ def draw_published(axes: Axes, curve: ErrorCurve) -> None:
         axes.plot(at, np.interp(at, speed, value), color=color, ls="-.", lw=1.2, label=label)
 
 
-def difference_panel(
+def difference_panels(
     found: CurveDifference, one: ErrorCurve, other: ErrorCurve, units: Units = BENCH
-) -> Panel:
-    """Two curves, and below them their difference, each with its 2σ."""
+) -> list[Panel]:
+    """The picture of two curves, and below them their difference, each with its 2σ."""
 
     def draw_both(axes: Axes) -> None:
         for name, curve, color in ((found.first, one, ORANGE), (found.second, other, BLUE)):
@@ -170,11 +173,15 @@ def difference_panel(
 
     with stacked([draw_both, draw_difference], _SIZE, 3, units) as figure:
         title = f"{found.second} against {found.first}".replace('"', "'")
-        return Panel(title, svg(figure, title))
+        return [Panel(title, svg(figure, title))]
 
 
-def parts_panel(log: FlightLog, result: Calibration, units: Units = BENCH) -> Panel:
-    """The flight over time, with the parts that the calibration used in color."""
+def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENCH) -> list[Panel]:
+    """The flight over time, with the parts that the calibration used in color; nothing where all of
+    it was.
+    """
+    if log is None or not result.left_out:
+        return []
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
     time = (log.time - log.start) / 60.0
 
@@ -193,7 +200,7 @@ def parts_panel(log: FlightLog, result: Calibration, units: Units = BENCH) -> Pa
         axes.set(xlabel="time [min]", ylabel="pressure\naltitude [ft]")
 
     with stacked([draw_airspeed, draw_height], WIDE, 3, units) as figure:
-        return Panel("Parts of the flight", svg(figure, "Parts of the flight"), note)
+        return [Panel("Parts of the flight", svg(figure, "Parts of the flight"), note)]
 
 
 def draw_data(axes: Axes, result: Calibration) -> None:
@@ -364,7 +371,7 @@ def draw_scatter(axes: Axes, results: "pd.DataFrame", vertical: str, horizontal:
     axes.set(xlabel=horizontal, ylabel=vertical)
 
 
-def all_flights_panel(results: "pd.DataFrame", units: Units = BENCH) -> Panel:
+def all_flights_panels(results: "pd.DataFrame", units: Units = BENCH) -> list[Panel]:
     """The bound of every flight against its minutes, with twice its true error, for the first
     model.
     """
@@ -385,14 +392,14 @@ def all_flights_panel(results: "pd.DataFrame", units: Units = BENCH) -> Panel:
         "black its true error."
     )
     title = f"How well the curve is known ({first['model'].iloc[0]})"
-    return panel(title, draw, note, units=units)
+    return [panel(title, draw, note, units=units)]
 
 
-def corrections_panel(answers: Sequence[ShortAnswer], units: Units = BENCH) -> Panel:
+def corrections_panels(answers: Sequence[ShortAnswer], units: Units = BENCH) -> list[Panel]:
     """The corrections of each flight with their bounds, side by side at each airspeed, a color a
     maneuver.
     """
-    groups = [answer.subject.rpartition(" ")[0] for answer in answers]
+    groups = [re.sub(r"(-seed\d+)? \S+$", "", a.subject).replace("_", " ") for a in answers]
     maneuvers = list(dict.fromkeys(groups))
 
     def draw(axes: Axes) -> None:
@@ -410,4 +417,4 @@ def corrections_panel(answers: Sequence[ShortAnswer], units: Units = BENCH) -> P
         axes.axhline(0.0, color=INK, lw=0.5)
         axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
 
-    return panel("The corrections over one another", draw, "Bars are ±2σ.", units=units)
+    return [panel("The corrections over one another", draw, "Bars are ±2σ.", units=units)]

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
+from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, panel, thin
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
@@ -25,7 +26,9 @@ class _History:
     si: float
 
 
-def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel]:
+def flight_panels(
+    flight: Flight, tolerances: Mapping[str, float], units: Units = BENCH
+) -> list[Panel]:
     """Ground track and time histories of airspeed, altitude, heading, bank and power.
 
     `tolerances`: half-width of the band [SI] by channel of the flight, drawn where that channel is
@@ -46,11 +49,14 @@ def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel
     ]  # an electric motor has no manifold
     return [
         track,
-        *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in served),
+        *(
+            _history_panel(flight, each, tolerances.get(each.channel, 0.0), units)
+            for each in served
+        ),
     ]
 
 
-def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel:
+def _history_panel(flight: Flight, history: _History, tolerance: float, units: Units) -> Panel:
     values, half = flight[history.channel], tolerance / history.si
     if history.channel == "heading":  # without jumps at north, starting between −180 and 180°
         degrees = np.unwrap(values) / DEGREE
@@ -70,7 +76,7 @@ def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel
             )
         axes.set(xlabel="time [min]", ylabel=f"{history.label} [{history.unit}]")
 
-    return panel(history.title, draw, size=NARROW, legend_columns=2)
+    return panel(history.title, draw, size=NARROW, legend_columns=2, units=units)
 
 
 def draw_track(axes: Axes, flight: Flight) -> None:

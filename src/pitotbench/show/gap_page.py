@@ -90,7 +90,7 @@ VISIBLE = 0.1  # of the remaining gap: a smaller change by the patch cannot be r
 BIN = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
 
 
-def map_panels(found: GapMap) -> list[Panel]:
+def map_panels(found: GapMap, _: Units = BENCH) -> list[Panel]:
     """The map of the remaining gap first, then that without the named effects in the model, on one
     scale.
     """
@@ -387,7 +387,7 @@ def _binned(of: Array, values: Array) -> tuple[Array, Array, Array]:
     return center, middle, spread
 
 
-def closing_panels(account: Account) -> list[Panel]:
+def closing_panels(account: Account, _: Units = BENCH) -> list[Panel]:
     verdict = account.verdict
     if not account.entries:
         return []

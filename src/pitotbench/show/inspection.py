@@ -16,14 +16,13 @@ from pitotbench.records.aircraft import (
 from pitotbench.records.log import FlightLog, HeldChannel, HeldFlight, LogInspection, Question
 from pitotbench.show.calibration import is_doubt
 from pitotbench.show.columns import Column, json_rows
-from pitotbench.show.reader_units import Units
 from pitotbench.show.tree import Doubt, Figure, Heading, Node, Notice, Sentence, Table
 from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS, from_si
 
 if TYPE_CHECKING:
-    from pitotbench.show.style import Panel
+    pass
 
 # The units in which a person reads a channel of a canonical one.
 _FIELD = {
@@ -129,16 +128,10 @@ def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[
     """The account of a log: sentences, warnings, pictures of the `log`, questions, channels and
     pauses.
     """
-
-    def pictures(units: Units) -> "list[Panel]":
-        from pitotbench.show.pages import inspection_panels  # it loads the drawing library
-
-        return [] if log is None else inspection_panels(log, found, units)
-
     return [
         *map(Sentence, inspection_sentences(found)),
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in found.warnings),
-        Figure(pictures),
+        *([Figure("pitotbench.show.pages.inspection_panels", (log, found))] if log else []),
         Heading("What can be learned", (Table(QUESTION_COLUMNS, found.questions),)),
         Heading(
             "Channels: what nine tenths of the rows lie between",
@@ -241,19 +234,13 @@ def _found(found: Attached) -> list[str]:
 
 def check_tree(check: AircraftCheck) -> list[Node]:
     """The check of an aircraft: sentences, maneuvers, trim and step responses."""
-
-    def pictures(units: Units) -> "list[Panel]":
-        from pitotbench.show.pages import aircraft_panels  # it loads the drawing library
-
-        return aircraft_panels(check, units)
-
     return [
         *map(Sentence, check_sentences(check)),
         Heading(
             "In light turbulence; on condition is the share of samples within the tolerances",
             (Table(MANEUVER_COLUMNS, check.maneuvers),),
         ),
-        Figure(pictures),
+        Figure("pitotbench.show.pages.aircraft_panels", (check,)),
         Heading("Steps of the autopilot, in smooth air", (Table(STEP_COLUMNS, check.steps),)),
     ]
 

@@ -18,7 +18,6 @@ from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
-from pitotbench.show.flights import flight_panels
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, page_version, render
 from pitotbench.show.reader_units import BENCH, Units
@@ -162,7 +161,7 @@ def flight_section(
     """
     maneuver = flight.case.maneuver.replace("_", " ")
     answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
-    flown = [] if tolerances is None else flight_panels(flight, tolerances)
+    flown = () if tolerances is None else (flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
     tree = calibration_tree(
         f"{maneuver.capitalize()}, {system} Hz", results, truth=truth, flown=flown

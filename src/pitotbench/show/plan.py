@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.columns import Column, json_rows
-from pitotbench.show.reader_units import Units
 from pitotbench.show.tree import (
     SOURCES,
     Doubt,
@@ -20,7 +19,7 @@ from pitotbench.show.words import entry_words, words
 from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
 
 if TYPE_CHECKING:
-    from pitotbench.show.style import Panel
+    pass
 
 
 def plan_advice(plan: Plan) -> list[str]:
@@ -178,15 +177,9 @@ def _curve(each: Forecast) -> list[dict[str, float]]:
 
 def plan_tree(plan: Plan) -> list[Node]:
     """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
-
-    def pictures(units: Units) -> "list[Panel]":
-        from pitotbench.show.pages import plan_panels  # it loads the drawing library
-
-        return plan_panels(plan, units)
-
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure(pictures, "main"),
+        Figure("pitotbench.show.pages.plan_panels", (plan,), "main"),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
         *(

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from itertools import groupby
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote
 
@@ -93,8 +94,11 @@ def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -
     """An answer as HTML down to a depth. What lies deeper than the answer is folded away, and so
     are notices.
     """
-    groups = groupby(nodes, lambda node: (type(node), getattr(node, "first", False)))
-    return "\n".join(_HTML[kind]([*group], units, depth) for (kind, _), group in groups)
+    groups = groupby(
+        nodes,
+        lambda node: (type(node), getattr(node, "first", False), getattr(node, "layout", "")),
+    )
+    return "\n".join(_HTML[kind]([*group], units, depth) for (kind, *_), group in groups)
 
 
 def _heading(node: Heading, units: Units, depth: int) -> str:
@@ -114,14 +118,17 @@ def _table(node: Table, units: Units) -> str:
     return f'<div class="table">{title}{html_table(columns, node.rows)}</div>'
 
 
-def _figure(node: Figure, units: Units) -> str:
+def _figures(nodes: Sequence[Figure], units: Units) -> str:
+    """Pictures beside one another, in the layout of the first."""
+    panels = (p for n in nodes for p in resolve_name(n.drawn_by)(*n.arguments, units))
     drawn = (
         f"<figure><figcaption>{escape(each.title)}</figcaption>{each.drawing}"
         + (f'<p class="note">{escape(units.text(each.note))}</p>' if each.note else "")
         + "</figure>"
-        for each in node.panels(units)
+        for each in panels
     )
-    kind = "main" if node.layout == "main" else f"panels {node.layout}"
+    layout = nodes[0].layout
+    kind = layout if layout == "main" else f"panels {layout}"
     return f'<div class="{kind}">{"".join(drawn)}</div>'
 
 
@@ -140,7 +147,7 @@ _HTML: dict[type, Callable[[Any, Units, int], str]] = {
     ),
     Code: lambda nodes, *_: "\n".join(f"<pre>{escape(node.text)}</pre>" for node in nodes),
     Table: lambda nodes, units, _: "\n".join(_table(node, units) for node in nodes),
-    Figure: lambda nodes, units, _: "\n".join(_figure(node, units) for node in nodes),
+    Figure: lambda nodes, units, _: _figures(nodes, units),
     Download: lambda nodes, *_: "\n".join(
         f'<p class="save"><a download="{escape(node.name)}" '
         f'href="data:text/csv;charset=utf-8,{quote(node.text)}">{escape(node.words)}</a></p>'

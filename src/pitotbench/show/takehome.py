@@ -23,12 +23,11 @@ from pitotbench.show.columns import Column, csv_text, json_rows
 from pitotbench.show.legs import points_json
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import page_of
-from pitotbench.show.reader_units import Units
 from pitotbench.show.tree import NUMBERS, Doubt, Figure, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters, MetersPerSecond
 
 if TYPE_CHECKING:
-    from pitotbench.show.style import Panel
+    pass
 
 # The parameters of an autopilot.
 
@@ -233,17 +232,11 @@ def _difference_rows(found: CurveDifference) -> list[_DifferenceRow]:
 
 def difference_tree(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> list[Node]:
     """Two curves compared: the sentence, a picture of both with their difference, the table."""
-
-    def pictures(units: Units) -> "list[Panel]":
-        from pitotbench.show.curves import difference_panel  # it loads the drawing library
-
-        return [difference_panel(found, one, other, units)]
-
     rows = _difference_rows(found)
     step = max(1, -(-len(rows) // MOST_ROWS))
     return [
         Sentence(difference_sentence(found)),
-        Figure(pictures, "main"),
+        Figure("pitotbench.show.curves.difference_panels", (found, one, other), "main"),
         Table(DIFFERENCE_COLUMNS, rows[::step], f"{found.second} less {found.first}"),
         Sentence(
             "The errors of the two curves are taken as independent. An error that both share, such "

@@ -5,15 +5,11 @@ the terminal, a page, a record, a notebook. A renderer leaves out nodes by their
 what they say; a doubt is in all of them. Loads no drawing library.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pitotbench.show.columns import Column
-from pitotbench.show.reader_units import Units
-
-if TYPE_CHECKING:
-    from pitotbench.show.style import Panel
 
 ANSWER, SOURCES, NUMBERS = 0, 1, 2  # depths: what is found, what it rests on, all that is known
 
@@ -67,11 +63,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Pictures, drawn only by a renderer that shows them. `layout`: `main` for the answer's, `wide`,
-    `narrow`, or `whole` for one that fills the page.
+    """Pictures, drawn only by a renderer that shows them: the name of the function that draws them,
+    and its arguments before the reader's units. `layout`: `main` for the answer's, `wide`, `narrow`,
+    or `whole` for those that fill the page.
     """
 
-    panels: "Callable[[Units], Sequence[Panel]]"
+    drawn_by: str
+    arguments: tuple[Any, ...]
     layout: str = "wide"
 
 

@@ -3,7 +3,6 @@ flown again. One for all voices; its page and its record.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain
@@ -47,9 +46,7 @@ from pitotbench.show.verdict import (
 )
 from pitotbench.show.words import heading, listed, size_words, words
 
-if TYPE_CHECKING:
-    from pitotbench.show.style import Panel
-
+_DRAWN = "pitotbench.show.gap_page"
 _PLACES = 6
 _SHORT = 0.02  # of the time within a tolerance: less than two flights of one airplane by chance
 _MAP = (
@@ -83,7 +80,7 @@ def account_tree(account: Account) -> list[Node]:
     """The tree of an account: the answer and its picture, what is added to the model, the places of
     the gap, the card flown again, and what it rests on.
     """
-    verdict = account.verdict
+    verdict, told_by = account.verdict, account.telling
     heads = {"failed": Doubt, "remark": Notice}
     checks = [heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads]
     told = [*_told(account), *checks]
@@ -93,7 +90,7 @@ def account_tree(account: Account) -> list[Node]:
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
         *(node for node in told if isinstance(node, Doubt)),
         *(Sentence(f"Next: {words(line)}.") for line in verdict.advice),
-        *([Figure(lambda units: _telling(account, units), "narrow")] if account.telling else []),
+        *([Figure(f"{_DRAWN}.telling_panels", (told_by,), "narrow")] if told_by else []),
         *_closed(account),
         *_added(account),
         *_flights(account),
@@ -106,8 +103,9 @@ def account_tree(account: Account) -> list[Node]:
                     verdict.located[:_PLACES],
                     "where the gap is, in standard deviations",
                 ),
-                Figure(lambda _: _maps(account), "whole"),
-                Figure(lambda units: _traces(account, units)),
+                Figure(f"{_DRAWN}.map_panels", (account.gap_map,), "whole"),
+                Figure(f"{_DRAWN}.trace_panels", (account.traces, verdict.located)),
+                Figure(f"{_DRAWN}.closing_panels", (account,)),
                 Heading("How to read this", (*map(Sentence, _MAP),), NUMBERS),
             ),
         ),
@@ -131,32 +129,6 @@ def _told(account: Account) -> list[Node]:
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in account.warnings),
         *map(Notice, map(words, account.verdict.notes)),
     ]
-
-
-def _telling(account: Account, units: Units) -> "list[Panel]":
-    from pitotbench.show.gap_page import telling_panels  # it loads the drawing library
-
-    return telling_panels(account.telling, units) if account.telling else []
-
-
-def _maps(account: Account) -> "list[Panel]":
-    from pitotbench.show.gap_page import map_panels
-
-    return map_panels(account.gap_map)
-
-
-def _traces(account: Account, units: Units) -> "list[Panel]":
-    from pitotbench.show.gap_page import closing_panels, trace_panels
-
-    traces = trace_panels(account.traces, account.verdict.located, units)
-    return [*traces, *closing_panels(account)]
-
-
-def _histories(flown: FlownAgain, judged: bool, units: Units) -> "list[Panel]":
-    from pitotbench.show.gap_page import history_panels
-
-    names = {each.quantity for each in flown.tolerances}
-    return history_panels([h for h in flown.histories if (h.quantity in names) == judged], units)
 
 
 def _closed(account: Account) -> list[Node]:
@@ -234,14 +206,16 @@ def _flown(flown: FlownAgain) -> list[Node]:
         f"the patch ({len(features)} of {len(flown.features)})"
     )
     table = (Sentence(limit), Table(FEATURE_COLUMNS, features))
-    others = (Figure(lambda units: _histories(flown, False, units)),)
-    more = {h.quantity for h in flown.histories} - {t.quantity for t in flown.tolerances}
+    judged = {each.quantity for each in flown.tolerances}
+    shown = [each for each in flown.histories if each.quantity in judged]
+    others = [each for each in flown.histories if each.quantity not in judged]
+    more = (Figure(f"{_DRAWN}.history_panels", (others,)),)
     return [
         Table(TOLERANCE_COLUMNS, flown.tolerances, "share of the time within the tolerance"),
         *map(Sentence, filter(None, said)),
-        Figure(lambda units: _histories(flown, True, units)),
+        Figure(f"{_DRAWN}.history_panels", (shown,)),
         *([Heading(title, table, NUMBERS)] if features else []),
-        *([Heading("Other quantities of the card", others, NUMBERS)] if more else []),
+        *([Heading("Other quantities of the card", more, NUMBERS)] if others else []),
         Heading("How to read this", (Sentence(_TOLERANCES),), NUMBERS),
     ]
 

@@ -17,7 +17,7 @@ from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import print_table
 from pitotbench.show.curves import (
     bound_panels,
-    curve_panel,
+    curve_panels,
     residual_autocorrelation,
     residual_panels,
 )
@@ -38,7 +38,7 @@ def _words(panels: list[Panel]) -> str:
 
 def test_panels_carry_units_truth_and_the_limit(result):
     truth = result.curve.correction
-    drawn = curve_panel({"inverse+": result}, {"inverse+": truth})
+    (drawn,) = curve_panels({"inverse+": result}, {"inverse+": truth})
     text = _words([drawn, *bound_panels(result, truth)])
     for wanted in (
         "Error curve",
@@ -65,9 +65,9 @@ def point():
 
 def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
     assert "four-leg, ±2σ" in _words(
-        [curve_panel({"inverse+": replace(result, points=(point,))}, None)]
+        curve_panels({"inverse+": replace(result, points=(point,))}, None)
     )
-    assert "four-leg" not in _words([curve_panel({"inverse+": result}, None)])
+    assert "four-leg" not in _words(curve_panels({"inverse+": result}, None))
     assert "four-leg" in log_section("a.csv", log, replace(result, points=(point,))).html
     (plain,) = points_json([point])
     assert plain["correction_kt"] == pytest.approx(-1.0)

@@ -13,7 +13,7 @@ from pitotbench import calibrate
 from pitotbench.calibration.flown_tracks import one_sided
 from pitotbench.records import BadInputError
 from pitotbench.show.columns import Column
-from pitotbench.show.reader_units import BENCH, Units, units_named
+from pitotbench.show.reader_units import BENCH, QUOTED, Units, reader_units, units_named
 from pitotbench.show.renderers import html_of, print_tree
 from pitotbench.show.style import panel
 from pitotbench.show.tree import (
@@ -40,8 +40,9 @@ METRIC = units_named("km/h,m,degf,hpa")
         ("from 58 to 116 KIAS", "from 107 to 215 km/h IAS"),
         ("known to ±2.55 kt (2σ)", "known to ±4.72 km/h (2σ)"),
         ("2,500 to 12,000 ft", "762 to 3,658 m"),
-        ("30 ft for each 100 kt", "9 m for each 185 km/h"),
-        ("the larger of 3 % and 5 kt", "the larger of 3 % and 9 km/h"),
+        # A rule keeps its own units: its numbers are no quantities of the answer.
+        (f"30{QUOTED}ft for each 100{QUOTED}kt", "30 ft for each 100 kt"),
+        (f"3 % and 5{QUOTED}kt, by up to 2 kt", "3 % and 5 kt, by up to 4 km/h"),
         ("−3.00 kt, -16.1 kt", "−5.56 km/h, -29.8 km/h"),
         ("18 °C at 29.92 inHg", "64 °F at 1013.21 hPa"),
         ("indicated_airspeed_kt is 5 kts; 6 Pa, 2 ft/s, log5 kt.csv", None),
@@ -49,7 +50,7 @@ METRIC = units_named("km/h,m,degf,hpa")
 )
 def test_a_text_is_read_in_the_units_of_the_reader(written, read):
     assert METRIC.text(written) == (written if read is None else read)
-    assert BENCH.text(written) == written
+    assert BENCH.text(written) == written.replace(QUOTED, " ")
 
 
 def test_a_column_keeps_its_digits_and_its_gaps():
@@ -95,14 +96,32 @@ def test_units_that_are_none_or_two_of_a_kind_are_refused(text):
         units_named(text)
 
 
+def test_the_line_of_the_configuration_is_used_where_nobody_states_units(tmp_path, monkeypatch):
+    path = tmp_path / "pitotbench.toml"
+    monkeypatch.setenv("PITOTBENCH_CONFIG", str(path))
+    assert (reader_units(), reader_units().source) == (BENCH, "default")
+    path.write_text('units = "km/h,m"\n', encoding="utf-8")
+    found, stated = reader_units(), reader_units("mph")
+    assert (found.words, found.source) == ("km/h,m,degc,inhg", "pitotbench.toml")
+    assert (stated.words, stated.source) == ("mph,ft,degc,inhg", "stated")
+    for line in ("units = km/h", 'units = "furlong"'):
+        path.write_text(line, encoding="utf-8")
+        with pytest.raises(BadInputError, match=r'pitotbench\.toml.*write units = "km/h,m"'):
+            reader_units()
+
+
 def test_units_that_nobody_named_are_those_of_the_bench():
     assert units_named("") == BENCH
     assert units_named("MPH,hPa") == Units(speed="mph", pressure="hpa")
 
 
+def pictures(values, units):
+    return [panel("a picture", lambda axes: axes.plot(values), units=units)]
+
+
 TREE = (
     Sentence("a sentence"),
-    Figure(lambda units: [panel("a picture", lambda axes: axes.plot([0.0, 1.0]), units=units)]),
+    Figure(f"{__name__}.pictures", ([0.0, 1.0],)),
     Doubt("the first doubt", first=True),
     Table([Column("n", lambda row: row, "", "d")], [41]),
     Download("card.csv", "a file", "n\n41\n"),

@@ -69,8 +69,6 @@ def run(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> int:
     from pitotbench.bench.inspection import check_aircraft
     from pitotbench.show.inspection import check_tree
-    from pitotbench.show.markup import page_of
-    from pitotbench.show.reader_units import reader_units
     from pitotbench.simulation.maneuvers import maneuvers_named
 
     maneuvers = maneuvers_named(options.maneuver or "all")
@@ -78,10 +76,7 @@ def _check(options: argparse.Namespace) -> int:
     check = check_aircraft(
         options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say
     )
-    nodes, units = check_tree(check), reader_units(options.units)
-    title = f"What can be flown with {check.aircraft}"
-    write_page(options.report, lambda: page_of(title, nodes, units))
-    tell(options, dict, lambda: nodes)
+    tell(options, dict, lambda: check_tree(check), f"What can be flown with {check.aircraft}")
     return DONE if any(not m.failure for m in check.maneuvers) else NO_ANSWER
 
 

@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_units, add_wind, require_known, stated_wind
+from pitotbench.cli.shared_flags import add_units, add_wind, require_known, stated_wind, tell
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.bench.campaign import CampaignRequest
-
-_TABLE_WIDTH = 140  # columns of text, so that the lines of the campaign's table are never folded
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -124,16 +122,12 @@ def run(options: argparse.Namespace) -> int:
     """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight
     or fit failed.
     """
-    from rich.console import Console
-
     from pitotbench.bench.campaign import PAGE, run_campaign
     from pitotbench.bench.result_table import RESULTS
     from pitotbench.show.campaign import campaign_tree
-    from pitotbench.show.reader_units import reader_units
-    from pitotbench.show.renderers import print_tree
-    from pitotbench.show.tree import SOURCES, Sentence
+    from pitotbench.show.tree import Node, Sentence
 
-    request, units = request_of(options), reader_units(options.units)
+    request = request_of(options)
     if options.dry_run:
         from pitotbench.bench.campaign import forecast_of_costs
 
@@ -141,17 +135,15 @@ def run(options: argparse.Namespace) -> int:
             print(line)
         return DONE
     result = run_campaign(request)
-    console = Console(highlight=False, soft_wrap=True)
-    console.width = max(console.width, _TABLE_WIDTH)
     stored = f"flights: {result.found:,} found in the store, {result.flown:,} flown"
     page = f"open this page: {result.folder / PAGE}"
-    nodes = [
+    nodes: list[Node] = [
         *campaign_tree(result.table, [] if options.no_report else result.answers, result.failures),
         *([Sentence(stored)] if result.found else []),
         Sentence(f"results: {result.folder / RESULTS}"),
         *([] if options.no_report else [Sentence(page)]),
     ]
-    print_tree(nodes, console, units, SOURCES)
+    tell(options, dict, lambda: nodes)
     return NO_ANSWER if result.failures else DONE
 
 

@@ -17,7 +17,6 @@ from pitotbench.cli.shared_flags import (
     say,
     stated_accuracies,
     tell,
-    write_page,
 )
 from pitotbench.records import BadInputError
 
@@ -101,17 +100,18 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from pitotbench.show.markup import page_of
-    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.takehome import curve_difference, difference_json, difference_tree
 
     (first, one), (second, other) = curves
     if first == second:
         first, second = str(options.first), str(options.second)
     found = curve_difference(first, one, second, other)
-    nodes, units = difference_tree(found, one, other), reader_units(options.units)
-    write_page(options.report, lambda: page_of(f"{second} against {first}", nodes, units))
-    tell(options, lambda: difference_json(found), lambda: nodes)
+    tell(
+        options,
+        lambda: difference_json(found),
+        lambda: difference_tree(found, one, other),
+        f"{second} against {first}",
+    )
 
 
 def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
@@ -168,8 +168,6 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 def _airplanes(options: argparse.Namespace) -> int:
     from pitotbench.bench.model_comparison import compare_models
     from pitotbench.show.comparison import comparison_json, comparison_tree
-    from pitotbench.show.markup import page_of
-    from pitotbench.show.reader_units import reader_units
     from pitotbench.simulation.maneuvers import MANEUVERS
 
     tolerance = options.tolerance
@@ -178,9 +176,12 @@ def _airplanes(options: argparse.Namespace) -> int:
     card = options.card or "diagnostic"
     _ = MANEUVERS[card]  # a spelling mistake is told before anything is flown
     found = compare_models(str(options.first), str(options.second), card, say)
-    nodes, units = comparison_tree(found), reader_units(options.units)
-    write_page(options.report, lambda: page_of("What changed in flight", nodes, units))
-    tell(options, lambda: comparison_json(found), lambda: nodes)
+    tell(
+        options,
+        lambda: comparison_json(found),
+        lambda: comparison_tree(found),
+        "What changed in flight",
+    )
     return BEYOND if tolerance is not None and 100.0 * found.largest > tolerance else 0
 
 

@@ -10,8 +10,6 @@ from pitotbench.cli.shared_flags import (
     read_logs,
     require_page,
     tell,
-    tell_each,
-    write_page,
 )
 
 
@@ -40,8 +38,6 @@ def run(options: argparse.Namespace) -> int:
         inspection_json,
         inspection_tree,
     )
-    from pitotbench.show.markup import page_of
-    from pitotbench.show.reader_units import reader_units
 
     require_page(options.report, [options.log])
     if is_bundle(options.log) and options.mapping is None:
@@ -52,10 +48,11 @@ def run(options: argparse.Namespace) -> int:
             tell(options, lambda: held_json(held), lambda: held_tree(held))
             return 0
     (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
-    found, units = inspect(log, options.mapping), reader_units(options.units)
-    write_page(
-        options.report,
-        lambda: page_of(f"What {options.log.name} holds", inspection_tree(found, log), units),
+    found = inspect(log, options.mapping)
+    tell(
+        options,
+        lambda: inspection_json(found),
+        lambda: inspection_tree(found, log),
+        f"What {options.log.name} holds",
     )
-    tell_each(options, [(options.log, found)], inspection_json, inspection_tree)
     return 0

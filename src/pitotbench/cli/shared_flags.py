@@ -183,23 +183,30 @@ def tell(
     options: argparse.Namespace,
     document: Callable[[], object],
     nodes: "Callable[[], Iterable[Node]]",
+    title: str = "",
 ) -> None:
     """Write an answer on standard output: as one JSON document with `--json`, else as its tree, in
-    the units of `--units`; where a command has the flag `-v`, the answer alone or all numbers.
+    the units of `--units`; where a command has the flag `-v`, the answer alone or all numbers. With
+    a `title` the tree is also the page of `--report`, where one is asked for.
     """
-    if options.json:
+    from pitotbench.show.reader_units import reader_units
+
+    units = reader_units(getattr(options, "units", ""))
+    if title:
+        from pitotbench.show.markup import page_of
+
+        write_page(options.report, lambda: page_of(title, nodes(), units))
+    if getattr(options, "json", False):
         from pitotbench.show.columns import json_text
 
         sys.stdout.write(json_text(document()))
         return
     from rich.console import Console
 
-    from pitotbench.show.reader_units import reader_units
     from pitotbench.show.renderers import print_tree
     from pitotbench.show.tree import ANSWER, NUMBERS, SOURCES
 
     depth = {None: SOURCES, False: ANSWER, True: NUMBERS}[getattr(options, "verbose", None)]
-    units = reader_units(getattr(options, "units", ""))
     print_tree(nodes(), Console(highlight=False, soft_wrap=True), units, depth)
 
 

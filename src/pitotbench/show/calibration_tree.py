@@ -68,8 +68,8 @@ def calibration_tree(
 
     `limit` as for `judgments`. `lines` say which flight of a log it is; with the `log` the parts
     that were used are drawn. `flights`: those that share the curve, where there are several.
-    `truth`: the true correction [m/s] by model. `flown`: a simulated flight, and its tolerances as for
-    `flight_panels`.
+    `truth`: the true correction [m/s] by model. `flown`: a simulated flight, and its
+    tolerances as for `flight_panels`.
     """
     name, result = next(iter(results.items()))
     true = None if truth is None else truth[name]

@@ -88,13 +88,12 @@ def campaign_tree(
 
 def doubts_of_answers(answers: Sequence[ShortAnswer]) -> list[Node]:
     """What some short answers must not go without, each with the flights that it is of."""
-    texts = dict.fromkeys(w for answer in answers for w in answer.warnings)
-    told = {
-        text: ", ".join(answer.subject for answer in answers if text in answer.warnings)
-        for text in texts
-    }
-    kinds = ((Doubt if is_doubt(text) else Notice, text) for text in told)
-    return [kind(f"{told[text]}: {text}.") for kind, text in kinds]
+    return [
+        (Doubt if is_doubt(text) else Notice)(
+            f"{', '.join(each.subject for each in answers if text in each.warnings)}: {text}."
+        )
+        for text in dict.fromkeys(w for answer in answers for w in answer.warnings)
+    ]
 
 
 def _best(table: "pd.DataFrame") -> Iterator[str]:
@@ -103,7 +102,7 @@ def _best(table: "pd.DataFrame") -> Iterator[str]:
     for best in rows[:1] if len(rows) > 1 else []:
         yield (
             f"{_words((best['maneuver'], best['das']))} knows the curve best: "
-            f"±{best['two_sigma_kt']:.2f} kt (2σ, mean over the curve) in {best['minutes']:.1f} min."
+            f"±{best['two_sigma_kt']:.2f} kt (mean 2σ of it) in {best['minutes']:.1f} min."
         )
 
 

@@ -15,7 +15,7 @@ from pitotbench.records.gap import (
     TellingChannel,
     Trace,
 )
-from pitotbench.records.verdict import Closure, Located
+from pitotbench.records.verdict import Located
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
@@ -138,7 +138,7 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
         return Panel(title, svg(figure, title), note)
 
 
-def waterfall_panel(account: Account) -> Panel:
+def waterfall_panels(account: Account, _: Units = BENCH) -> list[Panel]:
     """The explainable gap, and the part of it that remains as effect after effect is added."""
     closed = account.verdict.closure
     whole = max(closed.before - closed.noise, 1e-9)
@@ -167,36 +167,8 @@ def waterfall_panel(account: Account) -> Panel:
 
     sums = f"{closed.before:,.0f} before, {closed.after:,.0f} after, {closed.noise:,.0f} noise"
     note = f"Sums of squares over noise variance: {sums}."
-    return panel("The gap, effect by effect", draw, note, size=(4.6, 1.3 + 0.42 * len(remaining)))
-
-
-def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
-    """The gap without and with the patch, on the fitted and on the held-out log."""
-
-    def draw(axes: Axes) -> None:
-        for i, (_, closed) in enumerate(closures):
-            before, after = closed.before - closed.noise, max(closed.after - closed.noise, 0.0)
-            axes.barh(
-                i - 0.2, before, color=GREY, height=0.36, label="_" if i else "without the patch"
-            )
-            axes.barh(
-                i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch"
-            )
-            share = f"{100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})"
-            axes.annotate(
-                share,
-                (after, i + 0.2),
-                (4.0, 0.0),
-                textcoords="offset points",
-                va="center",
-                fontsize=8,
-            )
-        axes.set_yticks(range(len(closures)), [name for name, _ in closures])
-        axes.invert_yaxis()
-        axes.set(xlabel="explainable gap, sum of squares over noise variance")
-        axes.grid(axis="y", visible=False)
-
-    return panel("Before and after", draw, size=(4.6, 1.3 + 0.6 * len(closures)))
+    size = (4.6, 1.3 + 0.42 * len(remaining))
+    return [panel("The gap, effect by effect", draw, note, size=size)]
 
 
 def trace_panels(
@@ -385,17 +357,3 @@ def _binned(of: Array, values: Array) -> tuple[Array, Array, Array]:
     found = [(of[here].mean(), values[here].mean(), values[here].std()) for here in used]
     center, middle, spread = np.array(found).reshape(-1, 3).T
     return center, middle, spread
-
-
-def closing_panels(account: Account, _: Units = BENCH) -> list[Panel]:
-    verdict = account.verdict
-    if not account.entries:
-        return []
-    closures = [("fitted log", verdict.closure)]
-    if verdict.closure_holdout is not None:
-        closures.append(("held-out log", verdict.closure_holdout))
-    if (
-        len(account.flights) > 1 or not account.waterfall
-    ):  # the steps are of the flight with the largest gap, the closure is of all
-        return [before_after_panel(closures)]
-    return [waterfall_panel(account), before_after_panel(closures)]

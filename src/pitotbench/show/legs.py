@@ -157,8 +157,8 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 
 def card_tree(card: HandCard) -> list[Node]:
-    """A card written by hand: what to add at each point of one configuration, its slips, the points,
-    and the curve of each configuration with what is assumed of it.
+    """A card written by hand: what to add at each point of one configuration, its slips, the
+    points, and the curve of each configuration with what is assumed of it.
     """
     found = [
         Correction(*(each / KNOT for each in (p.indicated_airspeed, p.correction, p.two_sigma)))

@@ -15,6 +15,7 @@ from pitotbench.air import (
 )
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Calibration
+from pitotbench.show.reader_units import QUOTED
 from pitotbench.units import FOOT, KNOT, Array
 
 AUTO, NONE = "auto", "none"
@@ -171,7 +172,8 @@ def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[Lim
         return []
     curve = result.curve
     speed = curve.indicated_airspeed / KNOT
-    words = f"the larger of {100.0 * chosen.share:g} % and {chosen.knots:g} kt{chosen.why}"
+    own = f"{100.0 * chosen.share:g} % and {chosen.knots:g}{QUOTED}kt"
+    words = f"the larger of {own}{chosen.why}"
     left = chosen.airspeed(speed) - np.abs(curve.correction) / KNOT
     found = [_judged(chosen.name, words, speed, left, curve.two_sigma / KNOT, "kt")]
     allowed = chosen.altitude(speed)
@@ -179,7 +181,9 @@ def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[Lim
         # The rules hold at sea level, where a pressure error is fewer feet than at altitude.
         scale = _FEET_A_PASCAL * impact_pressure(curve.indicated_airspeed + curve.correction)
         left = allowed - np.abs(curve.normalized_pressure_error) * scale
-        words = f"{chosen.feet:g} ft for each 100 kt at sea level, 30 ft or more"
+        words = (
+            f"{chosen.feet:g}{QUOTED}ft for each 100{QUOTED}kt at sea level, 30{QUOTED}ft or more"
+        )
         bound = curve.normalized_two_sigma * scale
         found.append(_judged(chosen.altitude_name, words, speed, left, bound, "ft"))
     return found

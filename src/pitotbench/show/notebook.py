@@ -52,11 +52,12 @@ def in_one_line(record: object) -> str:
     """The record in one line of text: its first doubt and its first sentence. Raises TypeError for
     a record without a tree.
     """
-    said: dict[type, str] = {}
-    for node in nodes_in(_tree_of(record), ANSWER):
-        if isinstance(node, Doubt | Sentence):
-            said.setdefault(type(node), node.text)
-    return " ".join(said[kind] for kind in (Doubt, Sentence) if kind in said)
+    nodes = [*nodes_in(_tree_of(record), ANSWER)]
+    return " ".join(
+        text
+        for kind in (Doubt, Sentence)
+        for text in [node.text for node in nodes if isinstance(node, kind)][:1]
+    )
 
 
 def to_html(record: object) -> str:

@@ -60,31 +60,30 @@ _MOST_NAMED = 2  # maneuvers that fit into a title
 
 _READING = Heading(
     "How to read this",
-    (
-        Sentence(
-            "The error curve is the correction to add to the indicated airspeed to get the calibrated "
-            "airspeed. Its ±2σ bound at an airspeed is made to contain the true correction there in 95 "
-            "of 100 flights. The level and the length of gusts and the sensor noise are unknown; they "
-            "are estimated from the log itself. Use the curve only between the airspeeds that were "
-            "flown. The errors at neighboring airspeeds are alike, so a single flight often has its "
-            "whole curve inside the bound or much of it outside; only the mean over many flights is "
-            "95 %. The ±2σ band of the whole curve is wider: it is made to contain the true curve at "
-            "all airspeeds at once, in 95 of 100 flights."
-        ),
-        Sentence(
-            "The 2σ for white residuals is the Cramér-Rao bound for residuals that do not depend on "
-            "each other from sample to sample. It is shown for comparison: in moving air it is far too "
-            "small. The 2σ of the residual is the scatter between data and model in the unit of "
-            "calibrated airspeed, the figure that Martos, Kiszely and Foster (2011) report. It says "
-            "how noisy the air and the sensors were, not how well the curve is known."
-        ),
-        Sentence(
-            "The gray samples are what each instant says of the correction once the estimated wind is "
-            "taken out. FAR 25.1323(c) limits the installation error to the larger of 3 % and "
-            "5\u00a0kt; the older FAR 23.1323(b) has the same limit in calibrated airspeed. Both allow "
-            "an altitude error of 30\u00a0ft for each 100\u00a0kt. Broken black lines, where they are "
-            "drawn, show the pressure error that was put into a simulator."
-        ),
+    tuple(
+        Sentence(text)
+        for text in (
+            "The error curve is the correction to add to the indicated airspeed to get the "
+            "calibrated airspeed. Its ±2σ bound at an airspeed is made to contain the true "
+            "correction there in 95 of 100 flights. The level and the length of gusts and the "
+            "sensor noise are unknown; they are estimated from the log itself. Use the curve only "
+            "between the airspeeds that were flown. The errors at neighboring airspeeds are "
+            "alike, so a single flight often has its whole curve inside the bound or much of it "
+            "outside; only the mean over many flights is 95 %. The ±2σ band of the whole curve is "
+            "wider: it is made to contain the true curve at all airspeeds at once, in 95 of 100 "
+            "flights.",
+            "The 2σ for white residuals is the Cramér-Rao bound for residuals that do not depend "
+            "on each other from sample to sample. It is shown for comparison: in moving air it is "
+            "far too small. The 2σ of the residual is the scatter between data and model in the "
+            "unit of calibrated airspeed, the figure that Martos, Kiszely and Foster (2011) "
+            "report. It says how noisy the air and the sensors were, not how well the curve is "
+            "known.",
+            "The gray samples are what each instant says of the correction once the estimated "
+            "wind is taken out. FAR 25.1323(c) limits the installation error to the larger of 3 % "
+            "and 5\u00a0kt; the older FAR 23.1323(b) has the same limit in calibrated airspeed. "
+            "Both allow an altitude error of 30\u00a0ft for each 100\u00a0kt. Broken black lines, "
+            "where they are drawn, show the pressure error that was put into a simulator.",
+        )
     ),
     NUMBERS,
 )

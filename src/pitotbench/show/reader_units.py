@@ -30,6 +30,7 @@ _WRITTEN = {  # by the unit that a text is written in: the field of `Units`, and
     "KTAS": ("speed", " TAS"),
     "ft": ("length", ""), "°C": ("temperature", ""), "inHg": ("pressure", ""),
 }  # fmt: skip
+QUOTED = "\u00a0"  # between number and unit of a rule, which stands in its own units
 _NONE = Suffix("", 1.0, "")
 _ONE = r"[+\-−]?\d[\d,]*(?:\.\d+)?"
 _NUMBERS = re.compile(
@@ -56,8 +57,8 @@ class Units:
         return ",".join(w for suffix, all_ in own.items() for w, s in all_.items() if s == suffix)
 
     def text(self, text: str) -> str:
-        """A text written in kt, ft, °C and inHg, in these units."""
-        return _NUMBERS.sub(self._translated, text)
+        """A text written in kt, ft, °C and inHg, in these units; a quoted rule keeps its own."""
+        return _NUMBERS.sub(self._translated, text).replace(QUOTED, " ")
 
     def columns(self, columns: Sequence[Column[Any]]) -> list[Column[Any]]:
         """The columns of a table in these units."""
@@ -121,12 +122,15 @@ def reader_units(stated: str = "") -> Units:
 
     Raises BadInputError for words that are no units, and for a file that is not TOML.
     """
-    path = Path(os.environ.get("PITOTBENCH_CONFIG") or user_config_path() / "pitotbench.toml")
+    path = Path(
+        os.environ.get("PITOTBENCH_CONFIG")
+        or (user_config_path() / "pitotbench").with_suffix(".toml")
+    )
     if stated or not path.is_file():
         return replace(units_named(stated), source="stated" if stated else "default")
     try:
-        line = str(tomllib.loads(path.read_text(encoding="utf-8")).get("units", ""))
-        return replace(units_named(line), source=path.name)
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+        return replace(units_named(str(found.get("units", ""))), source=path.name)
     except (OSError, ValueError) as error:
         raise BadInputError(f'{path}: {error}; write units = "km/h,m", or delete it') from error
 

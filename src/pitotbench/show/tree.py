@@ -63,9 +63,9 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Pictures, drawn only by a renderer that shows them: the name of the function that draws them,
-    and its arguments before the reader's units. `layout`: `main` for the answer's, `wide`, `narrow`,
-    or `whole` for those that fill the page.
+    """Pictures, drawn only by a renderer that shows them: the name of the function that draws
+    them, and its arguments before the reader's units. `layout`: `main` for the answer's, `wide`,
+    `narrow`, or `whole` for those that fill the page.
     """
 
     drawn_by: str

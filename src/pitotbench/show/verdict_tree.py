@@ -12,6 +12,7 @@ from pitotbench.show.calibration import is_doubt
 from pitotbench.show.gap_words import (
     closing_sentences,
     closure_percent,
+    effect_words,
     evidence_words,
     features_limit,
     remaining_features,
@@ -44,9 +45,8 @@ from pitotbench.show.verdict import (
     kind_words,
     noticed,
 )
-from pitotbench.show.words import heading, listed, size_words, words
+from pitotbench.show.words import listed, words
 
-_DRAWN = "pitotbench.show.gap_page"
 _PLACES = 6
 _SHORT = 0.02  # of the time within a tolerance: less than two flights of one airplane by chance
 _MAP = (
@@ -63,16 +63,17 @@ _MAP = (
 )
 _FLIGHTS = (
     "Causes and sizes are shared; wind, error curve and sensor biases are each flight's own. A "
-    "flight contradicts a cause where the size that it shows is more than 4σ from that of the other "
-    "flights. G is the share of its explainable gap that the shared sizes close; left out, that by "
-    "the sizes of the other flights alone. The pictures are of the flight with the largest gap."
+    "flight contradicts a cause where the size that it shows is more than 4σ from that of the "
+    "other flights. G is the share of its explainable gap that the shared sizes close; left out, "
+    "that by the sizes of the other flights alone. The pictures are of the flight with the "
+    "largest gap."
 )
 _TOLERANCES = (
     "The simulator flies the card of the log again in the same wind with other gusts, before and "
-    "with the patch. A sample is within tolerance where it is no farther from the measured one than "
-    "40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a simulator against flight: "
-    "3\u00a0kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one airplane, "
-    "which differ by gusts alone, say what can be reached."
+    "with the patch. A sample is within tolerance where it is no farther from the measured one "
+    "than 40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a simulator against "
+    "flight: 3\u00a0kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one "
+    "airplane, which differ by gusts alone, say what can be reached."
 )
 
 
@@ -81,16 +82,20 @@ def account_tree(account: Account) -> list[Node]:
     the gap, the card flown again, and what it rests on.
     """
     verdict, told_by = account.verdict, account.telling
+    # The steps are of the flight with the largest gap, the closure is of all.
+    steps = account.entries and account.waterfall and len(account.flights) < 2
     heads = {"failed": Doubt, "remark": Notice}
     checks = [heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads]
     told = [*_told(account), *checks]
-    candidates = Table(candidate_columns(verdict), verdict.candidates)
-    smallest = Table(DETECTABLE_COLUMNS, verdict.smallest_detectable)
     return [
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
         *(node for node in told if isinstance(node, Doubt)),
         *(Sentence(f"Next: {words(line)}.") for line in verdict.advice),
-        *([Figure(f"{_DRAWN}.telling_panels", (told_by,), "narrow")] if told_by else []),
+        *(
+            [Figure("pitotbench.show.gap_page.telling_panels", (told_by,), "narrow")]
+            if told_by
+            else []
+        ),
         *_closed(account),
         *_added(account),
         *_flights(account),
@@ -103,18 +108,26 @@ def account_tree(account: Account) -> list[Node]:
                     verdict.located[:_PLACES],
                     "where the gap is, in standard deviations",
                 ),
-                Figure(f"{_DRAWN}.map_panels", (account.gap_map,), "whole"),
-                Figure(f"{_DRAWN}.trace_panels", (account.traces, verdict.located)),
-                Figure(f"{_DRAWN}.closing_panels", (account,)),
+                Figure("pitotbench.show.gap_page.map_panels", (account.gap_map,), "whole"),
+                Figure("pitotbench.show.gap_page.trace_panels", (account.traces, verdict.located)),
+                *(
+                    [Figure("pitotbench.show.gap_page.waterfall_panels", (account,))]
+                    if steps
+                    else []
+                ),
                 Heading("How to read this", (*map(Sentence, _MAP),), NUMBERS),
             ),
         ),
         *_flown_again(account),
-        Heading("The candidates, each as the only explanation", (candidates,), SOURCES),
+        Heading(
+            "The candidates, each as the only explanation",
+            (Table(candidate_columns(verdict), verdict.candidates),),
+            SOURCES,
+        ),
         Heading("Checks of the log", (Table(CHECK_COLUMNS, _checks(account)),), SOURCES),
         Heading(
             "The smallest effects that a log like this one shows in half of all flights",
-            (smallest,),
+            (Table(DETECTABLE_COLUMNS, verdict.smallest_detectable),),
             NUMBERS,
         ),
         *(node for node in told if isinstance(node, Notice)),
@@ -135,8 +148,9 @@ def _closed(account: Account) -> list[Node]:
     """What is in the airplane's file of what was found: its coefficients, the loop closed."""
     told: list[Node] = []
     if account.coefficients:
-        title = "coefficients of the model's file"
-        told.append(Table(COEFFICIENT_COLUMNS, account.coefficients, title))
+        told.append(
+            Table(COEFFICIENT_COLUMNS, account.coefficients, "coefficients of the model's file")
+        )
     if (closing := account.closing) is not None:
         table = Table(closing_columns(closing), closing.gaps, "the gaps, closed")
         said = map(Sentence, closing_sentences(closing))
@@ -146,12 +160,11 @@ def _closed(account: Account) -> list[Node]:
 
 def _added(account: Account) -> list[Node]:
     """What is added to the model, and the patch with the commands that fly it."""
-    told: list[Node] = []
-    for effect in account.verdict.effects:
-        sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
-        sizes += [size_words(*time) for time in effect.times]
-        what = f"{heading(effect.name)}: {'; '.join(sizes)} (2σ). {effect_of(effect.name).what}"
-        told.append(Sentence(what))
+    told: list[Node] = [
+        Sentence(f"{effect_words(effect)[:1].upper()}{effect_words(effect)[1:]}: {what}")
+        for effect in account.verdict.effects
+        for what in [effect_of(effect.name).what]
+    ]
     if account.entries:
         fly = "Put these lines into the case file of the flight, and fly it:"
         commands = "\n".join(flying_words(account))
@@ -177,16 +190,15 @@ def flying_words(account: Account) -> list[str]:
 def _flights(account: Account) -> list[Node]:
     if len(account.flights) < 2:
         return []
-    read = Heading("How to read this", (Sentence(_FLIGHTS),), NUMBERS)
-    return [Heading("The flights", (Table(FLIGHT_COLUMNS, account.flights), read))]
+    read = (Heading("How to read this", (Sentence(_FLIGHTS),), NUMBERS),)
+    return [Heading("The flights", (Table(FLIGHT_COLUMNS, account.flights), *read))]
 
 
 def _flown_again(account: Account) -> list[Node]:
     """The card of the log, and that of the log held out, flown again; or why it was not."""
-    flights = [(account.flown, account.log), (account.flown_holdout, account.holdout)]
     return [
         Heading(f"The card of {log} flown again", tuple(_flown(flown)))
-        for flown, log in flights
+        for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout))
         if log and (flown.tolerances or flown.skipped)
     ]
 
@@ -194,8 +206,14 @@ def _flown_again(account: Account) -> list[Node]:
 def _flown(flown: FlownAgain) -> list[Node]:
     if flown.skipped:
         return [Sentence(f"Skipped: {flown.skipped}.")]
-    said = [pilot_words(flown), _shortfall(flown), _compared(flown)]
-    features = noticed(flown.features)
+    features, left = noticed(flown.features), len(remaining_features(flown.features))
+    hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
+    many = f"{left} of {len(flown.features)} characteristic numbers of the card"
+    said = {
+        f"Flown by {hand}: bank, pitch and heading of the log move as under this hand.": flown.pilot,
+        _shortfall(flown): True,
+        f"With the patch, {many} differ by more than chance.": flown.features,
+    }
     limit = (
         "σ is the standard deviation between two flights of one airplane, from six flights; one of "
         f"{len(flown.features)} numbers exceeds {features_limit(flown.features):.1f}σ by chance in "
@@ -209,25 +227,15 @@ def _flown(flown: FlownAgain) -> list[Node]:
     judged = {each.quantity for each in flown.tolerances}
     shown = [each for each in flown.histories if each.quantity in judged]
     others = [each for each in flown.histories if each.quantity not in judged]
-    more = (Figure(f"{_DRAWN}.history_panels", (others,)),)
+    more = (Figure("pitotbench.show.gap_page.history_panels", (others,)),)
     return [
         Table(TOLERANCE_COLUMNS, flown.tolerances, "share of the time within the tolerance"),
-        *map(Sentence, filter(None, said)),
-        Figure(f"{_DRAWN}.history_panels", (shown,)),
+        *(Sentence(text) for text, known in said.items() if text and known),
+        Figure("pitotbench.show.gap_page.history_panels", (shown,)),
         *([Heading(title, table, NUMBERS)] if features else []),
         *([Heading("Other quantities of the card", more, NUMBERS)] if others else []),
         Heading("How to read this", (Sentence(_TOLERANCES),), NUMBERS),
     ]
-
-
-def pilot_words(flown: FlownAgain) -> str:
-    """Return who flew the card again, where it is another one than the card tells; else nothing."""
-    if not flown.pilot:
-        return ""
-    hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
-    return (
-        f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
-    )
 
 
 def _shortfall(flown: FlownAgain) -> str:
@@ -242,14 +250,6 @@ def _shortfall(flown: FlownAgain) -> str:
         "flights of one airplane: what differs there is not in the patch. The hand of the pilot, "
         "the wind and its gusts over the flight are the card's, not the log's."
     )
-
-
-def _compared(flown: FlownAgain) -> str:
-    """How many characteristic numbers of the card differ with the patch; empty without numbers."""
-    if not flown.features:
-        return ""
-    many = f"{len(remaining_features(flown.features))} of {len(flown.features)}"
-    return f"With the patch, {many} characteristic numbers of the card differ by more than chance."
 
 
 def _checks(account: Account) -> list[Check]:
@@ -277,8 +277,9 @@ def _checks(account: Account) -> list[Check]:
 
 def account_page(account: Account, units: Units = BENCH) -> str:
     """The HTML of an account, in the reader's units."""
-    title = f"Reconcile: {account.log} against {account.aircraft}"
-    return page_of(title, account_tree(account), units)
+    return page_of(
+        f"Reconcile: {account.log} against {account.aircraft}", account_tree(account), units
+    )
 
 
 def reconciliation_record(account: Account, made: Provenance, units: Units = BENCH) -> str:

@@ -16,6 +16,8 @@ from matplotlib.figure import Figure
 from tests.calibration import trajectories as fixture
 from tests.calibration.test_long_flights import circling
 from tests.shared_data import real_log
+from tests.show.test_voices import beside
+from tests.show.voices import contradictions, left_in_knots
 
 from pitotbench import (
     BadInputError,
@@ -38,8 +40,10 @@ from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.show import curves
 from pitotbench.show.calibration import calibration_json, doubts_of
+from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_text
 from pitotbench.show.inspection import inspection_json
+from pitotbench.show.legs import points_json
 from pitotbench.show.takehome import table_text
 from pitotbench.units import KNOT
 
@@ -327,6 +331,16 @@ def require_numbers(text, document, a_knot=1.0):
     assert wind[1] == pytest.approx(document[keys[1]], abs=0.5)
     bound = max(document["wind"][f"{side}_two_sigma_kt"] for side in ("north", "east"))
     assert wind[2] == pytest.approx(a_knot * bound, abs=0.01 * half)
+
+
+@pytest.mark.parametrize("name", ["doubtful", "seaway", "CLASS65"])
+def test_no_voice_of_a_real_log_contradicts_its_document(name, request):
+    """Each number written by terminal, -v, page, record, notebook and panel, in two unit systems."""
+    found = request.getfixturevalue(name)[3] if name == "doubtful" else answer_of(name)
+    document = calibration_json(found) | {"fixed_speed": points_json(found.points)}
+    nodes = calibration_tree("", {found.model: found}).nodes
+    assert contradictions(nodes, document, beside(found)) == {}
+    assert left_in_knots(nodes) == []
 
 
 def test_every_voice_says_the_numbers_of_the_document(doubtful, tmp_path):

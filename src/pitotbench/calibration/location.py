@@ -210,7 +210,10 @@ def fit_by_height(
         whole = altitude_regression(rows, model, theta, ())
         seen = whole.regressors[:, :free]
         nodes = noise_posterior(
-            Regression(whole.response, seen, seen, np.zeros(free)), noise_of, log_prior, guess
+            Regression(whole.response, seen, seen, model.error.precisions, -theta[:free]),
+            noise_of,
+            log_prior,
+            guess,
         )
         found = Posterior(
             np.array([node.weight for node in nodes]),

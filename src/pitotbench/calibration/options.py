@@ -9,6 +9,7 @@ from typing import Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 
@@ -126,7 +127,7 @@ def _checked(stated: object) -> dict[str, float]:
 
 # The options of a calibration, in one record.
 
-AUTO = "auto"  # every model of the table, weighted
+AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
 METHODS = ("covering", "paper")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
@@ -146,7 +147,7 @@ class Unstated(str):
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
-    model: name in the table of pressure-error models, or `auto` (see `average`).
+    model: name in the table of pressure-error models; `auto` is `smooth`.
     method: `covering` (generalized least squares with the covering bound) or `paper` (output error
     with white residuals).
     error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total`
@@ -208,10 +209,15 @@ class CalibrationOptions:
                 "seconds, "
                 "by which the GPS velocity trails the air data"
             )
-        if self.model == AUTO and self.method != "covering":
+        if self.law == SMOOTH.name and self.method != "covering":
             raise BadInputError(
-                "models can only be weighed with the method 'covering'; name one with --model"
+                "a smooth curve needs the method 'covering'; name a law with --model"
             )
+
+    @property
+    def law(self) -> str:
+        """The name of the model in the table of pressure-error models."""
+        return SMOOTH.name if self.model == AUTO else self.model
 
 
 def require_model(name: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibration.covering import Posterior, Structure, drift_of
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
-from pitotbench.calibration.location import STATIC, fit_by_height, mixed
+from pitotbench.calibration.location import STATIC, fit_by_height
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
@@ -27,7 +27,7 @@ from pitotbench.calibration.prediction import (
     PredictionModel,
     curve_airspeeds,
 )
-from pitotbench.calibration.reduction import Reduction, model_of, reference_of
+from pitotbench.calibration.reduction import Reduction, model_of, scale_of
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Calibration,
@@ -66,7 +66,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     drawn = _curve(curve, white, answer, reduction.nuisances)
     shares = _shares(curve, answer, reduction.nuisances)
     return Calibration(
-        model=reduction.options.model,
+        model=reduction.options.law,
         method=reduction.options.method,
         parameters=_parameters(model, answer),
         reference_pressure=model.reference_pressure,
@@ -119,19 +119,8 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, used)
-    # Height tells the level well and the slope hardly: of the models weighed these two are left,
-    # alike likely.
-    names = ("linear", "bias") if used.model == AUTO else (used.model,)
-    fits = [
-        fit_by_height(log, used, obs, model_of(name, used, obs, reference_of([obs])))
-        for name in names
-    ]
-    found, model = fits[0], fits[0].model
-    if len(fits) > 1:
-        found = replace(
-            found,
-            answer=mixed([(1.0, found.answer), (1.0, fits[1].answer.padded(model.error_count))]),
-        )
+    model = model_of(used, scale_of([obs]))
+    found = fit_by_height(log, used, obs, model)
     k, indicated = found.answer.mean, air.calibrated_airspeed(found.impact_pressure)
     curve = CurveMap(found.model, curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)))
     gradient = curve.correction_gradient(k)
@@ -155,7 +144,7 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         "check it"
     )
     return Calibration(
-        model=f"{AUTO} ({' and '.join(names)})" if used.model == AUTO else used.model,
+        model=used.law,
         method="height",
         parameters=_parameters(found.model, found.answer),
         reference_pressure=model.reference_pressure,

@@ -9,6 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from pitotbench import air
 from pitotbench.units import Array, Pascal
@@ -43,6 +44,11 @@ class TermModel:
     def basis_slope(self, x: Array) -> Array:
         """Return the derivatives of the terms with respect to x, (n, k)."""
         return _columns([slope for _, slope in self.terms], x)
+
+    @property
+    def precisions(self) -> Array:
+        """No prior of the parameters, (1, k)."""
+        return np.zeros((1, len(self.terms)))
 
     def spread_over(self, low: float, high: float) -> "TermModel":
         """Return the model itself: a formula has no knots."""
@@ -129,6 +135,11 @@ class SplineModel:
         _, inside = self._places(x)
         return np.asarray(_cardinal(self.knots)(inside, 1) / x[..., None])
 
+    @property
+    def precisions(self) -> Array:
+        """No prior of the parameters, (1, k)."""
+        return np.zeros((1, len(self.knots)))
+
     def spread_over(self, low: float, high: float) -> "SplineModel":
         """Return a spline with the same number of knots, evenly spaced in ln x between low and
         high.
@@ -155,7 +166,104 @@ def _cardinal(knots: tuple[float, ...]) -> "CubicSpline":
 SPLINE = spline_between(
     0.5, 4.0, 5
 )  # about 70 to 200 KIAS; a calibration replaces it by the range of its log
-PressureErrorModel = TermModel | SplineModel
+
+
+# A curve of which nothing is known but that it is smooth: a level, a slope in ln x, and departures
+# from that straight line, whose sizes have a prior. Over the flown range of ln x, u from −1 to 1,
+# the terms are Legendre polynomials with a mean square of 1. The coefficients of the departures
+# fall as 1/degree², the rate of curves with a square-integrable second derivative. Their size is
+# one of a few, alike likely: the log decides.
+
+_DEGREES = 8  # the last coefficient's deviation is 1/12 of that of degree 2
+_SLOPE = 0.06  # Δp/q_c (1σ), root mean square of the slope's part: 4 kt at 130 kt
+DEPARTURES = (0.0005, 0.002, 0.008)  # Δp/q_c (1σ), root mean square: 0.03 to 0.5 kt at 130 kt
+_LIFT = 0.06  # Δp/q_c (1σ), root mean square of the part in 1/x
+_QUADRATURE = 24  # points
+_LEAST_RANGE = 2.0  # ratio of the ends, as from 100 to 141 kt: over less a curve changes by less
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothModel:
+    """A smooth curve over the range `low` to `high` of x = q_ci/q_ref, a straight line in ln x
+    beyond it.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """The names of the parameters: k1 the level, k2 the slope, the others of the departures."""
+        return tuple(f"k{number}" for number in range(1, _DEGREES + 2))
+
+    @property
+    def formula(self) -> str:
+        """The model in words, with its range."""
+        return (
+            f"sum of √(2n − 1) k_n P_n−1(u), P being Legendre polynomials and u = −1 at "
+            f"{self.low:.2f}, 1 at {self.high:.2f}, linear in ln x"
+        )
+
+    @property
+    def precisions(self) -> Array:
+        """The rival priors of the parameters as precisions, (r, k): flat for the level."""
+        fall = np.arange(2.0, _DEGREES) ** -2.0
+        shape = fall / np.linalg.norm(fall)
+        known = [np.inf, _SLOPE, _LIFT]
+        return np.array([[*known, *(size * shape)] for size in DEPARTURES]) ** -2.0
+
+    def basis(self, x: Array) -> Array:
+        """Return the polynomials at x, (n,), as an array (n, k)."""
+        place, inside = self._places(x)
+        return self._terms(inside) + (place - inside)[..., None] * self._slopes(inside)
+
+    def basis_slope(self, x: Array) -> Array:
+        """Return the derivatives of the polynomials with respect to x, (n, k)."""
+        _, inside = self._places(x)
+        return np.asarray(self._slopes(inside) / (self._half * np.asarray(x)[..., None]))
+
+    def spread_over(self, low: float, high: float) -> "SmoothModel":
+        """Return the model over another range, widened to the least one for which the prior is
+        meant.
+        """
+        margin = float(np.sqrt(max(_LEAST_RANGE * low / high, 1.0)))
+        return SmoothModel(self.name, low / margin, high * margin)
+
+    @property
+    def _half(self) -> float:
+        return 0.5 * float(np.log(self.high / self.low))
+
+    def _places(self, x: Array) -> tuple[Array, Array]:
+        floor = np.maximum(x, _LEAST * self.low)
+        place = (np.log(floor) - 0.5 * np.log(self.low * self.high)) / self._half
+        return place, np.clip(place, -1.0, 1.0)
+
+    def _terms(self, place: Array) -> Array:
+        polynomials = legendre.legvander(place, _DEGREES - 1) * _UNIT
+        lift = np.exp(-self._half * place) / self._lift[2] - polynomials[..., :2] @ self._lift[:2]
+        return np.concatenate([polynomials[..., :2], lift[..., None], polynomials[..., 2:]], axis=-1)
+
+    def _slopes(self, place: Array) -> Array:
+        slopes = legendre.legvander(place, _DEGREES - 2) @ _DERIVED * _UNIT
+        lift = -self._half * np.exp(-self._half * place) / self._lift[2]
+        lift = lift - slopes[..., :2] @ self._lift[:2]
+        return np.concatenate([slopes[..., :2], lift[..., None], slopes[..., 2:]], axis=-1)
+
+    @property
+    def _lift(self) -> tuple[float, float, float]:
+        """Of 1/x over the range: its level and slope, both over its scatter, and its scatter."""
+        place, weight = legendre.leggauss(_QUADRATURE)
+        lift = np.exp(-self._half * place)
+        level, slope = 0.5 * (weight * lift) @ (legendre.legvander(place, 1) * _UNIT[:2])
+        scatter = float(np.sqrt(0.5 * weight @ lift**2 - level**2))
+        return level / scatter, slope / scatter, scatter
+
+
+_UNIT = np.sqrt(2.0 * np.arange(_DEGREES) + 1.0)  # makes the mean square of each polynomial 1
+_DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of lower degree
+SMOOTH = SmoothModel("smooth", 0.5, 4.0)
+PressureErrorModel = TermModel | SplineModel | SmoothModel
 
 
 # A pressure-error curve, with parameters or as a table: from indicated to true impact pressure and

@@ -67,13 +67,15 @@ def expected_two_sigma(
     source is seen by the altitude equation too, where the log has its height. A wind that drifts
     does so by its usual size.
     """
-    options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    stated = accuracies_of(options.accuracies, log.header)
+    options = replace(options, accuracies=stated)
     obs = observe(log, options)
     model = model_of(options, scale_of([obs]))
     require_observable(model, obs)
     rows = None
     if model.static_error and options.use_altitude:
-        rows = altitude_rows(log, obs, options.gps_latency, theta[model.error_count :])
+        wind, total = theta[model.error_count :], 0.5 * stated.total_source
+        rows = altitude_rows(log, obs, options.gps_latency, wind, total)
     structure = Structure(
         model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows
     )

@@ -96,7 +96,7 @@ def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Infor
     for place, name in enumerate(names):
         precision[place, place] -= commons.get(name, 0.0)
         shared.setdefault(name, len(shared))
-    return _Information(precision, pull, np.array([shared[name] for name in names]))
+    return _Information(_not_negative(precision), pull, np.array([shared[name] for name in names]))
 
 
 def _names(each: Reduction, number: int) -> list[str]:
@@ -117,7 +117,8 @@ def _is_common(each: Reduction, name: str) -> bool:
 
 def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
     """Prior precision of every common unknown: the parameters of the curve, and the nuisances."""
-    laws = np.mean([_law_precision(each) for each in single], axis=0)
+    with np.errstate(divide="ignore"):
+        laws = 1.0 / np.mean([_law_variance(each) for each in single], axis=0)
     curve = dict(zip(single[0].model.error.parameter_names, map(float, laws), strict=True))
     return curve | {
         n.name: 1.0 / n.deviation**2
@@ -127,13 +128,16 @@ def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
     }
 
 
-def _law_precision(each: Reduction) -> Array:
-    """The precision of the prior of the curve's parameters, in the mean over rival priors, (K,)."""
-    precisions = each.model.error.precisions
+def _law_variance(each: Reduction) -> Array:
+    """The variance of the prior of the curve's parameters over its rivals, weighted by the log,
+    (K,); infinite for a flat one.
+    """
+    with np.errstate(divide="ignore"):
+        variances = 1.0 / each.model.error.precisions
     if each.fit is None:
-        return np.zeros(precisions.shape[1])
+        return np.full(variances.shape[1], np.inf)
     weights = np.array([node.weight for node in each.fit.nodes])
-    return np.asarray(weights @ precisions[[node.rival for node in each.fit.nodes]])
+    return np.asarray(weights @ variances[[node.rival for node in each.fit.nodes]])
 
 
 def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
@@ -153,6 +157,18 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
         "compare them singly"
     )
     return (Caution(text, "flights disagree", size=chance),)
+
+
+def _not_negative(matrix: Array) -> Array:
+    """A symmetric matrix without its negative eigenvalues, in units of its diagonal.
+
+    A mixture is wider than each of its parts: of what a log hardly tells, less is left of its
+    answer than the prior holds.
+    """
+    scale = np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(np.float64).tiny))
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    kept = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return np.asarray(kept * np.outer(scale, scale))
 
 
 def _inverse(matrix: Array) -> Array:

@@ -27,6 +27,8 @@ class Accuracies:
     """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an
     error out.
 
+    total_source [-] of the total pressure and the sensor's scale, as a share of the impact
+    pressure: it parts the airspeed's error from the static source's, which the height shows.
     temperature_k [K] of the probe; recovery_factor [-]; static_pressure_pa [Pa] of the transducer;
     impact_pressure_zero_pa [Pa], the zero offset of the impact pressure (wide: it is estimated from
     the log); velocity_mps [m/s] of each horizontal GPS component; latency_s [s] by which GPS
@@ -39,6 +41,7 @@ class Accuracies:
     impact_pressure_zero_pa: float = 0.0
     velocity_mps: float = 0.0
     latency_s: float = 0.0
+    total_source: float = 0.0
 
     def __post_init__(self) -> None:
         for f in fields(self):

@@ -168,18 +168,31 @@ SPLINE = spline_between(
 )  # about 70 to 200 KIAS; a calibration replaces it by the range of its log
 
 
-# A curve of which nothing is known but that it is smooth: a level, a slope in ln x, and departures
-# from that straight line, whose sizes have a prior. Over the flown range of ln x, u from −1 to 1,
-# the terms are Legendre polynomials with a mean square of 1. The coefficients of the departures
-# fall as 1/degree², the rate of curves with a square-integrable second derivative. Their size is
-# one of a few, alike likely: the log decides.
+# A curve of which nothing is known but that it is smooth. It is a level, a slope in ln x, a part in
+# 1/x (the error of a static source follows the angle of attack, and the lift coefficient of level
+# flight is proportional to 1/x), and departures from these. Over the flown range of ln x, u from −1
+# to 1, they are Legendre polynomials with a mean square of 1. The departures fall as 1/degree², the
+# rate of curves with a square-integrable second derivative. Their size is one of a few, alike
+# likely: the log decides.
 
-_DEGREES = 8  # the last coefficient's deviation is 1/12 of that of degree 2
+_DEGREES = 8  # polynomials of degree 0 to 7
 _SLOPE = 0.06  # Δp/q_c (1σ), root mean square of the slope's part: 4 kt at 130 kt
-DEPARTURES = (0.0005, 0.002, 0.008)  # Δp/q_c (1σ), root mean square: 0.03 to 0.5 kt at 130 kt
 _LIFT = 0.06  # Δp/q_c (1σ), root mean square of the part in 1/x
-_QUADRATURE = 24  # points
+DEPARTURES = (0.0005, 0.002, 0.008)  # Δp/q_c (1σ), root mean square: 0.03 to 0.5 kt at 130 kt
 _LEAST_RANGE = 2.0  # ratio of the ends, as from 100 to 141 kt: over less a curve changes by less
+_QUADRATURE = 24  # points, more than the degrees
+
+
+def _sizes() -> Array:
+    """What each polynomial is multiplied by: all departures together have a mean square of 1."""
+    size = np.ones(_DEGREES)
+    size[2:] = np.arange(2, _DEGREES) ** -2.0
+    size[2:] /= np.linalg.norm(size[2:])
+    return size * np.sqrt(2.0 * np.arange(_DEGREES) + 1.0)
+
+
+_SIZES = _sizes()
+_DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of lower degree
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,34 +207,33 @@ class SmoothModel:
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """The names of the parameters: k1 the level, k2 the slope, the others of the departures."""
+        """The names of the parameters: the level, the slope, the part in 1/x, the departures."""
         return tuple(f"k{number}" for number in range(1, _DEGREES + 2))
 
     @property
     def formula(self) -> str:
         """The model in words, with its range."""
+        level, slope, lift, *others = self.parameter_names
         return (
-            f"sum of √(2n − 1) k_n P_n−1(u), P being Legendre polynomials and u = −1 at "
-            f"{self.low:.2f}, 1 at {self.high:.2f}, linear in ln x"
+            f"{level} level, {slope} slope in ln x, {lift} part in 1/x, {', '.join(others)} "
+            f"departures (Legendre polynomials of ln x); x from {self.low:.2f} to {self.high:.2f}"
         )
 
     @property
     def precisions(self) -> Array:
         """The rival priors of the parameters as precisions, (r, k): flat for the level."""
-        fall = np.arange(2.0, _DEGREES) ** -2.0
-        shape = fall / np.linalg.norm(fall)
         known = [np.inf, _SLOPE, _LIFT]
-        return np.array([[*known, *(size * shape)] for size in DEPARTURES]) ** -2.0
+        return np.array([[*known, *[size] * (_DEGREES - 2)] for size in DEPARTURES]) ** -2.0
 
     def basis(self, x: Array) -> Array:
-        """Return the polynomials at x, (n,), as an array (n, k)."""
+        """Return the terms at x, (n,), as an array (n, k)."""
         place, inside = self._places(x)
         return self._terms(inside) + (place - inside)[..., None] * self._slopes(inside)
 
     def basis_slope(self, x: Array) -> Array:
-        """Return the derivatives of the polynomials with respect to x, (n, k)."""
+        """Return the derivatives of the terms with respect to x, (n, k)."""
         _, inside = self._places(x)
-        return np.asarray(self._slopes(inside) / (self._half * np.asarray(x)[..., None]))
+        return np.asarray(self._slopes(inside) / (self._half * np.asarray(x))[..., None])
 
     def spread_over(self, low: float, high: float) -> "SmoothModel":
         """Return the model over another range, widened to the least one for which the prior is
@@ -240,28 +252,33 @@ class SmoothModel:
         return place, np.clip(place, -1.0, 1.0)
 
     def _terms(self, place: Array) -> Array:
-        polynomials = legendre.legvander(place, _DEGREES - 1) * _UNIT
-        lift = np.exp(-self._half * place) / self._lift[2] - polynomials[..., :2] @ self._lift[:2]
-        return np.concatenate([polynomials[..., :2], lift[..., None], polynomials[..., 2:]], axis=-1)
+        polynomials = legendre.legvander(place, _DEGREES - 1) * _SIZES
+        return self._with_lift(polynomials, np.exp(-self._half * place))
 
     def _slopes(self, place: Array) -> Array:
-        slopes = legendre.legvander(place, _DEGREES - 2) @ _DERIVED * _UNIT
-        lift = -self._half * np.exp(-self._half * place) / self._lift[2]
-        lift = lift - slopes[..., :2] @ self._lift[:2]
-        return np.concatenate([slopes[..., :2], lift[..., None], slopes[..., 2:]], axis=-1)
+        slopes = legendre.legvander(place, _DEGREES - 2) @ _DERIVED * _SIZES
+        return self._with_lift(slopes, -self._half * np.exp(-self._half * place))
 
-    @property
-    def _lift(self) -> tuple[float, float, float]:
-        """Of 1/x over the range: its level and slope, both over its scatter, and its scatter."""
-        place, weight = legendre.leggauss(_QUADRATURE)
-        lift = np.exp(-self._half * place)
-        level, slope = 0.5 * (weight * lift) @ (legendre.legvander(place, 1) * _UNIT[:2])
-        scatter = float(np.sqrt(0.5 * weight @ lift**2 - level**2))
-        return level / scatter, slope / scatter, scatter
+    def _with_lift(self, of_degree: Array, lift: Array) -> Array:
+        """The terms, or their slopes, with the part in 1/x in the third place: it is what level and
+        slope leave of it.
+        """
+        level, slope, scatter = _lift_over(self._half)
+        rest = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
+        # each column is contiguous in memory, because fits work column by column
+        rows = [of_degree[..., 0], of_degree[..., 1], rest, *np.moveaxis(of_degree[..., 2:], -1, 0)]
+        return np.moveaxis(np.stack(rows), 0, -1)
 
 
-_UNIT = np.sqrt(2.0 * np.arange(_DEGREES) + 1.0)  # makes the mean square of each polynomial 1
-_DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of lower degree
+@cache
+def _lift_over(half: float) -> tuple[float, float, float]:
+    """The level, the slope and the scatter of 1/x over u, of which ln x spans `half` to each side."""
+    place, weight = legendre.leggauss(_QUADRATURE)
+    lift = np.exp(-half * place)
+    level, slope = 0.5 * (weight * lift) @ (legendre.legvander(place, 1) * _SIZES[:2])
+    return float(level), float(slope), float(np.sqrt(0.5 * weight @ lift**2 - level**2))
+
+
 SMOOTH = SmoothModel("smooth", 0.5, 4.0)
 PressureErrorModel = TermModel | SplineModel | SmoothModel
 

@@ -223,6 +223,7 @@ _WORDS = {
     "static_pressure_pa": ("static pressure", "Pa"),
     "impact_pressure_zero_pa": ("zero of the impact pressure", "Pa"),
     "velocity_mps": ("GPS velocity", "m/s"),
+    "total_source": ("total source", "of q_c"),
     "latency_s": ("GPS latency", "s"),
 }
 _SOURCES = {"header": "stated by the log"}  # any other in its own word
@@ -551,8 +552,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "warnings": list(result.warnings),
         "limits": judgments_json(result, limit),
         "shares": [_share(share) for share in result.shares],
-        "diagnostics": {key: value for key, value in found.items() if key != "models"},
-        **({"model_choice": [_plain(each) for each in found["models"]]} if found["models"] else {}),
+        "diagnostics": found,
     }
 
 

@@ -39,7 +39,7 @@ def height_rows(log: FlightLog, obs: Observations, wind: Array) -> HeightRows | 
 
     `wind` (2,) [m/s], roughly, gives the size of the horizontal pressure gradient.
     """
-    rows = altitude_rows(log, obs, 0.0, wind)
+    rows = altitude_rows(log, obs, 0.0, wind, 0.0)
     if rows is None:
         return None
     carried = carried_height(log, 0.0, obs.has_down)

@@ -228,7 +228,8 @@ class SmoothModel:
     def basis(self, x: Array) -> Array:
         """Return the terms at x, (n,), as an array (n, k)."""
         place, inside = self._places(x)
-        return self._terms(inside) + (place - inside)[..., None] * self._slopes(inside)
+        terms, beyond = self._terms(inside), place - inside
+        return terms + beyond[..., None] * self._slopes(inside) if np.any(beyond) else terms
 
     def basis_slope(self, x: Array) -> Array:
         """Return the derivatives of the terms with respect to x, (n, k)."""

@@ -24,6 +24,7 @@ EXACT = {
     "recovery_factor": 0.0,
     "static_pressure_pa": 0.0,
     "velocity_mps": 0.0,
+    "total_source": 0.0,
 }
 
 

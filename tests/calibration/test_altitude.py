@@ -10,7 +10,7 @@ from tests.calibration import static_flights as fixture
 
 from pitotbench import Calibration, CalibrationOptions, FlightLog, air
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.altitude import altitude_regression, altitude_rows
+from pitotbench.calibration.altitude import AltitudeNoise, altitude_regression, altitude_rows
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
@@ -27,9 +27,9 @@ def _error_kt(result: Calibration) -> np.ndarray:
     return (curve.correction - fixture.true_correction(curve.indicated_airspeed)) / KNOT
 
 
-def _rows_of(log: FlightLog, options: CalibrationOptions = STATIC):
+def _rows_of(log: FlightLog, options: CalibrationOptions = STATIC, total_source: float = 0.0):
     obs = observe(log, options)
-    return altitude_rows(log, obs, options.gps_latency, np.array(fixture.WIND))
+    return altitude_rows(log, obs, options.gps_latency, np.array(fixture.WIND), total_source)
 
 
 @pytest.mark.parametrize("down", [True, False])
@@ -47,6 +47,28 @@ def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the
     left = left - free @ np.linalg.lstsq(free, left)[0]
     assert np.ptp(rows.rise) > 3.0
     assert np.max(np.abs(left)) < 0.02  # m
+
+
+def test_what_the_total_source_may_do_is_no_news_of_the_static_source():
+    """Heights that know nothing of the total source cannot tell a level or a slope in ln q_ci."""
+    log, phi = fixture.fly("step_decrease"), np.log([0.5, 60.0, 0.05])
+    known, unknown = (_rows_of(log, total_source=share) for share in (0.0, 1e3))
+    meters = known.gain * known.impact_pressure
+    slope = meters * np.log(np.maximum(known.impact_pressure, 1.0))
+    columns = np.pad(np.stack([meters, slope], 1), ((0, known.count - len(known)), (0, 0)))
+    told = [
+        np.diag(columns.T @ AltitudeNoise(rows)(phi).weigh(columns)) for rows in (known, unknown)
+    ]
+    assert np.all(told[1] < 1e-3 * told[0])
+
+
+def test_a_doubtful_total_source_widens_what_the_height_tells():
+    log = fixture.fly("step_decrease", 3)
+    bounds = [
+        calibrate(log, replace(STATIC, accuracies={"total_source": share})).curve.two_sigma.mean()
+        for share in (0.0, 0.014, 0.1)
+    ]
+    assert bounds[0] < bounds[1] < bounds[2]
 
 
 def test_the_rows_move_with_the_curve_as_their_regressors_say():
@@ -168,7 +190,7 @@ def test_rows_at_rest_fix_the_reference_pressure():
     rested = fixture.after_rest(plain, 120.0)
     without, with_rest = (
         calibrate(plain, STATIC).curve.two_sigma,
-        calibrate(rested, STATIC).curve.two_sigma,
+        calibrate(rested, replace(STATIC, accuracies={"total_source": 0.0})).curve.two_sigma,
     )
     assert np.mean(with_rest) < 0.95 * np.mean(without)
     assert np.all(np.abs(_error_kt(calibrate(rested, STATIC))) < 1.5 * with_rest / KNOT)

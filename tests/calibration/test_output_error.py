@@ -97,7 +97,7 @@ def calm():
 def theta_for(model):
     return np.concatenate(
         [
-            [-0.05, 0.01, 0.02, -0.01, 0.03][: model.error_count],
+            [-0.05, 0.01, 0.02, -0.01, 0.03, 0.005, -0.004, 0.003, -0.002][: model.error_count],
             [4.0, -3.0, 0.5][: model.count - model.error_count],
         ]
     )

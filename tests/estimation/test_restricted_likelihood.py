@@ -12,6 +12,7 @@ from pitotbench.estimation.restricted_likelihood import (
     Regression,
     composite_design,
     half_width,
+    likeliest_rival,
     noise_posterior,
     restricted_log_likelihood,
     solve,
@@ -24,6 +25,16 @@ def make_problem(n=60, seed=3):
     X = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
     response = X @ [1.0, 2.0] + rng.standard_normal(n)
     return Regression(response, X, X, np.zeros(2)), Intervals(np.arange(n + 1.0), np.arange(n))
+
+
+class White:
+    """White noise of one variance."""
+
+    def __init__(self, count, variance):
+        self.log_determinant, self._variance = count * np.log(variance), variance
+
+    def weigh(self, data):
+        return data / self._variance
 
 
 def level(intervals):
@@ -117,3 +128,41 @@ def test_half_width_of_a_mixture_holds_its_share():
     assert half_width(np.ones(1), np.array([[3.0]]), np.array([[0.7]]))[0] == pytest.approx(
         1.4, rel=1e-6
     )
+
+
+def test_rival_priors_are_weighed_as_dense_algebra_weighs_them():
+    """y ~ N(Xm, C + XSXᵀ) under a prior N(m, S), with a flat prior of the first coefficient."""
+    rng = np.random.default_rng(5)
+    X = np.column_stack([np.ones(40), rng.standard_normal((40, 2))])
+    y = X @ np.array([1.0, 0.3, -0.2]) + 0.5 * rng.standard_normal(40)
+    mean = np.array([0.0, 0.1, -0.1])
+    precisions = np.array([[0.0, 4.0, 9.0], [0.0, 100.0, 400.0]])
+    white = White(40, 0.25)
+    problem = Regression(y, X, X, precisions, mean)
+    found = [
+        restricted_log_likelihood(Regression(y, X, X, each[None], mean), white)
+        for each in precisions
+    ]
+    dense = []
+    for each in precisions:
+        spread = 0.25 * np.eye(40) + (X[:, 1:] / each[1:]) @ X[:, 1:].T
+        rest, one = y - X[:, 1:] @ mean[1:], np.ones((40, 1))
+        weighed = np.linalg.solve(spread, np.column_stack([one, rest]))
+        inner = float((one.T @ weighed[:, :1])[0, 0])
+        left = float(rest @ weighed[:, 1]) - float(one[:, 0] @ weighed[:, 1]) ** 2 / inner
+        dense.append(-0.5 * (np.linalg.slogdet(spread)[1] + np.log(inner) + left))
+    known = 0.5 * np.sum(np.log(precisions[:, 1:]), axis=1)  # left out of a single prior
+    assert found[1] + known[1] - found[0] - known[0] == pytest.approx(dense[1] - dense[0], abs=1e-8)
+    both = restricted_log_likelihood(problem, white)
+    assert both == pytest.approx(np.logaddexp(*(np.array(found) + known)) - np.log(2.0), abs=1e-8)
+    assert likeliest_rival(problem, white) == int(np.argmax(dense))
+
+
+def test_a_prior_draws_the_answer_to_its_mean():
+    X = np.eye(2)
+    found, covariance = solve(
+        Regression(np.array([1.0, 1.0]), X, X, np.array([3.0, 0.0]), np.array([-1.0, 5.0])),
+        White(2, 1.0),
+    )
+    np.testing.assert_allclose(found, [(1.0 - 3.0) / 4.0, 1.0])
+    np.testing.assert_allclose(np.diag(covariance), [0.25, 1.0])

@@ -89,8 +89,7 @@ def test_nothing_but_the_judges_imports_the_product_and_they_only_its_entry_poin
             assert names <= JUDGE_MAY_IMPORT.get(module, set()), (module, names)
             continue
         reached = {module, *(f"{module}.{name}" for name in names)}
-        ours = ("pitotlab.outside", *(["pitotlab.candidate"] if path.name in JUDGES else []))
-        own = all(name.startswith(ours) for name in reached)
+        own = all(name.startswith("pitotlab.outside") for name in reached)
         assert root in allowed or own, (path.name, module)
         if path.name not in JUDGES:
             judges = {f"pitotlab.outside.{name.removesuffix('.py')}" for name in JUDGES}

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from pitotbench.records.calibration import ErrorCurve, WeighedModel
+from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.calibration import CURVE_COLUMNS, choice_columns, curve_points
+from pitotbench.show.calibration import CURVE_COLUMNS, curve_points
 from pitotbench.show.campaign import CAMPAIGN_COLUMNS, campaign_tree
 from pitotbench.show.columns import (
     Column,
@@ -149,13 +149,11 @@ def test_a_table_in_a_pipe_is_never_cut(show, columns, last, width):
 
 
 def test_the_headings_of_one_table_differ_and_say_what_each_2σ_is():
-    rows = [WeighedModel("bias", None, 1.0, True)]
     for columns in (
         CAMPAIGN_COLUMNS,
         CURVE_COLUMNS,
         POINT_COLUMNS,
         plan_columns(_plan()),
-        choice_columns(rows),
     ):
         headings = [column.heading for column in columns if column.heading]
         assert len(set(headings)) == len(headings)

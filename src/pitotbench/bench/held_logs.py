@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pitotbench.bench.fleet import progress
-from pitotbench.bench.questions import OneLog, Source, calibrate_each, options_of, sources_of
-from pitotbench.calibration.options import AUTO, CalibrationOptions
+from pitotbench.bench.questions import OneLog, Source, calibrate_each, sources_of
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.checks import airplane_of
 from pitotbench.logbook.columns import MAPPING, PARAMETERS
 from pitotbench.records import BadInputError, NoAnswerError
@@ -82,7 +82,7 @@ def calibrate_held(
         raise BadInputError(f"none of its logs has an answer: {'; '.join(left_out[:_SHOWN])}")
     by_height = [each for each in found if not any(key[0] == id(each.log) for key in known)]
     common = [each for each in found if each not in by_height]
-    if len(common) > 1 and not separately and not _apart(common, options, choices):
+    if len(common) > 1 and not separately and not _apart(common):
         flights = fit([(each.given, each.log) for each in common])
         found = [
             replace(each, flights=tuple(flight for flight in flights if flight.place == place))
@@ -91,16 +91,13 @@ def calibrate_held(
     return [_warned(each, left_out) for each in found] if left_out else found
 
 
-def _apart(
-    answers: Sequence[HeldAnswer[T]], options: CalibrationOptions | None, choices: dict[str, Any]
-) -> bool:
+def _apart(answers: Sequence[HeldAnswer[T]]) -> bool:
     """Return whether logs have no curve in common: another recorder shows another airspeed."""
     kinds = {
         (airplane_of(log), *(str(log.header.get(name)) for name in (MAPPING, PARAMETERS)))
         for log in (each.log for each in answers)
     }
-    chosen = options or options_of([each.log for each in answers], **choices)
-    return len(kinds) > 1 or chosen.model == AUTO
+    return len(kinds) > 1
 
 
 def _warned(answer: HeldAnswer[T], left_out: Sequence[str]) -> HeldAnswer[T]:

@@ -15,7 +15,7 @@ from pitotbench.calibration.observations import (
     usable_rows,
     wind_drifts,
 )
-from pitotbench.calibration.options import AUTO, CalibrationOptions
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
 from pitotbench.pressure_error import MODELS
@@ -138,7 +138,7 @@ def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
 def _of_the_bound(options: CalibrationOptions) -> CalibrationOptions:
     """The options of a calibration by which the bound is expected: the same rows and unknowns."""
     return CalibrationOptions(
-        model=CalibrationOptions().model if options.model == AUTO else options.model,
+        model=options.model,
         accuracies=options.accuracies,
         wind="checked",
         use_down=False,
@@ -165,7 +165,7 @@ def _expected(
     noise = ExpectedNoise(
         gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH
     )
-    theta = np.array([*[0.0] * len(MODELS[plain.model].parameter_names), *wind])
+    theta = np.array([*[0.0] * len(MODELS[plain.law].parameter_names), *wind])
     try:
         bound = expected_two_sigma(sample, plain, theta, noise, speeds)
     except (BadInputError, NoAnswerError) as error:

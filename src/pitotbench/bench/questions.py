@@ -31,7 +31,7 @@ OneLog = Union[FlightLog, str, Path, "DataFrame"]
 
 # What neither the user nor a mapping stated: of the functions below, and so of the commands, which
 # call them. `CalibrationOptions()` alone has the choices of the published figures.
-DEFAULTS = {"latency": "checked", "wind": "checked"}
+DEFAULTS = {"latency": "checked", "wind": "checked", "model": "smooth"}
 
 
 def logs_of(
@@ -217,7 +217,10 @@ def options_of(
     named = choices.get("accuracies")
     if isinstance(named, Mapping):
         choices["accuracies"] = {**advised.get("accuracies", {}), **named}
-    return options_from({**DEFAULTS, **advised, **choices})
+    stated = {**advised, **choices}
+    # The published method knows no prior, which a smooth curve needs.
+    usual = {k: v for k, v in DEFAULTS.items() if k != "model" or stated.get("method") != "paper"}
+    return options_from(usual | stated)
 
 
 def inspect(log: OneLog, mapping: str | Path | None = None) -> LogInspection:

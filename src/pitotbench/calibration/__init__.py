@@ -14,7 +14,6 @@ from numpy.linalg import LinAlgError
 from pitotbench.broken import BROKEN
 from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
-from pitotbench.calibration.options import AUTO
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
@@ -44,7 +43,6 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for
     the methods.
     """
-    from pitotbench.calibration.average import calibrate_auto
     from pitotbench.calibration.reduction import reduce_log
     from pitotbench.calibration.result import assemble
     from pitotbench.calibration.scale import with_scale
@@ -52,11 +50,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause([log], chosen):
         try:
-            found = (
-                calibrate_auto(log, chosen)
-                if chosen.model == AUTO
-                else assemble(reduce_log(log, chosen))
-            )
+            found = assemble(reduce_log(log, chosen))
         except OneHeadingError as error:
             found = _by_height(log, chosen, error)
         return with_scale(_judged(found, log), log, chosen)
@@ -73,8 +67,7 @@ def calibrate_flights(
     A log that pauses for more than five minutes holds several flights. A warning says where the
     flights disagree about the curve. `known` keeps what was fitted of each log (`reduce_flights`).
     `first` is called with the flights before a factor on their airspeed is looked for, which may
-    cost as much again. Raises as `calibrate` does, and BadInputError for several logs with the
-    model `auto`; a single log may have it, which gives each of its flights a curve of its own.
+    cost as much again. Raises as `calibrate` does.
     """
     from pitotbench.calibration.flights import reduce_flights
     from pitotbench.calibration.scale import with_scale

@@ -129,6 +129,10 @@ _SMOOTH = 0.1  # weight of a bend of the temperature's profile beside one readin
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of the screening in `reduction`
+# Share of the level that the total source's slope has over half the flown range of ln q_ci: the
+# error of a pitot tube hardly changes with the airspeed (Gracey, NASA RP-1046, 1980, ch. 3).
+_TOTAL_SLOPE = 0.3
+_LEAST_HALF = 0.005  # of the range of ln q_ci: over less there is no slope
 _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 
 
@@ -178,13 +182,14 @@ class AltitudeRows:
 
 
 def altitude_rows(
-    log: FlightLog, obs: Observations, latency: float, wind: Array
+    log: FlightLog, obs: Observations, latency: float, wind: Array, total_source: float
 ) -> AltitudeRows | None:
     """Compute the altitude rows from a log's used rows and its rows at rest; None where its height
     is of no use.
 
     Parameters: log; obs; latency, by which the GPS is stamped late [s]; wind (2,), roughly, toward
-    north and east [m/s], which gives the size of the horizontal pressure gradient.
+    north and east [m/s], which gives the size of the horizontal pressure gradient; total_source,
+    one standard deviation of the error of the total source, as a share of the impact pressure.
     """
     if log.altitude is None:
         return None
@@ -198,7 +203,14 @@ def altitude_rows(
     if len(blocks.count) < _FEWEST_BLOCKS or float(np.ptp(log.altitude)) == 0.0:
         return None
     return _assembled(
-        log, obs, carried, blocks, np.where(rest, 0.0, log.impact_pressure), noise, wind
+        log,
+        obs,
+        carried,
+        blocks,
+        np.where(rest, 0.0, log.impact_pressure),
+        noise,
+        wind,
+        total_source,
     )
 
 
@@ -317,6 +329,7 @@ def _assembled(
     impact_pressure: Pascal,
     noise: float,
     wind: Array,
+    total_source: float,
 ) -> AltitudeRows:
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
     height = _geopotential(blocks.mean(carried.height))
@@ -343,6 +356,8 @@ def _assembled(
     layer = float(np.hypot(_LAYER, _UNIFORM * moist))
     layers = profile.layers(height)
     unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
+    if total_source > 0.0:
+        unknown = _with_total_source(unknown, rows, total_source)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]
     return replace(rows, unknown=unknown, spread=float(np.std(measured)))
 
@@ -506,6 +521,29 @@ def _unknowns(
     ties = rows.count - len(rows)
     return UnknownColumns(
         np.concatenate([columns, np.zeros((ties, columns.shape[1]))]), 1.0 / deviation**2
+    )
+
+
+def _with_total_source(
+    unknown: UnknownColumns, rows: AltitudeRows, deviation: float
+) -> UnknownColumns:
+    """The unknowns with the error of the total source: its level and its slope in ln q_ci, of which
+    `deviation` [-] is that of the level.
+
+    The wind triangle tells of both sources together, the static pressure of one: what the total
+    source does to the airspeed is no change of the height.
+    """
+    flying = rows.impact_pressure > 0.0
+    if not flying.any():
+        return unknown
+    place = np.log(np.where(flying, rows.impact_pressure, 1.0))
+    low, high = np.quantile(place[flying], [0.001, 0.999])
+    place = (place - 0.5 * (low + high)) / max(0.5 * float(high - low), _LEAST_HALF)
+    meters = rows.gain * rows.impact_pressure
+    both = np.pad(np.stack([meters, meters * place], axis=1), ((0, rows.count - len(rows)), (0, 0)))
+    known = np.array([deviation, _TOTAL_SLOPE * deviation]) ** -2.0
+    return UnknownColumns(
+        np.column_stack([both, unknown.columns]), np.concatenate([known, unknown.precision])
     )
 
 

@@ -138,8 +138,9 @@ def linearize(
         path is not None
     ):  # the problem is one of the whole wind, not of its difference from the path
         response += blocks.mean(np.sum(along_track(prediction) * path.at(obs.time), axis=1))
-    precision = [0.0] * structure.model.count + [1.0 / n.deviation**2 for n in structure.nuisances]
-    regression = Regression(response, regressors, smoothed(regressors, blocks), np.array(precision))
+    regression = Regression(
+        response, regressors, smoothed(regressors, blocks), *_priors(structure, theta)
+    )
     # A residual falls by the wind component along its direction: these are the direction cosines.
     first = structure.model.error_count
     seen = -regressors[None, :, first : first + 2]
@@ -152,6 +153,18 @@ def linearize(
         if structure.altitude is None
         else _with_altitude(problem, structure, structure.altitude, theta)
     )
+
+
+def _priors(structure: Structure, theta: Array) -> tuple[Array, Array]:
+    """The precisions of the rival priors, (r, p + m), and their mean (p + m,), of a correction to
+    θ (p,): the model's of its parameters, none of the wind, the accuracies' of the nuisances.
+    """
+    model, law = structure.model, structure.model.error.precisions
+    winds = np.zeros((len(law), model.count - model.error_count))
+    known = np.array([1.0 / n.deviation**2 for n in structure.nuisances])
+    mean = np.zeros(model.count + len(known))
+    mean[: model.error_count] = -theta[: model.error_count]
+    return np.hstack([law, winds, np.tile(known, (len(law), 1))]), mean
 
 
 def _with_altitude(
@@ -167,6 +180,7 @@ def _with_altitude(
         np.concatenate([first.regressors, second.regressors]),
         np.concatenate([first.instruments, second.instruments]),
         first.prior_precision,
+        first.prior_mean,
     )
     noise_of = JointNoiseOf(
         data=np.column_stack([both.instruments, both.response]),
@@ -632,12 +646,7 @@ def acceleration_effect(
     planned = np.where(np.abs(smooth) > column.deviation, smooth, 0.0)
     if float(planned @ planned) < _LEAST_PLANNED:
         return Estimate(column.name, 0.0, float("inf"))
-    wider = Regression(
-        plain.regression.response,
-        np.column_stack([plain.regression.regressors, added]),
-        np.column_stack([plain.regression.instruments, planned]),
-        np.append(plain.regression.prior_precision, 0.0),
-    )
+    wider = plain.regression.with_column(added, planned)
     best = max(fit.nodes, key=lambda node: node.weight).noise
     mode = best[: noise_count(structure)]
     if not structure.drifting:  # of a long flight one latency changes the likely noise little

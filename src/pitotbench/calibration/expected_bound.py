@@ -20,11 +20,10 @@ from pitotbench.calibration.covering import (
     wind_scale,
 )
 from pitotbench.calibration.fit_checks import USELESS, require_observable
-from pitotbench.calibration.location import STATIC
 from pitotbench.calibration.observations import block_length, divide, observe, wind_drifts
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
-from pitotbench.calibration.prediction import CurveMap, PredictionModel, nuisances_of
-from pitotbench.calibration.reduction import reference_of
+from pitotbench.calibration.prediction import CurveMap, nuisances_of
+from pitotbench.calibration.reduction import model_of, scale_of
 from pitotbench.calibration.result import correction_gradient
 from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError, NoAnswerError
@@ -68,15 +67,15 @@ def expected_two_sigma(
     source is seen by the altitude equation too, where the log has its height. A wind that drifts
     does so by its usual size.
     """
-    options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    stated = accuracies_of(options.accuracies, log.header)
+    options = replace(options, accuracies=stated)
     obs = observe(log, options)
-    model = PredictionModel(
-        MODELS[options.model], reference_of([obs]), options.error_location == STATIC
-    )
+    model = model_of(options, scale_of([obs]))
     require_observable(model, obs)
     rows = None
     if model.static_error and options.use_altitude:
-        rows = altitude_rows(log, obs, options.gps_latency, theta[model.error_count :])
+        wind, total = theta[model.error_count :], 0.5 * stated.total_source
+        rows = altitude_rows(log, obs, options.gps_latency, wind, total)
     structure = Structure(
         model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows
     )

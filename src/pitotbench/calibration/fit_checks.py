@@ -73,7 +73,9 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
             "fly a second leg at least 60° away (the reciprocal is best)"
         )
     low, high = np.quantile(obs.impact_pressure, [0.02, 0.98])
-    needed = _SPEED_RATIO.get(model.error_count, _SPLINE_RATIO)
+    # What a log does not tell of a curve with a prior, the prior tells.
+    free = int(np.sum(np.all(model.error.precisions == 0.0, axis=0)))
+    needed = _SPEED_RATIO.get(free, _SPLINE_RATIO)
     if high / low < needed:
         raise NoAnswerError(
             f"the airspeed hardly changes (impact pressure {low:.0f} to {high:.0f} Pa): the model "

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from pitotbench import air
-from pitotbench.calibration.average import calibrate_auto
 from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.fit_checks import require_useful
 from pitotbench.calibration.observations import observe
-from pitotbench.calibration.options import AUTO, Accuracies, CalibrationOptions
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import curve_airspeeds
-from pitotbench.calibration.reduction import Reduction, reduce_log, reference_of
+from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
 from pitotbench.logbook.checks import flights_in, require_one_airplane
 from pitotbench.records import BadInputError, NoAnswerError
@@ -97,7 +96,7 @@ def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Infor
     for place, name in enumerate(names):
         precision[place, place] -= commons.get(name, 0.0)
         shared.setdefault(name, len(shared))
-    return _Information(precision, pull, np.array([shared[name] for name in names]))
+    return _Information(_not_negative(precision), pull, np.array([shared[name] for name in names]))
 
 
 def _names(each: Reduction, number: int) -> list[str]:
@@ -117,13 +116,28 @@ def _is_common(each: Reduction, name: str) -> bool:
 
 
 def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
-    """Prior precision of every common nuisance."""
-    return {
+    """Prior precision of every common unknown: the parameters of the curve, and the nuisances."""
+    with np.errstate(divide="ignore"):
+        laws = 1.0 / np.mean([_law_variance(each) for each in single], axis=0)
+    curve = dict(zip(single[0].model.error.parameter_names, map(float, laws), strict=True))
+    return curve | {
         n.name: 1.0 / n.deviation**2
         for each in single
         for n in each.nuisances
         if _is_common(each, n.name)
     }
+
+
+def _law_variance(each: Reduction) -> Array:
+    """The variance of the prior of the curve's parameters over its rivals, weighted by the log,
+    (K,); infinite for a flat one.
+    """
+    with np.errstate(divide="ignore"):
+        variances = 1.0 / each.model.error.precisions
+    if each.fit is None:
+        return np.full(variances.shape[1], np.inf)
+    weights = np.array([node.weight for node in each.fit.nodes])
+    return np.asarray(weights @ variances[[node.rival for node in each.fit.nodes]])
 
 
 def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
@@ -143,6 +157,18 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
         "compare them singly"
     )
     return (Caution(text, "flights disagree", size=chance),)
+
+
+def _not_negative(matrix: Array) -> Array:
+    """A symmetric matrix without its negative eigenvalues, in units of its diagonal.
+
+    A mixture is wider than each of its parts: of what a log hardly tells, less is left of its
+    answer than the prior holds.
+    """
+    scale = np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(np.float64).tiny))
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    kept = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return np.asarray(kept * np.outer(scale, scale))
 
 
 def _inverse(matrix: Array) -> Array:
@@ -173,8 +199,8 @@ class _Part(Generic[T]):
     left_out: tuple[int, ...] = ()
 
 
-# The reduced flights of a log by its identity and the reference pressure: what is fitted once.
-Known = dict[tuple[int, float], list[_Part[Reduction]]]
+# The reduced flights of a log by its identity and the scale of the curve: what is fitted once.
+Known = dict[tuple[int, CurveScale], list[_Part[Reduction]]]
 
 
 def reduce_flights(
@@ -182,36 +208,21 @@ def reduce_flights(
 ) -> list[CalibratedFlight]:
     """Calibrate every flight of the logs, with one curve for all and a separate wind for each.
 
-    The model `auto` gives each flight of a log its own curve, and a warning says so. What `known`
-    holds of a log with these options is not fitted again, and what is fitted is put there. Raises
-    as `reduce_log` does, and BadInputError for several logs with the model `auto`.
+    What `known` holds of a log with these options is not fitted again, and what is fitted is put
+    there. Raises as `reduce_log` does.
     """
-    if options.model == AUTO:
-        if len(logs) > 1:
-            raise BadInputError(
-                "several logs have a curve in common only of one model: name it, or use "
-                "--separately"
-            )
-
-        def calibrate(log: FlightLog) -> Calibration:
-            calibration = calibrate_auto(log, options)
-            require_useful(calibration)
-            return calibration
-
-        alone = _parts(logs[0], 0, calibrate)
-        return [_flight(part, part.found, 1) for part in alone]
     require_one_airplane(logs)
-    reference = reference_of([observe(log, options) for log in logs])
+    scale = scale_of([observe(log, options) for log in logs])
 
     def reduce(log: FlightLog) -> Reduction:
-        reduction = reduce_log(log, options, reference)
+        reduction = reduce_log(log, options, scale)
         require_useful(assemble(reduction))
         return reduction
 
     fitted = {} if known is None else known
     parts = list[_Part[Reduction]]()
     for place, log in enumerate(logs):
-        key = id(log), reference
+        key = id(log), scale
         if key not in fitted:
             fitted[key] = _parts(log, 0, reduce)
         parts += [replace(part, place=place) for part in fitted[key]]
@@ -237,18 +248,12 @@ def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> lis
 def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
     """Return the flights of one log, which share their curve, as one calibration of the log.
 
-    It has the winds, the parts and the residuals of all, and the mean of their winds. Raises
-    BadInputError where each has a curve of its own.
+    It has the winds, the parts and the residuals of all, and the mean of their winds.
     """
     flights = [each.calibration for each in cut]
     first = flights[0]
     if len(flights) == 1:
         return first
-    if cut[0].joined == 1:
-        raise BadInputError(
-            f"auto gives each of the {len(flights)} flights of this log its own curve: name a "
-            "model, or calibrate the flights one by one"
-        )
     found = [each.known_wind for each in flights]
 
     def mean(axis: str) -> Estimate:
@@ -300,10 +305,5 @@ def _flight(part: _Part[T], calibration: Calibration, joined: int) -> Calibrated
         names = ", ".join(str(number) for number in part.left_out)
         text = f"flight {names} of this log determines no answer by itself and is left out"
         warnings.append(Caution(text, "flight left out"))
-    if part.count > 1 and joined == 1:
-        text = (
-            "auto gives each flight of this log its own curve: name a model for one curve in common"
-        )
-        warnings.append(Caution(text, "own curves"))
     calibration = replace(calibration, warnings=tuple(warnings))
     return CalibratedFlight(part.log, calibration, part.place, part.number, part.count, joined)

@@ -371,7 +371,6 @@ def _ratio(true_airspeed: float, probe_temperature: float, probe_heating: float)
 # The location of the pressure error for the fixed-speed methods, as a fit of the curve judges it.
 
 _STATIC = "static"
-_LAW = "inverse+"  # with which the height is judged where the options name all models
 
 
 @dataclass(frozen=True, slots=True)
@@ -411,9 +410,8 @@ def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocati
     from pitotbench.calibration.reduction import reduce_log
 
     if log.altitude is not None and options.use_altitude:
-        model = _LAW if options.model == AUTO else options.model
         try:
-            fit = reduce_log(log, replace(options, model=model, method="covering", latency="given"))
+            fit = reduce_log(log, replace(options, method="covering", latency="given"))
         except (NoAnswerError, BadInputError):  # too few airspeeds for a curve
             pass
         else:

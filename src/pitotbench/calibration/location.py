@@ -124,7 +124,8 @@ def fit_located(
     rows = None
     if options.use_altitude and stated in (None, STATIC):
         count = structure.model.error_count
-        rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2])
+        total = 0.5 * accuracies_of(options.accuracies, {}).total_source
+        rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2], total)
     if rows is not None:
         return _with_height(stated, assumed, rows, obs, bare, approach(bare, obs, start, path))
     fit = fit_covering(bare, obs, start, path)
@@ -199,10 +200,12 @@ def fit_by_height(
     Raises NoAnswerError for a log without a height, and as `restricted_likelihood.noise_posterior`
     does.
     """
-    rows = altitude_rows(log, obs, options.gps_latency, np.array([_UNKNOWN_WIND, 0.0]))
+    stated = accuracies_of(options.accuracies, {})
+    wind, total = np.array([_UNKNOWN_WIND, 0.0]), 0.5 * stated.total_source
+    rows = altitude_rows(log, obs, options.gps_latency, wind, total)
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
         raise NoAnswerError("no height by GPS tells of the static source")
-    probe = 0.5 * accuracies_of(options.accuracies, {}).temperature_k
+    probe = 0.5 * stated.temperature_k
     rows, model, free = rows.with_probe(probe), replace(model, static_error=True), model.error_count
     noise_of, log_prior = _noise_and_prior(rows)
     theta, guess = np.zeros(model.count), altitude_guess(rows)
@@ -210,7 +213,10 @@ def fit_by_height(
         whole = altitude_regression(rows, model, theta, ())
         seen = whole.regressors[:, :free]
         nodes = noise_posterior(
-            Regression(whole.response, seen, seen, np.zeros(free)), noise_of, log_prior, guess
+            Regression(whole.response, seen, seen, model.error.precisions, -theta[:free]),
+            noise_of,
+            log_prior,
+            guess,
         )
         found = Posterior(
             np.array([node.weight for node in nodes]),

@@ -9,6 +9,7 @@ from typing import Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 
@@ -26,6 +27,8 @@ class Accuracies:
     """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an
     error out.
 
+    total_source [-] of the total pressure and the sensor's scale, as a share of the impact
+    pressure: it parts the airspeed's error from the static source's, which the height shows.
     temperature_k [K] of the probe; recovery_factor [-]; static_pressure_pa [Pa] of the transducer;
     impact_pressure_zero_pa [Pa], the zero offset of the impact pressure (wide: it is estimated from
     the log); velocity_mps [m/s] of each horizontal GPS component; latency_s [s] by which GPS
@@ -38,6 +41,7 @@ class Accuracies:
     impact_pressure_zero_pa: float = 0.0
     velocity_mps: float = 0.0
     latency_s: float = 0.0
+    total_source: float = 0.0
 
     def __post_init__(self) -> None:
         for f in fields(self):
@@ -126,7 +130,7 @@ def _checked(stated: object) -> dict[str, float]:
 
 # The options of a calibration, in one record.
 
-AUTO = "auto"  # every model of the table, weighted
+AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
 METHODS = ("covering", "paper")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
@@ -146,7 +150,7 @@ class Unstated(str):
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
-    model: name in the table of pressure-error models, or `auto` (see `average`).
+    model: name in the table of pressure-error models; `auto` is `smooth`.
     method: `covering` (generalized least squares with the covering bound) or `paper` (output error
     with white residuals).
     error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total`
@@ -208,10 +212,15 @@ class CalibrationOptions:
                 "seconds, "
                 "by which the GPS velocity trails the air data"
             )
-        if self.model == AUTO and self.method != "covering":
+        if self.law == SMOOTH.name and self.method != "covering":
             raise BadInputError(
-                "models can only be weighed with the method 'covering'; name one with --model"
+                "a smooth curve needs the method 'covering'; name a law with --model"
             )
+
+    @property
+    def law(self) -> str:
+        """The name of the model in the table of pressure-error models."""
+        return SMOOTH.name if self.model == AUTO else self.model
 
 
 def require_model(name: str) -> None:

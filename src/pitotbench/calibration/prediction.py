@@ -251,6 +251,14 @@ class CurveMap:
             static_pressure
         )
 
+    def altitude_by_total(self, k: Array, static_pressure: float, share: float) -> Meters:
+        """Change of the altitude correction [m], (c,), where a share of the impact pressure is the
+        total source's error and not the static source's.
+        """
+        pressure = self.impact_pressure()
+        true = static_pressure - pressure * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(true - share * pressure) - air.pressure_altitude(true)
+
     def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
         """Derivative of the altitude correction with respect to k, (c, K) [m]."""
         rest = 1.0 - self.normalized(k)

@@ -59,6 +59,7 @@ from pitotbench.calibration.prediction import (
 from pitotbench.calibration.wind import ASKS, check_gain, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.pressure_error.models import DEPARTURES, PressureErrorModel, SmoothModel
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import (
     Assumption,
@@ -329,24 +330,31 @@ class Reduction:
     left_out: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class CurveScale:
+    """Where a curve is described: its reference pressure q_ref [Pa], and the flown range `low` to
+    `high` of x = q_ci/q_ref, without the outermost thousandths.
+    """
+
+    reference_pressure: float
+    low: float
+    high: float
+
+
 def reduce_log(
-    log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None
+    log: FlightLog, options: CalibrationOptions, scale: CurveScale | None = None
 ) -> Reduction:
     """Reduce a log.
 
-    `reference_pressure` [Pa] is q_ref; None takes the usual one, or one near the data of a fast
-    airplane. Raises BadInputError for a log that cannot be used, NoAnswerError for one that does
-    not determine the answer.
+    `scale` is that of the curve; None takes the log's own. Raises BadInputError for a log that
+    cannot be used, NoAnswerError for one that does not determine the answer.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     read = observe(log, used)
-    reference = reference_pressure or reference_of([read])
-    model = PredictionModel(
-        MODELS[used.model], reference, used.error_location == "static", used.wind_down
-    )
+    model = model_of(used, scale or scale_of([read]))
     _require_observable(model, read, log)
     near = _along_path(model, used, read)
-    obs, white, left_out = _screened(model, read, used.robust, near)
+    obs, white, left_out = _white(model, read, used.robust, near)
     found = Diagnostics(white.iterations, tuple(int(row) for row in left_out[:_MOST_LISTED]))
     # Without evidence from the log the place of the error is that of the published method unless
     # stated.
@@ -401,14 +409,18 @@ def _that_matter(
     )
 
 
-def model_of(
-    name: str, options: CalibrationOptions, obs: Observations, reference_pressure: float
-) -> PredictionModel:
-    """Return the model to be fitted. A model with knots has them over the range of the data."""
-    error = MODELS[name].spread_over(*flown_range(obs, reference_pressure))
-    return PredictionModel(
-        error, reference_pressure, options.error_location == "static", options.wind_down
-    )
+def scale_of(observed: Sequence[Observations]) -> CurveScale:
+    """Return the scale of a curve for one log or several."""
+    reference = reference_of(observed)
+    ranges = [flown_range(obs, reference) for obs in observed]
+    return CurveScale(reference, min(low for low, _ in ranges), max(high for _, high in ranges))
+
+
+def model_of(options: CalibrationOptions, scale: CurveScale) -> PredictionModel:
+    """Return the model to be fitted, over the flown range where it is one of a range."""
+    error = MODELS[options.law].spread_over(scale.low, scale.high)
+    static = options.error_location == "static"
+    return PredictionModel(error, scale.reference_pressure, static, options.wind_down)
 
 
 def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, float]:
@@ -427,6 +439,45 @@ def reference_of(observed: Sequence[Observations]) -> float:
     if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
         return REFERENCE_PRESSURE
     return float(round(middle, -3))
+
+
+_LAWS = ("inverse+", "linear", "bias")  # tried in turn for the white fit, the richest first
+_POINTS = 50  # over the range, at which a curve of one model is described by another
+
+
+def _white(
+    model: PredictionModel, obs: Observations, robust: bool, near: Approach | None
+) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
+    """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
+
+    Output error knows no prior: for a model with one, the richest law that the log determines is
+    fitted, and told in the parameters of the model. Raises the NoAnswerError of the simplest law
+    where it determines none.
+    """
+    if not np.any(model.error.precisions):
+        return _screened(model, obs, robust, near)
+    reasons: list[NoAnswerError] = []
+    for name in _LAWS:
+        law = replace(model, error=MODELS[name])
+        try:
+            require_observable(law, obs)
+            good, fit, left_out = _screened(law, obs, robust, near)
+        except NoAnswerError as error:
+            reasons.append(error)
+            continue
+        return good, _told_by(model, law, fit), left_out
+    raise reasons[-1]
+
+
+def _told_by(model: PredictionModel, law: PredictionModel, fit: OutputErrorFit) -> OutputErrorFit:
+    """A white fit of a law in the parameters of a smooth model."""
+    assert isinstance(model.error, SmoothModel)
+    x = np.geomspace(model.error.low, model.error.high, _POINTS)
+    turn = np.zeros((model.count, law.count))
+    of_law = np.linalg.lstsq(model.error.basis(x), law.error.basis(x))[0]
+    turn[: model.error_count, : law.error_count] = of_law
+    turn[model.error_count :, law.error_count :] = np.eye(law.count - law.error_count)
+    return replace(fit, theta=turn @ fit.theta, covariance=turn @ fit.covariance @ turn.T)
 
 
 def _screened(
@@ -529,6 +580,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
             height_agreement=located.chance,
             static_probability=located.static_probability,
             height=_height_found(structure.altitude, fit),
+            departures=_departures(structure.model.error, fit),
         ),
         warnings=(*outside_prior(structure, obs, fit, located.answer), *stepped),
         error_location=located.location,
@@ -547,6 +599,16 @@ def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | 
     level, memory, third = (float(each) for each in noise)
     white, walk = (third, None) if rows.tie is None else (None, third)
     return HeightFound(level, memory, white, walk, len(rows))
+
+
+def _departures(law: PressureErrorModel, fit: CoveringFit) -> dict[str, float] | None:
+    """The probability of each size of a smooth curve's departure from a straight line."""
+    if not isinstance(law, SmoothModel):
+        return None
+    shares = dict.fromkeys(DEPARTURES, 0.0)
+    for node in fit.nodes:
+        shares[DEPARTURES[node.rival]] += node.weight
+    return {f"{size:g}": share for size, share in shares.items()}
 
 
 def _warnings(

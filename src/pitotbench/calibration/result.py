@@ -27,7 +27,8 @@ from pitotbench.calibration.prediction import (
     PredictionModel,
     curve_airspeeds,
 )
-from pitotbench.calibration.reduction import Reduction, model_of, reference_of
+from pitotbench.calibration.reduction import Reduction, model_of, scale_of
+from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Calibration,
@@ -63,15 +64,16 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
+    stated = accuracies_of(reduction.options.accuracies, {})
     drawn = _curve(curve, white, answer, reduction.nuisances)
     shares = _shares(curve, answer, reduction.nuisances)
     return Calibration(
-        model=reduction.options.model,
+        model=reduction.options.law,
         method=reduction.options.method,
         parameters=_parameters(model, answer),
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
-        curve=with_altitude(drawn, curve, answer, obs, assumed),
+        curve=with_altitude(drawn, curve, answer, obs, stated.total_source, assumed),
         residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
         samples=len(obs),
         converged=True,
@@ -119,11 +121,11 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, used)
-    # Height tells the level well and the slope hardly: of the models weighed these two are left,
+    # Height tells the level well and the slope hardly: of a smooth curve these two laws are left,
     # alike likely.
-    names = ("linear", "bias") if used.model == AUTO else (used.model,)
+    names = ("linear", "bias") if used.law == SMOOTH.name else (used.law,)
     fits = [
-        fit_by_height(log, used, obs, model_of(name, used, obs, reference_of([obs])))
+        fit_by_height(log, used, obs, model_of(replace(used, model=name), scale_of([obs])))
         for name in names
     ]
     found, model = fits[0], fits[0].model
@@ -155,12 +157,14 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         "check it"
     )
     return Calibration(
-        model=f"{AUTO} ({' and '.join(names)})" if used.model == AUTO else used.model,
+        model=" and ".join(names),
         method="height",
         parameters=_parameters(found.model, found.answer),
         reference_pressure=model.reference_pressure,
         wind=None,
-        curve=with_altitude(drawn, curve, found.answer, obs),
+        curve=with_altitude(
+            drawn, curve, found.answer, obs, accuracies_of(used.accuracies, {}).total_source
+        ),
         residual_two_sigma=2.0 * float(np.std(airspeed)),
         samples=len(obs),
         converged=True,
@@ -251,10 +255,15 @@ def _curve(
 
 
 def with_altitude(
-    curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations, assumed: bool = False
+    curve: ErrorCurve,
+    of: CurveMap,
+    answer: Posterior,
+    obs: Observations,
+    total_source: float,
+    assumed: bool = False,
 ) -> ErrorCurve:
     """Add the altitude correction [m] and its 2σ to the curve where the error is the static
-    source's.
+    source's, but for `total_source`, 2σ of the total source's share.
 
     They are computed at the median of the log's static pressures. Where the place of the error is
     `assumed`, there may be no error of the altitude at all, and the 2σ holds 0.
@@ -264,7 +273,8 @@ def with_altitude(
     pressure = float(np.median(obs.static_pressure))
     k = answer.mean[: of.model.error_count]
     gradient = widened(of.altitude_gradient(k, pressure), answer)
-    correction, bound = of.altitude(k, pressure), answer.two_sigma(gradient)
+    correction = of.altitude(k, pressure)
+    bound = np.hypot(answer.two_sigma(gradient), of.altitude_by_total(k, pressure, total_source))
     if assumed:
         bound = np.hypot(bound, correction)
     return replace(

@@ -204,12 +204,12 @@ def check_wind(
     shapes = _shapes(blocks)
     if shapes is None:
         return None, answer
-    best = max(fit.nodes, key=lambda node: node.weight).noise
+    best = max(fit.nodes, key=lambda node: node.weight)
     evidence_at = _evidence(
-        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time
+        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time, best.rival
     )
     log_prior = log_prior_of(structure, obs)
-    noises = [_shorter(best, ratio) for ratio in _SHORTER]
+    noises = [_shorter(best.noise, ratio) for ratio in _SHORTER]
     found = [evidence_at(phi) for phi in noises]
     heights = np.array(
         [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
@@ -267,14 +267,14 @@ def check_gain(
     effect = blocks.mean(obs.impact_pressure / prediction.slope)
     regression, along = triangle.regression, -triangle.regression.regressors[:, first : first + 2]
     airspeed = blocks.mean(prediction.true_airspeed)
-    best = max(fit.nodes, key=lambda node: node.weight).noise
-    noises = [_shorter(best, ratio) for ratio in _SHORTER]
+    best = max(fit.nodes, key=lambda node: node.weight)
+    noises = [_shorter(best.noise, ratio) for ratio in _SHORTER]
     columns = effect[:, None] * (time[:, None] > times)
 
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _triangle_noise(blocks, triangle, along, airspeed, phi)
         part = EvidencePart(regression.response, regression.instruments, columns, noise)
-        return column_evidence([part], regression.prior_precision)
+        return column_evidence([part], *regression.prior(best.rival))
 
     found = [evidence(phi) for phi in noises]
     log_prior = log_prior_of(structure, obs)
@@ -450,9 +450,14 @@ def _both(places: NDArray[np.intp], shapes: int) -> NDArray[np.intp]:
 
 
 def _evidence(
-    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, of_time: Array
+    structure: Structure,
+    obs: Observations,
+    blocks: Blocks,
+    theta: Array,
+    of_time: Array,
+    rival: int,
 ) -> Callable[[Array], ColumnEvidence]:
-    """The map from a noise φ to the evidence for changes of the wind."""
+    """The map from a noise φ to the evidence for changes of the wind, under one prior of the curve."""
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
     first, regression = structure.model.error_count, triangle.regression
     winds, added = slice(first, first + 2), len(DIRECTION_DEVIATIONS)
@@ -460,7 +465,9 @@ def _evidence(
     airspeed = np.linalg.norm(ground - theta[winds], axis=1)
     heading = heading_rows(obs, blocks, airspeed)
     along = -regression.regressors[:, winds]
-    precision = np.append(regression.prior_precision, 1.0 / DIRECTION_DEVIATIONS**2)
+    known, pull = regression.prior(rival)
+    precision = np.append(known, 1.0 / DIRECTION_DEVIATIONS**2)
+    pull = np.append(pull, np.zeros(added))
 
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _triangle_noise(blocks, triangle, along, airspeed, phi)
@@ -474,7 +481,7 @@ def _evidence(
             parts.append(EvidencePart(response, wide, further, heading.noise))
         if structure.altitude is not None:
             parts.append(_altitude_part(structure, theta, added, 2 * of_time.shape[1], phi))
-        return column_evidence(parts, precision)
+        return column_evidence(parts, precision, pull)
 
     return evidence
 

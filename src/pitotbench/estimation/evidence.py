@@ -84,9 +84,11 @@ class ColumnEvidence:
         return np.asarray(precision + np.eye(len(chosen)))
 
 
-def column_evidence(parts: Sequence[EvidencePart], prior_precision: Array) -> ColumnEvidence:
+def column_evidence(
+    parts: Sequence[EvidencePart], prior_precision: Array, prior_pull: Array | None = None
+) -> ColumnEvidence:
     """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted
-    coefficients.
+    coefficients, `prior_pull` (p,) the precision times the prior mean, None for a mean of zero.
 
     Raises numpy.linalg.LinAlgError where the rows do not determine the fitted coefficients.
     """
@@ -98,6 +100,9 @@ def column_evidence(parts: Sequence[EvidencePart], prior_precision: Array) -> Co
         products += data.T @ part.noise.weigh(data)
         determinant += part.noise.log_determinant
     products.flat[: p * count : count + 1] += prior_precision
+    if prior_pull is not None:
+        products[:p, p] += prior_pull
+        products[p, :p] += prior_pull
     scale = np.sqrt(np.diag(products)[:p])
     normal = products[:p, :p] / np.outer(scale, scale)
     root = np.linalg.cholesky(normal)

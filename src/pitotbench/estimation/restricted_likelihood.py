@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import logsumexp, ndtr, ndtri
 
 from pitotbench.estimation.noise import JointNoise, JointNoiseOf, Noise, NoiseOf, weighed_by_each
 from pitotbench.records import NoAnswerError
@@ -22,6 +22,7 @@ TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
 _DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
 _FULL = 5  # dimensions up to which the design has all corners
 _HALF_WIDTH_STEPS, _HALF_WIDTH_ERROR = 60, 1e-13  # at most; of the half-width, as a share
+_SELDOM = 1e-4  # weight of a noise with one of several rival priors, below which it is left out
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -151,6 +152,7 @@ _TOGETHER = 1 << 13  # rows whose noises are made together: their arrays stay in
 
 LogPrior = Callable[[Array], float]
 Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
+RivalHeights = Callable[[Array], Array]  # the same under each of r rival priors, (b, r)
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,20 +161,45 @@ class Regression:
     (p,).
 
     The instruments are the regressors, or smoothed copies that do not share their measurement
-    noise. The prior precision of a coefficient is that of a Gaussian around zero; 0 means no prior.
+    noise. The prior precision of a coefficient is that of a Gaussian around `prior_mean` (p,), zero
+    where that is None; 0 means no prior. Precisions (r, p) are those of r rival priors, alike likely
+    before the data: such as a size of the coefficients that nobody knows.
     """
 
     response: Array
     regressors: Array
     instruments: Array
     prior_precision: Array
+    prior_mean: Array | None = None
+
+    @property
+    def rivals(self) -> Array:
+        """The precisions of all rival priors, (r, p)."""
+        return np.atleast_2d(self.prior_precision)
+
+    def with_column(self, column: Array, instrument: Array) -> "Regression":
+        """The problem with one more coefficient, without a prior; column and instrument (n,)."""
+        mean = self.prior_mean
+        return Regression(
+            self.response,
+            np.column_stack([self.regressors, column]),
+            np.column_stack([self.instruments, instrument]),
+            np.pad(self.rivals, ((0, 0), (0, 1))),
+            None if mean is None else np.append(mean, 0.0),
+        )
+
+    def prior(self, rival: int) -> tuple[Array, Array]:
+        """The precision (p,) of a rival prior, and the pull (p,) of its mean."""
+        precision = self.rivals[rival]
+        mean = np.zeros_like(precision) if self.prior_mean is None else self.prior_mean
+        return precision, precision * mean
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseNode:
     """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
 
-    `log_mass` is the logarithm of the weight before normalization. The sum of the masses of all
+    `rival` is the number of the prior of β among the rivals. `log_mass` is the logarithm of the weight before normalization. The sum of the masses of all
     nodes is the restricted likelihood integrated over φ.
     """
 
@@ -181,6 +208,7 @@ class NoiseNode:
     log_mass: float
     estimate: Array
     covariance: Array
+    rival: int = 0
 
 
 def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
@@ -191,12 +219,18 @@ def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     a noise with too long a memory for the likely one. Raises numpy.linalg.LinAlgError where the
     data do not determine β.
     """
+    return float(logsumexp(_by_rival(problem, noise)))
+
+
+def _by_rival(problem: Regression, noise: Noise) -> Array:
+    """The restricted log-likelihood under one noise and each rival prior, less ln r, (r,)."""
     if isinstance(noise, JointNoise):
         products = noise.products()
     else:
         data = _instruments_and_response(problem)
         products = data.T @ noise.weigh(data)
-    return float(_log_likelihoods(problem, products[None], np.array([noise.log_determinant]))[0])
+    found = _log_likelihoods(problem, products[None], np.array([noise.log_determinant]))
+    return np.asarray(found[0])
 
 
 def _instruments_and_response(problem: Regression) -> Array:
@@ -204,23 +238,42 @@ def _instruments_and_response(problem: Regression) -> Array:
 
 
 def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
-    """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|,
-    (b,).
+    """The restricted log-likelihoods, (b, r), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|,
+    (b,), under each of r rival priors; their probability, 1/r, is in them.
     """
+    rivals = range(len(problem.rivals))
+    found = [_log_likelihood(problem, products, rival) for rival in rivals]
+    return np.asarray(
+        np.stack(found, axis=1) - (0.5 * log_determinants[:, None] + np.log(len(rivals)))
+    )
+
+
+def _log_likelihood(problem: Regression, products: Array, rival: int) -> Array:
     # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit
     # diagonal keeps the factor accurate for coefficients of very different units.
-    diagonal = np.arange(products.shape[1] - 1)
-    products[:, diagonal, diagonal] += problem.prior_precision
-    scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
+    precision, pull = problem.prior(rival)
+    whole, p = products.copy(), products.shape[1] - 1
+    whole[:, np.arange(p), np.arange(p)] += precision
+    whole[:, p, :p] += pull
+    if problem.prior_mean is not None:
+        whole[:, p, p] += pull @ problem.prior_mean
+    scale = np.sqrt(np.diagonal(whole, axis1=1, axis2=2))
     # The last pivot of the factor is the root of the residual sum of squares of the response.
-    factors = np.linalg.cholesky(products / scale[:, :, None] / scale[:, None, :])
+    factors = np.linalg.cholesky(whole / scale[:, :, None] / scale[:, None, :])
     pivots = np.diagonal(factors, axis1=1, axis2=2) * scale
     log_normal = 2.0 * np.sum(np.log(pivots[:, :-1]), axis=1)
-    return np.asarray(-0.5 * (log_determinants + log_normal + pivots[:, -1] ** 2))
+    known = float(np.sum(np.log(precision[precision > 0.0]))) if len(problem.rivals) > 1 else 0.0
+    return np.asarray(-0.5 * (log_normal + pivots[:, -1] ** 2 - known))
 
 
 def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
     """The log-posterior of φ as a function of many φ, (b, d); −∞ where the data do not determine β."""
+    by_rival = _rival_heights_of(problem, noise_of, log_prior)
+    return lambda phis: np.asarray(logsumexp(by_rival(phis), axis=1))
+
+
+def _rival_heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> RivalHeights:
+    """The same under each rival prior, (b, r)."""
     data = _instruments_and_response(problem)
 
     def of_all(phis: Array) -> Array:
@@ -238,14 +291,13 @@ def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> 
         try:
             return of_all(phis)
         except np.linalg.LinAlgError:
-            if len(phis) == 1:
-                return np.array([-np.inf])  # the search then tries a shorter step
+            if len(phis) == 1:  # the search then tries a shorter step
+                return np.full((1, len(problem.rivals)), -np.inf)
             return np.concatenate([of_each(phi[None]) for phi in phis])
 
     def heights(phis: Array) -> Array:
-        return np.concatenate([of_each(part) for part in _stacks(problem, phis)]) + [
-            log_prior(phi) for phi in phis
-        ]
+        found = np.concatenate([of_each(part) for part in _stacks(problem, phis)])
+        return np.asarray(found + np.array([log_prior(phi) for phi in phis])[:, None])
 
     return heights
 
@@ -258,7 +310,7 @@ def _stacks(problem: Regression, phis: Array) -> list[Array]:
 
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
     """Return β, (p,), and its covariance, (p, p), given the noise, by generalized least squares
-    with instruments.
+    with instruments, under the likeliest of rival priors.
 
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
@@ -268,13 +320,23 @@ def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
         if isinstance(noise, JointNoise)
         else noise.weigh(problem.instruments)
     )
-    return _solved(problem, weighed)
+    try:
+        rival = likeliest_rival(problem, noise)
+    except np.linalg.LinAlgError as error:
+        raise NoAnswerError(_UNDETERMINED) from error
+    return _solved(problem, weighed, rival)
 
 
-def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
+def likeliest_rival(problem: Regression, noise: Noise) -> int:
+    """Return the number of the likeliest prior under one noise."""
+    return int(np.argmax(_by_rival(problem, noise))) if len(problem.rivals) > 1 else 0
+
+
+def _solved(problem: Regression, weighed: Array, rival: int = 0) -> tuple[Array, Array]:
     """`solve` with the weighed instruments, C⁻¹Z, (n, p)."""
     p = problem.regressors.shape[1]
-    prior = np.diag(problem.prior_precision)
+    precision, pull = problem.prior(rival)
+    prior = np.diag(precision)
     normal = weighed.T @ problem.regressors + prior
     spread = weighed.T @ problem.instruments + prior
     scale = np.sqrt(np.diag(spread))
@@ -282,7 +344,7 @@ def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
         inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     except np.linalg.LinAlgError as error:
         raise NoAnswerError(_UNDETERMINED) from error
-    estimate = inverse @ (weighed.T @ problem.response)
+    estimate = inverse @ (weighed.T @ problem.response + pull)
     covariance = inverse @ spread @ inverse.T
     return estimate, np.asarray(0.5 * (covariance + covariance.T)).reshape(p, p)
 
@@ -324,9 +386,14 @@ def noise_posterior(
 
     Raises NoAnswerError where no mode is found, or where the data do not determine β.
     """
-    heights = _heights_of(problem, noise_of, log_prior)
-    mode, curvature = _climb(heights, start, _SETTLED, _first_set(noise_of))
-    return _nodes(problem, noise_of, heights, mode, curvature)
+    by_rival = _rival_heights_of(problem, noise_of, log_prior)
+    mode, curvature = _climb(
+        lambda phis: np.asarray(logsumexp(by_rival(phis), axis=1)),
+        start,
+        _SETTLED,
+        _first_set(noise_of),
+    )
+    return _nodes(problem, noise_of, by_rival, mode, curvature)
 
 
 def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
@@ -364,21 +431,28 @@ def _weights(base: Array, heights: Array) -> Array:
 
 
 def _nodes(
-    problem: Regression, noise_of: NoiseOf, heights_of: Heights, mode: Array, curvature: Array
+    problem: Regression, noise_of: NoiseOf, heights_of: RivalHeights, mode: Array, curvature: Array
 ) -> tuple[NoiseNode, ...]:
-    """Return the nodes around a mode; `curvature` is minus the second derivatives there, (d, d)."""
+    """Return the nodes around a mode, one for each noise and rival prior that is not too unlikely;
+    `curvature` is minus the second derivatives there, (d, d).
+    """
     places, base, axes = _places(mode, curvature, _first_set(noise_of))
     heights = heights_of(places)
-    if np.any(np.isneginf(heights)):
+    if np.any(np.all(np.isneginf(heights), axis=1)):
         raise NoAnswerError(_UNDETERMINED)
     volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
-    masses = np.log(base) + heights + volume
+    masses = np.log(base)[:, None] + heights + volume
+    weights = _weights(base[:, None], heights)
+    if len(problem.rivals) > 1:
+        weights = np.where(weights > _SELDOM, weights, 0.0) / weights[weights > _SELDOM].sum()
     weighed = _weighed_instruments(problem, noise_of, places)
     return tuple(
-        NoiseNode(phi, float(weight), float(mass), *_solved(problem, instruments))
-        for phi, weight, mass, instruments in zip(
-            places, _weights(base, heights), masses, weighed, strict=True
+        NoiseNode(
+            phi, float(weights[i, r]), float(masses[i, r]), *_solved(problem, instruments, r), r
         )
+        for i, (phi, instruments) in enumerate(zip(places, weighed, strict=True))
+        for r in range(len(problem.rivals))
+        if len(problem.rivals) == 1 or weights[i, r] > 0.0
     )
 
 

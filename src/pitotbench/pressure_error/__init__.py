@@ -4,7 +4,15 @@ Arguments, terms, slopes and values are ratios without units.
 """
 
 from pitotbench.catalog import Catalog
-from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR, QUADRATIC, SPLINE
+from pitotbench.pressure_error.models import (
+    BIAS,
+    INVERSE,
+    INVERSE_PLUS,
+    LINEAR,
+    QUADRATIC,
+    SMOOTH,
+    SPLINE,
+)
 from pitotbench.pressure_error.models import PressureErrorCurve as PressureErrorCurve
 from pitotbench.pressure_error.models import PressureErrorModel as PressureErrorModel
 from pitotbench.pressure_error.models import PressureErrorRangeError as PressureErrorRangeError
@@ -18,6 +26,6 @@ REFERENCE_PRESSURE = (
 
 MODELS: Catalog[PressureErrorModel] = Catalog(
     "pressure-error model",
-    {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE)},
+    {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE, SMOOTH)},
 )
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9

@@ -9,6 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from pitotbench import air
 from pitotbench.units import Array, Pascal
@@ -43,6 +44,11 @@ class TermModel:
     def basis_slope(self, x: Array) -> Array:
         """Return the derivatives of the terms with respect to x, (n, k)."""
         return _columns([slope for _, slope in self.terms], x)
+
+    @property
+    def precisions(self) -> Array:
+        """No prior of the parameters, (1, k)."""
+        return np.zeros((1, len(self.terms)))
 
     def spread_over(self, low: float, high: float) -> "TermModel":
         """Return the model itself: a formula has no knots."""
@@ -129,6 +135,11 @@ class SplineModel:
         _, inside = self._places(x)
         return np.asarray(_cardinal(self.knots)(inside, 1) / x[..., None])
 
+    @property
+    def precisions(self) -> Array:
+        """No prior of the parameters, (1, k)."""
+        return np.zeros((1, len(self.knots)))
+
     def spread_over(self, low: float, high: float) -> "SplineModel":
         """Return a spline with the same number of knots, evenly spaced in ln x between low and
         high.
@@ -155,7 +166,122 @@ def _cardinal(knots: tuple[float, ...]) -> "CubicSpline":
 SPLINE = spline_between(
     0.5, 4.0, 5
 )  # about 70 to 200 KIAS; a calibration replaces it by the range of its log
-PressureErrorModel = TermModel | SplineModel
+
+
+# A curve of which nothing is known but that it is smooth. It is a level, a slope in ln x, a part in
+# 1/x (the error of a static source follows the angle of attack, and the lift coefficient of level
+# flight is proportional to 1/x), and departures from these. Over the flown range of ln x, u from −1
+# to 1, they are Legendre polynomials with a mean square of 1. The departures fall as 1/degree², the
+# rate of curves with a square-integrable second derivative. Their size is one of a few, alike
+# likely: the log decides.
+
+_DEGREES = 8  # polynomials of degree 0 to 7
+_SLOPE = 0.06  # Δp/q_c (1σ), root mean square of the slope's part: 4 kt at 130 kt
+_LIFT = 0.06  # Δp/q_c (1σ), root mean square of the part in 1/x
+DEPARTURES = (0.0005, 0.002, 0.008)  # Δp/q_c (1σ), root mean square: 0.03 to 0.5 kt at 130 kt
+_LEAST_RANGE = 2.0  # ratio of the ends, as from 100 to 141 kt: over less a curve changes by less
+_QUADRATURE = 24  # points, more than the degrees
+
+
+def _sizes() -> Array:
+    """What each polynomial is multiplied by: all departures together have a mean square of 1."""
+    size = np.ones(_DEGREES)
+    size[2:] = np.arange(2, _DEGREES) ** -2.0
+    size[2:] /= np.linalg.norm(size[2:])
+    return size * np.sqrt(2.0 * np.arange(_DEGREES) + 1.0)
+
+
+_SIZES = _sizes()
+_DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of lower degree
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothModel:
+    """A smooth curve over the range `low` to `high` of x = q_ci/q_ref, a straight line in ln x
+    beyond it.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """The names of the parameters: the level, the slope, the part in 1/x, the departures."""
+        return tuple(f"k{number}" for number in range(1, _DEGREES + 2))
+
+    @property
+    def formula(self) -> str:
+        """The model in words, with its range."""
+        level, slope, lift, *others = self.parameter_names
+        return (
+            f"{level} level, {slope} slope in ln x, {lift} part in 1/x, {', '.join(others)} "
+            f"departures (Legendre polynomials of ln x); x from {self.low:.2f} to {self.high:.2f}"
+        )
+
+    @property
+    def precisions(self) -> Array:
+        """The rival priors of the parameters as precisions, (r, k): flat for the level."""
+        known = [np.inf, _SLOPE, _LIFT]
+        return np.array([[*known, *[size] * (_DEGREES - 2)] for size in DEPARTURES]) ** -2.0
+
+    def basis(self, x: Array) -> Array:
+        """Return the terms at x, (n,), as an array (n, k)."""
+        place, inside = self._places(x)
+        terms, beyond = self._terms(inside), place - inside
+        return terms + beyond[..., None] * self._slopes(inside) if np.any(beyond) else terms
+
+    def basis_slope(self, x: Array) -> Array:
+        """Return the derivatives of the terms with respect to x, (n, k)."""
+        _, inside = self._places(x)
+        return np.asarray(self._slopes(inside) / (self._half * np.asarray(x))[..., None])
+
+    def spread_over(self, low: float, high: float) -> "SmoothModel":
+        """Return the model over another range, widened to the least one for which the prior is
+        meant.
+        """
+        margin = float(np.sqrt(max(_LEAST_RANGE * low / high, 1.0)))
+        return SmoothModel(self.name, low / margin, high * margin)
+
+    @property
+    def _half(self) -> float:
+        return 0.5 * float(np.log(self.high / self.low))
+
+    def _places(self, x: Array) -> tuple[Array, Array]:
+        floor = np.maximum(x, _LEAST * self.low)
+        place = (np.log(floor) - 0.5 * np.log(self.low * self.high)) / self._half
+        return place, np.clip(place, -1.0, 1.0)
+
+    def _terms(self, place: Array) -> Array:
+        polynomials = legendre.legvander(place, _DEGREES - 1) * _SIZES
+        return self._with_lift(polynomials, np.exp(-self._half * place))
+
+    def _slopes(self, place: Array) -> Array:
+        slopes = legendre.legvander(place, _DEGREES - 2) @ _DERIVED * _SIZES
+        return self._with_lift(slopes, -self._half * np.exp(-self._half * place))
+
+    def _with_lift(self, of_degree: Array, lift: Array) -> Array:
+        """The terms, or their slopes, with the part in 1/x in the third place: it is what level and
+        slope leave of it.
+        """
+        level, slope, scatter = _lift_over(self._half)
+        rest = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
+        # each column is contiguous in memory, because fits work column by column
+        rows = [of_degree[..., 0], of_degree[..., 1], rest, *np.moveaxis(of_degree[..., 2:], -1, 0)]
+        return np.moveaxis(np.stack(rows), 0, -1)
+
+
+@cache
+def _lift_over(half: float) -> tuple[float, float, float]:
+    """The level, the slope and the scatter of 1/x over u, of which ln x spans `half` to each side."""
+    place, weight = legendre.leggauss(_QUADRATURE)
+    lift = np.exp(-half * place)
+    level, slope = 0.5 * (weight * lift) @ (legendre.legvander(place, 1) * _SIZES[:2])
+    return float(level), float(slope), float(np.sqrt(0.5 * weight @ lift**2 - level**2))
+
+
+SMOOTH = SmoothModel("smooth", 0.5, 4.0)
+PressureErrorModel = TermModel | SplineModel | SmoothModel
 
 
 # A pressure-error curve, with parameters or as a table: from indicated to true impact pressure and

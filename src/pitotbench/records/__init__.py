@@ -70,6 +70,7 @@ USUAL_ACCURACIES: dict[str, float] = {
     "recovery_factor": 0.02,
     "static_pressure_pa": 30.0,
     "velocity_mps": 0.05,  # of each horizontal component
+    "total_source": 0.01,  # of the impact pressure, of a pitot tube
 }
 
 SEARCH_FLIGHTS = 40  # by which `plan` improves the best card

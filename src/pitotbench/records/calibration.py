@@ -326,39 +326,14 @@ class HeightFound:
 
 
 @dataclass(frozen=True, slots=True)
-class Criteria:
-    """What a model is judged by; of all but the number of parameters only differences have a
-    meaning.
-    """
-
-    parameters: int
-    log_likelihood: float
-    aicc: float
-    bic: float
-    held_out: float
-
-
-@dataclass(frozen=True, slots=True)
-class WeighedModel:
-    """A model with its probability `weight`; `criteria` is None where the log does not determine it
-    by itself.
-    """
-
-    model: str
-    criteria: Criteria | None
-    weight: float
-    chosen: bool
-
-
-@dataclass(frozen=True, slots=True)
 class Diagnostics:
     """What a fit found beside the curve and the wind; None or empty for what was not looked for.
 
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ
     about the curve by so much by chance, `static_probability` that of an error of the static
-    source. `departures` holds the probability of each size of a departure of the curve from its
-    model, keyed by its root mean square in Δp/q_c.
+    source. `departures` holds the probability of each size of a smooth curve's departure from a
+    straight line in ln q_ci, keyed by its root mean square in Δp/q_c.
     """
 
     iterations: int
@@ -369,7 +344,6 @@ class Diagnostics:
     height_agreement: float | None = None
     static_probability: float | None = None
     height: HeightFound | None = None
-    models: tuple[WeighedModel, ...] = ()
     departures: dict[str, float] | None = field(default=None, metadata={"key": "departure"})
 
 

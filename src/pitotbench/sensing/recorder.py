@@ -278,6 +278,7 @@ EXACT = {
     "recovery_factor": 0.0,
     "static_pressure_pa": 0.0,
     "velocity_mps": 0.0,
+    "total_source": 0.0,
 }
 # What a flight has to hold: for a calibration, and for a log with every column.
 CALIBRATION_CHANNELS = (

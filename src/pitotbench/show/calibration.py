@@ -1,6 +1,6 @@
 """A calibration in numbers and sentences, as a card and as plain data. Loads no drawing library."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,14 +9,12 @@ import numpy as np
 from pitotbench.records.calibration import (
     CalibratedFlight,
     Calibration,
-    Criteria,
     ErrorCurve,
     Estimate,
     OneSided,
     PublishedCurve,
     Scale,
     Share,
-    WeighedModel,
     WindEstimate,
     WindowWind,
 )
@@ -224,6 +222,7 @@ _WORDS = {
     "static_pressure_pa": ("static pressure", "Pa"),
     "impact_pressure_zero_pa": ("zero of the impact pressure", "Pa"),
     "velocity_mps": ("GPS velocity", "m/s"),
+    "total_source": ("total source", "of q_c"),
     "latency_s": ("GPS latency", "s"),
 }
 _SOURCES = {"header": "stated by the log"}  # any other in its own word
@@ -311,45 +310,14 @@ def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") ->
     )
 
 
-# The models that a calibration with `--model auto` weighed, with the probability and the criteria
-# of each.
-
-
-def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
-    """The columns of the table. A criterion is shown as its difference from the best model's."""
-
-    def criterion(
-        heading: str, of: Callable[[Criteria], float], best: Callable[..., float]
-    ) -> Column[WeighedModel]:
-        values = [of(row.criteria) for row in rows if row.criteria is not None]
-        return Column(
-            heading,
-            lambda row: None if row.criteria is None else of(row.criteria) - best(values),
-            style="+.1f",
-        )
-
-    return [
-        Column("model", lambda row: row.model),
-        Column("chosen", lambda row: "chosen" if row.chosen else ""),
-        Column(
-            "parameters",
-            lambda row: None if row.criteria is None else row.criteria.parameters,
-            style="d",
-        ),
-        Column("probability", lambda row: 100.0 * row.weight, "%", ".1f"),
-        criterion("AICc − least", lambda each: each.aicc, min),
-        criterion("BIC − least", lambda each: each.bic, min),
-        criterion("ln likelihood − greatest", lambda each: each.log_likelihood, max),
-        criterion("held-out ln likelihood − greatest", lambda each: each.held_out, max),
-    ]
-
-
 def departure_line(result: Calibration) -> str:
-    """The probability of each size of a departure of the true curve from every model."""
+    """The probability of each size of the curve's departure from a straight line in ln q_ci."""
     parts = ", ".join(
         f"{size} with {100 * p:.0f} %" for size, p in (result.diagnostics.departures or {}).items()
     )
-    return f"departure of the curve from its model, rms in Δp/q_c, with its probability: {parts}"
+    return (
+        f"departure of the curve from a straight line, rms in Δp/q_c, with its probability: {parts}"
+    )
 
 
 # A calibration in numbers and sentences, for the terminal and for a page.
@@ -585,8 +553,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "warnings": list(result.warnings),
         "limits": judgments_json(result, limit),
         "shares": [_share(share) for share in result.shares],
-        "diagnostics": {key: value for key, value in found.items() if key != "models"},
-        **({"model_choice": [_plain(each) for each in found["models"]]} if found["models"] else {}),
+        "diagnostics": found,
     }
 
 

@@ -10,7 +10,6 @@ from pitotbench.show.calibration import (
     GLANCE_COLUMNS,
     assumption_lines,
     card_csv,
-    choice_columns,
     curve_points,
     departure_line,
     doubts_of,
@@ -141,20 +140,15 @@ def _sources(result: Calibration, flights: Sequence[Calibration]) -> list[Headin
 
 def _numbers(result: Calibration) -> list[Heading]:
     """All that is known of the curve, the fit and what was weighed against it."""
-    points, models = result.points, result.diagnostics.models
+    points = result.points
     parts: dict[str, list[Node]] = {
         "The curve in numbers": [Table(CURVE_COLUMNS, curve_points(result.curve))],
         "Fixed-speed methods in numbers": [Table(point_columns(result.curve), points)]
         if points
         else [],
-        "The models weighed": [
-            Table(choice_columns(models), models),
-            Sentence(departure_line(result)),
-        ]
-        if models
-        else [],
         "The fit": [
             *map(Sentence, parameter_lines(result)),
+            *([Sentence(departure_line(result))] if result.diagnostics.departures else []),
             *map(Sentence, wind_lines(result)),
             *map(Sentence, share_lines(result)),
             *map(Sentence, fit_lines(result)),

@@ -173,21 +173,12 @@ def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None
     parser.add_argument("folder", type=Path)
     parser.add_argument("--out", type=Path, required=True, help="one row a log (CSV)")
     parser.add_argument("--calibrate", default="{}", help="choices of the calibration (JSON)")
-    parser.add_argument(
-        "--candidate", action="store_true", help="the laboratory's candidate, not the product"
-    )
     choice = parser.parse_args(words)
     try:
         stated = json.loads(choice.calibrate)
     except json.JSONDecodeError as error:
         parser.error(f"--calibrate {choice.calibrate!r}: {error}")
-    if choice.candidate:
-        # loaded here, since an older build of the product does not carry it
-        from pitotlab.candidate import calibrate as of_candidate
-
-        judge_folder(choice.folder, choice.out, stated, of_candidate)
-    else:
-        judge_folder(choice.folder, choice.out, stated)
+    judge_folder(choice.folder, choice.out, stated)
 
 
 def wilson(count: int, of: int) -> tuple[float, float]:

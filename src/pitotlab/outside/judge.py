@@ -134,7 +134,7 @@ def text_of(value: float, digits: int) -> str:
 
 
 # Where the command's defaults are not those of CalibrationOptions.
-COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
+COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked", "model": "smooth"}
 LONG_LOG = (
     600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
 )

@@ -1,8 +1,8 @@
-"""Models weighed by evidence, over many flights."""
+"""The smooth curve, over many flights."""
 
 import numpy as np
 from tests.calibration import trajectories as fixture
-from tests.calibration.test_average import AUTO, inside
+from tests.calibration.test_smooth import SMOOTH, inside
 
 from pitotbench import CalibrationOptions, air
 from pitotbench.calibration import calibrate
@@ -33,17 +33,17 @@ def logs_of(truths, gust=0.15):
 def test_covers_curves_outside_the_table():
     truths = [bumped(seed) for seed in SEEDS]
     logs = logs_of(truths, gust=0.08)  # in rougher air a law's bound is wide enough for most bumps
-    auto = np.mean(
-        [inside(calibrate(log, AUTO), t).mean() for log, t in zip(logs, truths, strict=True)]
+    smooth = np.mean(
+        [inside(calibrate(log, SMOOTH), t).mean() for log, t in zip(logs, truths, strict=True)]
     )
     law = np.mean([inside(calibrate(log), t).mean() for log, t in zip(logs, truths, strict=True)])
-    assert auto >= 0.85
-    assert law < auto - 0.05
+    assert smooth >= 0.85
+    assert law < smooth - 0.05
 
 
 def test_costs_little_where_a_law_holds():
     logs = logs_of([fixture.TRUTH] * len(SEEDS))
-    auto, named = ([calibrate(log, o) for log in logs] for o in (AUTO, CalibrationOptions()))
-    assert np.mean([inside(r, fixture.TRUTH).mean() for r in auto]) >= 0.88
-    bounds = [np.mean([r.curve.two_sigma.mean() for r in results]) for results in (auto, named)]
+    smooth, named = ([calibrate(log, o) for log in logs] for o in (SMOOTH, CalibrationOptions()))
+    assert np.mean([inside(r, fixture.TRUTH).mean() for r in smooth]) >= 0.88
+    bounds = [np.mean([r.curve.two_sigma.mean() for r in results]) for results in (smooth, named)]
     assert bounds[0] < 1.5 * bounds[1]

@@ -188,7 +188,7 @@ def _sizes() -> Array:
     size = np.ones(_DEGREES)
     size[2:] = np.arange(2, _DEGREES) ** -2.0
     size[2:] /= np.linalg.norm(size[2:])
-    return size * np.sqrt(2.0 * np.arange(_DEGREES) + 1.0)
+    return np.asarray(size * np.sqrt(2.0 * np.arange(_DEGREES) + 1.0))
 
 
 _SIZES = _sizes()

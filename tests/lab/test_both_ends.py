@@ -3,14 +3,20 @@ table.
 """
 
 import pytest
-from tests.lab.both_ends import ENDS, judged
+from tests.lab.both_ends import judged
 
 from pitotbench.records.verdict import SURE
 
 
-@pytest.mark.parametrize("end", ENDS)
+# An end of each; the table has the others.
 @pytest.mark.parametrize(
-    "name", ["compass_deviation", "alpha_vane_calibration", "inertial_unit_misalignment"]
+    ("name", "end"),
+    [
+        ("compass_deviation", "high"),
+        ("alpha_vane_calibration", "low"),
+        ("alpha_vane_calibration", "high"),
+        ("inertial_unit_misalignment", "low"),
+    ],
 )
 def test_an_extreme_instrument_gets_an_answer(name, end):
     assert judged(name, end, "none").error == ""

@@ -4,6 +4,8 @@ there.
 
 import re
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import pytest
 from tests.lab.study import made_up
@@ -13,7 +15,7 @@ from pitotlab.__main__ import main
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.conduct import StudyRequest, run_study
 from pitotlab.study.content import study_page_of
-from pitotlab.study.page import study_html, write_document
+from pitotlab.study.page import save, study_html, write_document
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES
 
@@ -29,12 +31,21 @@ def evidence():
 
 @pytest.fixture(scope="module")
 def told(evidence, tmp_path_factory):
-    """The study told again from the tables of a run, with its page and its document."""
+    """The study told again from the tables of a run, with its page and its document.
+
+    The page holds all pictures; as a file, the first of each kind is drawn once more.
+    """
+    drawn = set()
+
+    def save_one_of_a_kind(chart, path):
+        (Path.touch if type(chart) in drawn else partial(save, chart))(path)
+        drawn.add(type(chart))
+
     folder = tmp_path_factory.mktemp("study")
     for name in TABLES:
         getattr(evidence, name).to_parquet(folder / f"{name}.parquet", index=False)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pitotlab.study.page._DPI", 50)  # half of the work is to pack the pictures
+        patch.setattr("pitotlab.study.page.save", save_one_of_a_kind)
         return run_study(StudyRequest(out=folder / "again", docs=folder / "docs", tables=folder))
 
 

@@ -60,27 +60,24 @@ def are_alike(told: str, printed: str) -> bool:
 
 
 def require_the_readme_to_hold(
-    capsys: pytest.CaptureFixture[str], without: str = "", quietly: bool = True
+    capsys: pytest.CaptureFixture[str], without: str = "", hiding: bool = True
 ) -> None:
-    """Run the first commands of the README on its case, and `quietly` on the case without its last
-    line, which hides an effect. Each ends in the line that the README tells.
+    """Run the first commands of the README on its case, or on the case without its last line, which
+    is `hiding` an effect. They end in the line that the README tells.
     """
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     commands, case, found, quiet = _README_BLOCK.findall(readme)[:4]
     plain = "".join(case.splitlines(keepends=True)[:-1])
-    for flown, told in ((case, found), (plain, quiet))[: 1 + quietly]:
-        Path("case.toml").write_text(flown, encoding="utf-8")
-        for command in commands.splitlines():
-            _run(command.replace(without, ""))
-        printed = capsys.readouterr().out.splitlines()
-        assert any(are_alike(told.strip(), line) for line in printed), (told, printed)
+    Path("case.toml").write_text(case if hiding else plain, encoding="utf-8")
+    for command in commands.splitlines():
+        _run(command.replace(without, ""))
+    told, printed = found if hiding else quiet, capsys.readouterr().out.splitlines()
+    assert any(are_alike(told.strip(), line) for line in printed), (told, printed)
 
 
 def test_the_readme_ends_as_it_says(tmp_path, monkeypatch, capsys):
-    """With null flights that are kept: `make test-lab` flies them, and flies the card again, also
-    without the effect.
-    """
+    """With null flights that are kept: `make test-lab` flies them, on the card without the effect."""
     monkeypatch.chdir(tmp_path)
     kept = Path(shutil.copy(KEPT, tmp_path))  # its use is noted on it
     monkeypatch.setattr("pitotbench.bench.null_flights.cache_entry", lambda *_: kept)
-    require_the_readme_to_hold(capsys, without=" --out gap", quietly=False)
+    require_the_readme_to_hold(capsys, without=" --out gap")

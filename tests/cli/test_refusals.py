@@ -292,12 +292,20 @@ def test_only_debug_shows_the_warnings_of_python(flags, tmp_path):
     assert ("told" in said.stderr) == bool(flags)
 
 
+# What a reader is asked to do: a refusal ends with one of these, whatever its cause.
+WAY_OUT = re.compile(
+    r"[;:,.?(] ?(and |or )?(check|clear|copy|correct|cut|fly|give|keep|load|mend|name|record|remove|"
+    r"rename|repair|save|shorten|sort|swap|unpack|use|write|a log with other names|pip install)\b",
+    re.IGNORECASE,
+)
+
+
 @pytest.mark.parametrize("name", list(BAD_LOGS))
-def test_a_bad_log_is_refused_in_one_line(name, tmp_path, capsys):
+def test_a_bad_log_is_refused_in_one_line_with_its_cause_and_a_way_out(name, tmp_path, capsys):
     (make, says), page = BAD_LOGS[name], tmp_path / "page.html"
-    assert re.search(
-        says, refused(["calibrate", make(tmp_path), "--json", "--report", page], capsys)
-    )
+    said = refused(["calibrate", make(tmp_path), "--json", "--report", page], capsys)
+    assert re.search(says, said)
+    assert WAY_OUT.search(said)
     assert not page.exists()
 
 

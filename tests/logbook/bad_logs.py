@@ -2,7 +2,9 @@
 are made of.
 """
 
+import gzip
 import os
+import re
 from collections.abc import Callable
 from functools import partial, reduce
 from pathlib import Path
@@ -241,6 +243,22 @@ _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
             (CLOCK, 1e-10, r"unit of the clock"),
         )
     },
+    "a height that does not say its unit": (
+        rename("altitude_m", "altitude_"),
+        r"'altitude_' does not say its unit; name it altitude_m, altitude_ft",
+    ),
+    "a pressure of the weather report": (
+        put(STATIC, slice(None), 101325.0),
+        r"looks reduced to sea level \(QNH\) or constant: record the pressure at the airplane",
+    ),
+    "a pressure of no place": (
+        scale(STATIC, 1.8),
+        r"typical values of 1\.462e\+05 pa are not those of an airplane: check its scale",
+    ),
+    "total pressure in place of the static one": (
+        lambda table: {**table, STATIC: table[STATIC] + table[PITOT]},
+        r"looks like total pressure; name the column total_pressure_pa and give the static",
+    ),
     "time jumps by days": (
         change(CLOCK, lambda t: t + np.where(t < 30.0, 0.0, 1e9)),
         r"'time_s', row 301: time jumps from 29.9 to 1e\+09 s; cut the log",
@@ -277,6 +295,11 @@ def _mixed_marks(mark: str, folder: Path) -> Path:
 def _unequal(folder: Path) -> Path:
     table = {name: values for name, values in sample.columns().items() if name != "segment"}
     savemat(folder / "log.mat", {**table, "time_s": TIME[:5]})
+    return folder / "log.mat"
+
+
+def _solid(folder: Path) -> Path:
+    savemat(folder / "log.mat", {"time_s": TIME, PITOT: np.ones((2, 3, 4))})
     return folder / "log.mat"
 
 
@@ -344,6 +367,10 @@ _CSV = {  # what is wrong with a CSV file: its bytes, and what is said
         b"time_s,static_pressure_pa\n0,1,81200,5\n0,2,81200,5\n",
         r"row 1 has 4 columns, the first line names 2 \(decimal commas\?",
     ),
+    "half of a letter of UTF-16": (
+        b"\xff\xfea\x00,",
+        "not complete UTF-16 text: save the log as UTF-8",
+    ),
     "a lone carriage return": (b"a,b\n1\r2,3\n", r"row 1 has 1 columns, the first line names 2"),
     "a very long cell": (
         b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n",
@@ -365,6 +392,23 @@ _BINARY = {
     "flight.ulg": (b"", b"ULog", b"not a ulog at all, but long enough to have a header"),
     "flight.BIN": (b"", b"\xa3\x95", b"no log at all", b"\xa3\x95\x80" + bytes(300)),
 }
+_PACKED = gzip.compress(b"time_s,impact_pressure_pa\n" + b"1.0,2000\n" * 5000)
+_FIX = b"B1200004600000N00700000E%c0150001500\r\n"
+# What is wrong with a file of another kind: its name, its bytes, and what is said.
+_FILES = {
+    "a cut gzip file": ("log.csv.gz", _PACKED[:-40], "not a complete gzip file.*copy it again"),
+    "no card of a display": (
+        "card.zip",
+        b"PK\x03\x04 and no more",
+        "not a complete .zip file.*unpack",
+    ),
+    "no fix": ("log.igc", b"AXXX\r\nHFDTE010124\r\n", "not an IGC file.*load it .* again"),
+    "no fix of three dimensions": (
+        "log.igc",
+        _FIX % b"V" * 9,
+        ".*no fix of three dimensions .*use another log",
+    ),
+}
 _NOTHING = (b"", b"\n\n", b"# only = 'a header'\n", b"\x00\x01\x02\xff" * 50)
 
 # The name of a bad log: how it is made in a folder, and what the refusal says, whose exit code is
@@ -375,6 +419,15 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
         for name, (spoil, says) in _SPOILED.items()
     },
     **{name: (partial(_file, "log.csv", content), says) for name, (content, says) in _CSV.items()},
+    **{
+        name: (partial(_file, file, content), rf"{re.escape(file)}: {says}")
+        for name, (file, content, says) in _FILES.items()
+    },
+    "a variable of three dimensions": (
+        _solid,
+        r"variable 'impact_pressure_pa' has shape \(2, 3, 4\).*save it as one, or leave it out",
+    ),
+    "a folder without a log": (lambda folder: folder, "a folder of no logs; name one"),
     "a ragged row": (
         partial(_edited, lambda lines: [*lines[:51], "1,2,3", *lines[52:]]),
         "row 51 has 3 columns, the first line names 14",
@@ -428,7 +481,6 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
         for end in (".csv", ".mat", ".ulg", ".bin")
     },
     "no file": (lambda folder: folder / "none.csv", "cannot be read"),
-    "a folder": (lambda folder: folder, "a folder"),
     "no ending of a log": (lambda folder: folder / "x.doc", "ends in"),
     **{
         f"{content[:8]!r} as {name}": (partial(_file, name, content), rf"{name}: |needs py")

@@ -149,15 +149,20 @@ def test_the_temperature_of_the_day_narrows_the_bound():
         assert abs(np.median(wrong.curve.correction - found.curve.correction)) < 2.5 * KNOT
 
 
+@cache
+def drafted_of(pattern):
+    """The file of a case and its draft, as for a recorder that nobody knows."""
+    (path, *_) = sorted(shared_case(".").glob(pattern))
+    return path, draft_mapping(read_table(path))
+
+
 MAPPED = ("02*", "03*", "06*", "07a*", "08*", "09*", "15*", "19*", "20*", "21*", "18*", "17*")
 
 
 @pytest.mark.parametrize("pattern", MAPPED)
 def test_map_never_stops(pattern, tmp_path, capsys):
     """Under other names than those by which its recorder is known, each gets a draft."""
-    folder = shared_case(".")
-    (path, *_) = sorted(folder.glob(pattern))
-    drafted = draft_mapping(read_table(path))
+    path, drafted = drafted_of(pattern)
     listed = mapping_text(drafted, path.name)
     for name in filter(None, drafted.unused):
         assert f"# Not used: {' '.join(name.split())}: " in listed
@@ -176,10 +181,9 @@ DRAFTED = {
 
 @pytest.mark.parametrize("pattern", list(DRAFTED))
 def test_a_draft_needs_no_edit(pattern, tmp_path):
-    """The draft alone, as for a recorder that nobody knows, gives the answer."""
-    (path, *_) = sorted(shared_case(".").glob(pattern))
+    """The draft alone gives the answer."""
+    path, drafted = drafted_of(pattern)
     mapping = tmp_path / "m.toml"
-    drafted = draft_mapping(read_table(path))
     mapping.write_text(mapping_text(drafted, path.name), encoding="utf-8")
     found = calibrate(path, mapping=mapping)
     bound = found.curve.two_sigma / KNOT

@@ -2,6 +2,7 @@
 an outside temperature falls with height.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -24,6 +25,7 @@ _STEADY = 5.0  # degrees about a constant, the magnetic variation
 _CLIMBING = 0.5  # correlation with the change of height above which a vertical speed is one
 _SAME_CLIMB = 0.25  # of the vertical speed; its units differ by a factor of 3 and more
 _HEIGHTS = 250.0  # m between the 5 % and 95 % quantiles of height, over which a lapse shows
+_OF_AIR = re.compile("air|amb|oat|out|sat|static|ta|total")  # in the name of a temperature
 _LAPSES = (-15e-3, -1.5e-3)  # K/m: of superadiabatic air at the ground, and under an inversion
 
 
@@ -118,8 +120,10 @@ def _look_at_speed(guess: Guess, values: Array, movement: Movement) -> Guess:
         times = float(np.median(np.abs(to_si(values[rows], unit)) / speed[rows]))
         if abs(times - 1.0) < _SAME_SPEED:
             return replace(guess, units=(unit,), stated=True)
-    name = guess.quantity.replace("_", " ")
-    return replace(guess, doubt=f"is it the {name}? The position moves at another one")
+    return replace(
+        guess,
+        doubt=f"is it the {guess.quantity.replace('_', ' ')}? The position moves at another one",
+    )
 
 
 def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess:
@@ -171,17 +175,23 @@ def _agreement(one: Array, other: Array) -> float:
 
 
 def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
-    """Ask for a temperature that does not fall with height."""
+    """Ask for a temperature that does not fall with height, and for one of which neither height nor
+    name tells whose it is: of a box, as most.
+    """
     rows = np.isfinite(values + movement.height)
     height = movement.height[rows]
     if len(height) < _FEWEST or np.subtract(*np.quantile(height, [0.95, 0.05])) < _HEIGHTS:
-        return guess
+        told = _OF_AIR.search(guess.theirs.lower())
+        return guess if told else replace(guess, doubt="is it the air's, or that of a box?")
     # A log that climbs alone cannot tell the height from the hour, so the hour counts for nothing.
     slope = float(np.polyfit(height, to_si(values[rows], guess.units[0]), 1)[0])
     if _LAPSES[0] < slope < _LAPSES[1]:
         return guess
-    words = f"is it the air's? It changes by {1e3 * slope:+.1f} K in 1,000 m, the air by about −6.5"
-    return replace(guess, doubt=words)
+    return replace(
+        guess,
+        doubt=f"is it the air's? It changes by {1e3 * slope:+.1f} K in 1,000 m, the air by about "
+        "−6.5",
+    )
 
 
 _LOOKS = {

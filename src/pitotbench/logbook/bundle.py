@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
+from pitotbench.logbook.columns import within
 from pitotbench.logbook.formats import FORMATS, READ_ONLY
 from pitotbench.logbook.mapping import find_mapping, shipped
 from pitotbench.logbook.topics import TOPIC_READERS
@@ -97,7 +98,7 @@ def held_in(path: Path) -> list[Path]:
     """
     if not is_bundle(path):
         return [path]
-    with opened(path) as folder:
+    with within(path), opened(path) as folder:
         found = [path / each.relative_to(folder) for each in logs_in(folder)]
     return found if len(found) > 1 else [path]
 

@@ -465,7 +465,9 @@ def _better_clock(draft: Draft, usual: float) -> str:
     written = float(from_si(usual, draft.suffixes["time"]))
     for suffix in QUANTITIES["time"].suffixes:
         if _SHORTEST_STEP <= float(to_si(written, suffix)) <= 1.0:
-            return f": {written:.3g} between rows would fit a column named time_{suffix}"
+            return (
+                f": {written:.3g} between rows would fit a column named time_{suffix}: name it so"
+            )
     return ": check the unit of the clock"
 
 
@@ -501,7 +503,7 @@ def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
     if quantity.name in TEMPERATURES and "static_pressure" in draft.channels:
         named = likely_temperatures(draft, quantity.name) or named
     columns = " or ".join(named)
-    way_out = f"; they would fit {columns}: correct the unit" if fits else ""
+    way_out = f"; they would fit {columns}: correct the unit" if fits else ": check its scale"
     if not quantity.unit:
         way_out = "; write it as a number from 0 to 1"
     return f"typical values of {written:.4g} {suffix} are not those of an airplane{way_out}"
@@ -592,7 +594,8 @@ def check_impact_pressure(draft: Draft) -> None:
                 "log of a flight"
             )
         raise BadInputError(
-            f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}"
+            f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}; "
+            "repair its line or its wiring, and fly again"
         )
     negative = impact < 0.0
     if negative.mean() > _MOST_NEGATIVE:

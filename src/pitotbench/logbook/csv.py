@@ -81,6 +81,7 @@ def _read(file: BinaryIO) -> Table:
         raise BadInputError(
             "the file is empty: there is no line of column names"
             + (", only comments" if comments else "")
+            + "; copy it again from its source"
         )
     delimiter = _delimiter(first_line, below[-1])
     require_few_columns(first_line.count(delimiter.encode()) + 1)

@@ -434,7 +434,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
         *_more_sensors(fitted, offered),
     )
     if not refusal and not _missing(chosen):
-        refusal = _trial(table, fitted)[1]
+        refusal, _ = _trial(table, fitted)
     used = {line.guess.theirs for line in lines}
     unused = tuple(name for name in table.names if name not in used)
     ranges = tuple(_range_of(table.column(name)) for name in unused)
@@ -508,7 +508,7 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
     sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
     # No unit breaks a pitot, and to look for a broken one takes most of the time of a reading.
     trials = [
-        _trial(sample, units, (check_broken, check_broken_in_sound_velocities))
+        (units, *_trial(sample, _trusted(units), (check_broken, check_broken_in_sound_velocities)))
         for units in islice(_unit_choices(chosen), _MOST_TRIALS)
     ]
     best = min(trials, key=lambda trial: (bool(trial[1]), trial[2]))
@@ -542,18 +542,27 @@ def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
         ]
 
 
+def _trusted(chosen: list[Guess]) -> list[Guess]:
+    """Return the guesses by which the units of the others are judged: what raises a question itself
+    is none, where the log can be read without it.
+    """
+    trusted = [guess for guess in chosen if not guess.doubt]
+    return chosen if _missing(trusted) else trusted
+
+
 def _trial(
     sample: Table, chosen: list[Guess], unasked: Sequence[Callable[[Draft], None]] = ()
-) -> tuple[list[Guess], str, int]:
-    """Return the guesses, why the log is refused with them, and how many doubts it raises."""
+) -> tuple[str, int]:
+    """Return why the log is refused with some guesses, and how many doubts it raises."""
     renamed = tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
     try:
         with np.errstate(all="ignore"):
             log = log_of(rename(sample, MappedFile(("*",), "last", renamed)), unasked=unasked)
     except BadInputError as error:
-        return chosen, str(error), 0
-    quiet = ("the header", "the recording")
-    return chosen, "", sum(not w.startswith(quiet) for w in log.header.get("warnings", []))
+        return str(error), 0
+    return "", sum(
+        not w.startswith(("the header", "the recording")) for w in log.header.get("warnings", [])
+    )
 
 
 def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:

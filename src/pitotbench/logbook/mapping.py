@@ -89,7 +89,7 @@ def find_mapping(name: str | Path) -> Mapping:
         try:
             text = path.read_text(encoding="utf-8")
         except UnicodeDecodeError as error:
-            raise BadInputError("cannot be read: not UTF-8 text") from error
+            raise BadInputError("not UTF-8 text: save it as UTF-8") from error
     return parse_mapping(str(path), text)
 
 

@@ -94,8 +94,8 @@ def _only_log(folder: Path, source: Path) -> Path:
         return files[0]
     first = source / (files[0].relative_to(folder) if files else "flight.csv")
     raise BadInputError(
-        f"a folder of {len(files)} logs; name one, such as {first}: `pitotbench inspect {source}` "
-        "lists the flights of several"
+        f"a folder of {len(files) or 'no'} logs; name one, such as {first}: `pitotbench inspect "
+        f"{source}` lists the flights of several"
     )
 
 
@@ -179,7 +179,9 @@ def read_table(path: Path) -> Table:
     try:
         empty = path.stat().st_size == 0
     except OSError as error:
-        raise BadInputError(f"cannot be read: {error.strerror or error}") from error
+        raise BadInputError(
+            f"cannot be read: {error.strerror or error}; check its name and who may read it"
+        ) from error
     if empty:
         raise BadInputError("the file is empty: copy it again from its source")
     table = read(path)

@@ -87,13 +87,11 @@ def read_igc(path: Path) -> Table:
             f"the extensions {', '.join(sorted(lost))} are left out: their bytes are not those of "
             "an extension of the fixes"
         )
-    fixes = fixes[valid]
-    columns = _columns(fixes, extensions)
+    columns = _columns(fixes[valid], extensions)
     kept = ((name, re.search(pattern, data, re.MULTILINE)) for name, pattern in _KEPT.items())
     header = {name: found[1].decode("utf-8", "replace").strip() for name, found in kept if found}
     begin = float(columns["time_s"][0])
-    date = _DATE.search(data)
-    if date:
+    if date := _DATE.search(data):
         day, month, year = (int(part) for part in date.groups())
         try:
             moment = datetime(2000 + year, month, day) + timedelta(seconds=begin)

@@ -48,11 +48,8 @@ def stated_day(text: str) -> DayTemperature:
     temperature = float(to_si(float(found["celsius"]), "degc"))
     if not _COLDEST < temperature < _WARMEST:
         raise BadInputError(f"temperature {text!r}: no day has it; write it in degrees Celsius")
-    height = None
-    if found["height"] is not None:
-        height = float(to_si(float(found["height"]), found["unit"]))
-    spread = REPORT if found["spread"] is None else float(found["spread"])
-    return DayTemperature(temperature, spread, height)
+    height = None if (at := found["height"]) is None else float(to_si(float(at), found["unit"]))
+    return DayTemperature(temperature, float(found["spread"] or REPORT), height)
 
 
 def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:
@@ -70,10 +67,11 @@ def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:
     height: Meters = np.asarray(air.pressure_altitude(static))
     reference = float(np.nanquantile(height, LOWEST)) if day.height is None else day.height
     warmer = day.temperature - float(air.standard_temperature(reference))
-    words = f"the temperature of the day, {text} (in °C), is lapsed from {reference:.0f} m on"
     for name in {"total_temperature", "air_temperature"} & draft.channels.keys():
         draft.leave_out(name, "the temperature of the day is stated")
-    draft.warnings.append(words)
+    draft.warnings.append(
+        f"the temperature of the day, {text} (in °C), is lapsed from {reference:.0f} m on"
+    )
     draft.channels["air_temperature"] = np.asarray(air.standard_temperature(height) + warmer)
     draft.columns["air_temperature"], draft.suffixes["air_temperature"] = "temperature_c", "k"
     climbed = float(np.nanmedian(np.abs(height - reference)))

@@ -3,6 +3,9 @@ there.
 """
 
 import re
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import pytest
 from tests.lab.study import made_up
@@ -12,7 +15,7 @@ from pitotlab.__main__ import main
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.conduct import StudyRequest, run_study
 from pitotlab.study.content import study_page_of
-from pitotlab.study.page import study_html, write_document
+from pitotlab.study.page import save, study_html, write_document
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES
 
@@ -22,15 +25,37 @@ def _varied(sortie, look):
 
 
 @pytest.fixture(scope="module")
-def page():
-    evidence = made_up.evidence(_varied, seeds=2)
-    return study_page_of(
-        evidence, {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
-    )
+def evidence():
+    return made_up.evidence(_varied, seeds=2)
 
 
-def test_the_page_is_whole_and_self_contained(page):
-    html = study_html(page)
+@pytest.fixture(scope="module")
+def told(evidence, tmp_path_factory):
+    """The study told again from the tables of a run, with its page and its document.
+
+    The page holds all pictures; as a file, the first of each kind is drawn once more.
+    """
+    drawn = set()
+
+    def save_one_of_a_kind(chart, path):
+        (Path.touch if type(chart) in drawn else partial(save, chart))(path)
+        drawn.add(type(chart))
+
+    folder = tmp_path_factory.mktemp("study")
+    for name in TABLES:
+        getattr(evidence, name).to_parquet(folder / f"{name}.parquet", index=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pitotlab.study.page.save", save_one_of_a_kind)
+        return run_study(StudyRequest(out=folder / "again", docs=folder / "docs", tables=folder))
+
+
+@pytest.fixture(scope="module")
+def page(told):
+    return study_page_of(told.evidence, told.findings)
+
+
+def test_the_page_is_whole_and_self_contained(told):
+    html = told.pages[0].read_text("utf-8")
     for number in CLAIMS:
         assert f'id="{number}"' in html
     for sweep in SWEEPS.values():
@@ -52,10 +77,11 @@ def test_every_picture_has_units_on_its_axes(page):
     assert len(names) == len(set(names))
 
 
-def test_the_document_and_its_pictures_agree(page, tmp_path):
-    text = write_document(page, tmp_path).read_text(encoding="utf-8")
+def test_the_document_and_its_pictures_agree(told):
+    document = told.pages[1]
+    text = document.read_text("utf-8")
     named = set(re.findall(r"\(study/([^)]+)\)", text))
-    assert named == {path.name for path in (tmp_path / "study").iterdir()}
+    assert named == {path.name for path in (document.parent / "study").iterdir()}
     assert "Seeds 1 to 2" in text
 
 
@@ -74,13 +100,9 @@ def test_seeds_count_from_one(capsys):
     assert "count from 1" in capsys.readouterr().err
 
 
-def test_numbers_are_told_again_without_flying(tmp_path, capsys):
+def test_numbers_are_told_again_without_flying(evidence, told, tmp_path, capsys):
     """The tables of a run give its pages again; a folder without them is refused with the way out."""
-    evidence = made_up.evidence(_varied, seeds=1)
-    for name in TABLES:
-        getattr(evidence, name).to_parquet(tmp_path / f"{name}.parquet", index=False)
-    again = run_study(StudyRequest(out=tmp_path / "again", tables=tmp_path))
-    assert {n: f.ours for n, f in again.findings.items()} == {
+    assert {n: f.ours for n, f in told.findings.items()} == {
         n: c.answer(evidence).ours for n, c in CLAIMS.items()
     }
     assert main(["study", "--tables", str(tmp_path / "nothing"), "--out", str(tmp_path / "x")]) == 2
@@ -98,17 +120,17 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
     assert (tmp_path / "taken").read_text() == "mine"
 
 
-def test_the_claims_alone_are_answered_without_the_sweeps(tmp_path):
-    """Every claim answers from fewer flights with the same words; nothing of what was not flown is
-    shown.
+def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told, page, tmp_path):
+    """Every claim answers from fewer flights with the same words and the same pictures; nothing of
+    what was not flown is shown.
     """
-    whole, alone = (made_up.evidence(_varied, seeds=2, sweeps=sweeps) for sweeps in (True, False))
-    assert len(alone.flights) < len(whole.flights)
+    alone = made_up.evidence(_varied, seeds=2, sweeps=False)
+    assert len(alone.flights) < len(evidence.flights)
     findings = {number: claim.answer(alone) for number, claim in CLAIMS.items()}
-    assert {n: f.ours for n, f in findings.items()} == {
-        n: c.answer(whole).ours for n, c in CLAIMS.items()
-    }
-    page = study_page_of(alone, findings)
-    assert page.questions == []
-    assert "Open questions" not in study_html(page)
-    assert "left open" not in write_document(page, tmp_path).read_text(encoding="utf-8")
+    assert {n: f.ours for n, f in findings.items()} == {n: f.ours for n, f in told.findings.items()}
+    fewer = study_page_of(alone, findings)
+    assert [repr(part.charts) for part in fewer.claims] == [repr(p.charts) for p in page.claims]
+    assert fewer.questions == []
+    words = replace(fewer, claims=[replace(part, charts=()) for part in fewer.claims])
+    assert "Open questions" not in study_html(words)
+    assert "left open" not in write_document(words, tmp_path).read_text(encoding="utf-8")

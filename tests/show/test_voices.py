@@ -57,17 +57,14 @@ def calibration(result, tmp_path):
 
 def beside(result):
     """What a calibration writes that follows from numbers of its document: winds by speed, heights
-    in feet, points less the curve, models less the best one.
+    in feet, points less the curve.
     """
     winds = [np.hypot(w.north.value, w.east.value) / KNOT for w in result.winds]
     curve = result.curve
     known = CubicSpline(curve.indicated_airspeed, curve.correction)
     off = [float(p.correction - known(p.indicated_airspeed)) / KNOT for p in result.points]
-    weighed = [m.criteria for m in result.diagnostics.models if m.criteria is not None]
-    columns = [[c.aicc, c.bic, c.log_likelihood, c.held_out] for c in weighed]
-    apart = [a - b for column in zip(*columns, strict=True) for a in column for b in column]
     rms = float(np.sqrt(np.mean(curve.two_sigma**2))) / KNOT
-    return [*winds, *off, *apart, rms, result.reference_pressure]
+    return [*winds, *off, rms, result.reference_pressure]
 
 
 def inspection(log, tmp_path):

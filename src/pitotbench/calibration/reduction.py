@@ -442,7 +442,6 @@ def reference_of(observed: Sequence[Observations]) -> float:
 
 
 _LAWS = ("inverse+", "linear", "bias")  # tried in turn for the white fit, the richest first
-_POINTS = 50  # over the range, at which a curve of one model is described by another
 
 
 def _white(
@@ -472,7 +471,7 @@ def _white(
 def _told_by(model: PredictionModel, law: PredictionModel, fit: OutputErrorFit) -> OutputErrorFit:
     """A white fit of a law in the parameters of a smooth model."""
     assert isinstance(model.error, SmoothModel)
-    x = np.geomspace(model.error.low, model.error.high, _POINTS)
+    x = np.geomspace(model.error.low, model.error.high)
     turn = np.zeros((model.count, law.count))
     of_law = np.linalg.lstsq(model.error.basis(x), law.error.basis(x))[0]
     turn[: model.error_count, : law.error_count] = of_law

@@ -457,7 +457,7 @@ def _evidence(
     of_time: Array,
     rival: int,
 ) -> Callable[[Array], ColumnEvidence]:
-    """The map from a noise φ to the evidence for changes of the wind, under one prior of the curve."""
+    """The map from a noise φ to the evidence for changes of the wind, under one rival prior."""
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
     first, regression = structure.model.error_count, triangle.regression
     winds, added = slice(first, first + 2), len(DIRECTION_DEVIATIONS)

@@ -162,8 +162,8 @@ class Regression:
 
     The instruments are the regressors, or smoothed copies that do not share their measurement
     noise. The prior precision of a coefficient is that of a Gaussian around `prior_mean` (p,), zero
-    where that is None; 0 means no prior. Precisions (r, p) are those of r rival priors, alike likely
-    before the data: such as a size of the coefficients that nobody knows.
+    where that is None; 0 means no prior. Precisions (r, p) are those of r rival priors, alike
+    likely before the data: such as a size of the coefficients that nobody knows.
     """
 
     response: Array
@@ -199,8 +199,9 @@ class Regression:
 class NoiseNode:
     """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
 
-    `rival` is the number of the prior of β among the rivals. `log_mass` is the logarithm of the weight before normalization. The sum of the masses of all
-    nodes is the restricted likelihood integrated over φ.
+    `rival` is the number of the prior of β among the rivals. `log_mass` is the logarithm of the
+    weight before normalization. The sum of the masses of all nodes is the restricted likelihood
+    integrated over φ.
     """
 
     noise: Array

@@ -273,7 +273,7 @@ class SmoothModel:
 
 @cache
 def _lift_over(half: float) -> tuple[float, float, float]:
-    """The level, the slope and the scatter of 1/x over u, of which ln x spans `half` to each side."""
+    """The level, the slope and the scatter of 1/x over u; ln x spans `half` to each side."""
     place, weight = legendre.leggauss(_QUADRATURE)
     lift = np.exp(-half * place)
     level, slope = 0.5 * (weight * lift) @ (legendre.legvander(place, 1) * _SIZES[:2])

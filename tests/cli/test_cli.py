@@ -14,6 +14,7 @@ from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.calibration import calibrate
 from pitotbench.cli.app import COMMANDS, SHELLS, command_line, main
 from pitotbench.cli.plan import request_of as plan_request
+from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
 from pitotbench.units import DEGREE, KNOT
@@ -50,7 +51,7 @@ def test_calibrate_json_holds_the_contract(log, capsys):
     assert keys <= set(answer)
     assert set(answer["wind"]) == WIND_KEYS
     assert all(set(point) == CURVE_KEYS for point in answer["curve"])
-    assert [p["name"] for p in answer["parameters"]] == ["k1", "k2", "k3"]
+    assert [p["name"] for p in answer["parameters"]] == list(SMOOTH.parameter_names)
     middle = answer["curve"][len(answer["curve"]) // 2]
     truth = (
         fixture.true_correction(np.array([middle["indicated_airspeed_kt"]]) * 1852 / 3600)[0]

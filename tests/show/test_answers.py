@@ -184,7 +184,7 @@ def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_jso
     assert document["impact_pressure_zero_pa"] is None
     # A log that states exact sensors is said to have no constant error.
     said = (
-        "no constant error of temperature, recovery factor, static pressure, GPS velocity "
+        "no constant error of temperature, recovery factor, static pressure, GPS velocity, total source "
         "(stated by the log)"
     )
     assert said in _terminal(result)

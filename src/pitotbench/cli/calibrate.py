@@ -50,7 +50,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     )
     parser.add_argument(
-        "--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)"
+        "--model", help="pressure-error model (default: the mapping's, else smooth)"
     )
     add_mapping(parser)
     add_part(parser)

@@ -47,9 +47,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add_mapping(parser)
     add_accuracy(parser)
-    parser.add_argument(
-        "--model", help="of two logs: the pressure-error model, or auto (as for calibrate)"
-    )
+    parser.add_argument("--model", help="of two logs: the pressure-error model (as for calibrate)")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with a picture (HTML)")
     add_units(parser)

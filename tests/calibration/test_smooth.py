@@ -102,7 +102,7 @@ def test_command_line(calm, tmp_path, capsys):
     assert found["model"] == "smooth"
     assert len(found["parameters"]) == len(MODELS["smooth"].parameter_names)
     assert main(["calibrate", str(path), "--model", "smooth", "-v"]) == 0
-    assert "departure of the curve from a straight line" in capsys.readouterr().out
+    assert "departure of the curve from level, slope" in capsys.readouterr().out
 
 
 STRUCTURE = Structure(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), (), drifting=False)

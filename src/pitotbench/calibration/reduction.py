@@ -601,7 +601,7 @@ def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | 
 
 
 def _departures(law: PressureErrorModel, fit: CoveringFit) -> dict[str, float] | None:
-    """The probability of each size of a smooth curve's departure from a straight line."""
+    """The probability of each size of a smooth curve's departures."""
     if not isinstance(law, SmoothModel):
         return None
     shares = dict.fromkeys(DEPARTURES, 0.0)

@@ -332,8 +332,8 @@ class Diagnostics:
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ
     about the curve by so much by chance, `static_probability` that of an error of the static
-    source. `departures` holds the probability of each size of a smooth curve's departure from a
-    straight line in ln q_ci, keyed by its root mean square in Δp/q_c.
+    source. `departures` holds the probability of each size of a smooth curve's departures, keyed by
+    their root mean square in Δp/q_c.
     """
 
     iterations: int

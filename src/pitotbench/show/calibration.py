@@ -311,12 +311,13 @@ def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") ->
 
 
 def departure_line(result: Calibration) -> str:
-    """The probability of each size of the curve's departure from a straight line in ln q_ci."""
+    """The probability of each size of a smooth curve's departures."""
     parts = ", ".join(
         f"{size} with {100 * p:.0f} %" for size, p in (result.diagnostics.departures or {}).items()
     )
     return (
-        f"departure of the curve from a straight line, rms in Δp/q_c, with its probability: {parts}"
+        "departure of the curve from level, slope and a part in 1/q_ci, rms in Δp/q_c, with its "
+        f"probability: {parts}"
     )
 
 

@@ -126,7 +126,7 @@ def flown_bounds(trial: lab.Trial, systems: tuple[str, ...]) -> list[lab.Row]:
     error_kt (true rms error) and coverage (share of the speeds inside 2σ).
     """
     request = PlanRequest(Case(turbulence=trial.turbulence))
-    flight, options = _flown(request, trial), CalibrationOptions()
+    flight, options = _flown(request, trial), request.options
     return [
         trial.cell | _calibrated(request, flight, das, options)[0] | {"das": das} for das in systems
     ]

@@ -16,12 +16,11 @@ from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 
 def test_a_forecast_foretells_the_bound_of_flights():
     """Three flights in the simulator's turbulence against the forecast."""
-    expected = forecast(
-        PlanRequest(Case(), draws=10, maneuvers=("decel_circle",)), "decel_circle"
-    ).mean
+    request = PlanRequest(Case(), draws=10, maneuvers=("decel_circle",))
+    expected = forecast(request, "decel_circle").mean
     case = Case(maneuver="decel_circle")
     flights = [fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
-    flown = [score(calibrate(sense(f, "20/1")), f).two_sigma for f in flights]
+    flown = [score(calibrate(sense(f, "20/1"), request.options), f).two_sigma for f in flights]
     assert expected == pytest.approx(np.mean(flown), rel=0.2)
 
 

@@ -18,7 +18,6 @@ from pitotbench.calibration.observations import (
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
-from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepResponse
 from pitotbench.records.case import Case
@@ -165,9 +164,8 @@ def _expected(
     noise = ExpectedNoise(
         gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH
     )
-    theta = np.array([*[0.0] * len(MODELS[plain.law].parameter_names), *wind])
     try:
-        bound = expected_two_sigma(sample, plain, theta, noise, speeds)
+        bound = expected_two_sigma(sample, plain, np.array(wind), noise, speeds)
     except (BadInputError, NoAnswerError) as error:
         return None, f"{error}{limit_words(sample, plain)}"
     if not np.all(np.isfinite(bound)):

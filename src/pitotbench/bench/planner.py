@@ -42,8 +42,9 @@ class PlanRequest:
 
     `base` holds the aircraft, the height, the expected wind and turbulence, and an error curve of
     the expected size and location. `system` is the data system or its name, and `options` are those
-    of the calibration. An error of the static source narrows the bound as far as the system's
-    height shows it. A base that states no curve has the usual one at the speeds of its aircraft.
+    of the calibration: the smooth curve of a measured log where none are stated. An error of the
+    static source narrows the bound as far as the system's height shows it. A base that states no
+    curve has the usual one at the speeds of its aircraft.
     `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged, by default
     that of the aircraft's cards. `minutes` is the time available, `want` [m/s] the wanted 2σ, and
     `box` [m] the side of the airspace; each is None where it does not matter. `draws` is the number
@@ -60,7 +61,7 @@ class PlanRequest:
     box: float | None = None
     maneuvers: tuple[str, ...] = tuple(MANEUVERS)
     draws: int = 16
-    options: CalibrationOptions = field(default_factory=CalibrationOptions)
+    options: CalibrationOptions = field(default_factory=lambda: CalibrationOptions(model=AUTO))
 
     def __post_init__(self) -> None:
         for name in self.maneuvers:
@@ -289,9 +290,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
     expected level.
     """
     level = gust_deviation(request.base)
-    theta = np.concatenate(
-        [np.array(request.base.pressure_error.parameters), wind_toward(request.base.wind)[:2]]
-    )
+    wind = np.array(wind_toward(request.base.wind)[:2])
     das = request.das
     noise = ExpectedNoise(
         gust_deviation=level,
@@ -308,7 +307,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
         location = request.base.pressure_error.location
     log = sense(flight, das)
     options = replace(request.options, error_location=location)
-    return expected_two_sigma(log, options, theta, noise, request.airspeeds)
+    return expected_two_sigma(log, options, wind, noise, request.airspeeds)
 
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:

@@ -25,7 +25,6 @@ from pitotbench.calibration.options import CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import CurveMap, nuisances_of
 from pitotbench.calibration.reduction import model_of, scale_of
 from pitotbench.calibration.result import correction_gradient
-from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, MetersPerSecond
@@ -55,17 +54,17 @@ class ExpectedNoise:
 def expected_two_sigma(
     log: FlightLog,
     options: CalibrationOptions,
-    theta: Array,
+    wind: Array,
     noise: ExpectedNoise,
     indicated_airspeed: MetersPerSecond,
 ) -> MetersPerSecond:
     """Compute 2σ of the error curve at indicated airspeeds, (c,) [m/s], for known noise.
 
-    Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind
-    toward north and east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,)
-    [m/s]. Raises NoAnswerError where the flight cannot determine the answer. An error of the static
-    source is seen by the altitude equation too, where the log has its height. A wind that drifts
-    does so by its usual size.
+    Parameters: log, of the flight in smooth air; options; wind toward north and east (2,) [m/s], at
+    which the problem is linearized, with no error; noise; indicated_airspeed (c,) [m/s]. Raises
+    NoAnswerError where the flight cannot determine the answer. An error of the static source is
+    seen by the altitude equation too, where the log has its height. A wind that drifts does so by
+    its usual size.
     """
     stated = accuracies_of(options.accuracies, log.header)
     options = replace(options, accuracies=stated)
@@ -74,8 +73,7 @@ def expected_two_sigma(
     require_observable(model, obs)
     rows = None
     if model.static_error and options.use_altitude:
-        wind, total = theta[model.error_count :], 0.5 * stated.total_source
-        rows = altitude_rows(log, obs, options.gps_latency, wind, total)
+        rows = altitude_rows(log, obs, options.gps_latency, wind, 0.5 * stated.total_source)
     structure = Structure(
         model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows
     )
@@ -87,6 +85,7 @@ def expected_two_sigma(
         phi = np.append(
             phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST))
         )
+    theta = np.concatenate([np.zeros(model.error_count), wind])
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
     known = np.zeros(len(covariance))
     known[: len(theta)] = theta
@@ -102,12 +101,9 @@ def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
     The answer is that of the model Inverse+ in gusts of the usual size, with no wind.
     """
     plain = replace(options, model=CalibrationOptions().model, use_down=False, wind_down=False)
-    errors = len(MODELS[plain.model].parameter_names)
     speed = air.calibrated_airspeed(np.quantile(log.impact_pressure, [0.05, 0.5, 0.95]))
     try:
-        bound = expected_two_sigma(
-            log, plain, np.zeros(errors + 2), ExpectedNoise(GUST_SCALE), speed
-        )
+        bound = expected_two_sigma(log, plain, np.zeros(2), ExpectedNoise(GUST_SCALE), speed)
     except (BadInputError, NoAnswerError):
         return False
     return bool(np.all(bound < USELESS))  # not for NaN

@@ -131,6 +131,7 @@ def _checked(stated: object) -> dict[str, float]:
 # The options of a calibration, in one record.
 
 AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
+_NOW_SMOOTH = (AUTO, "spline")  # what the smooth curve stands for
 METHODS = ("covering", "paper")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
@@ -220,12 +221,12 @@ class CalibrationOptions:
     @property
     def law(self) -> str:
         """The name of the model in the table of pressure-error models."""
-        return SMOOTH.name if self.model == AUTO else self.model
+        return SMOOTH.name if self.model in _NOW_SMOOTH else self.model
 
 
 def require_model(name: str) -> None:
     """Raise UnknownNameError unless a model of the table has this name, or it is `auto`."""
-    if name not in MODELS and name != AUTO:
+    if name not in (*MODELS, *_NOW_SMOOTH):
         raise UnknownNameError(explain(MODELS.kind, name, [*MODELS, AUTO]))
 
 

@@ -292,7 +292,7 @@ def _latency_warning(latency: LatencyFound) -> Caution:
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
-_LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
+_LEAST_RANGE = 1.01  # of x between the ends, where the airspeed hardly changes
 # Probability of so much evidence for a change under a constant wind, above which it is not named. A
 # third of the changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15

@@ -11,14 +11,11 @@ from pitotbench.pressure_error.models import (
     LINEAR,
     QUADRATIC,
     SMOOTH,
-    SPLINE,
 )
 from pitotbench.pressure_error.models import PressureErrorCurve as PressureErrorCurve
 from pitotbench.pressure_error.models import PressureErrorModel as PressureErrorModel
 from pitotbench.pressure_error.models import PressureErrorRangeError as PressureErrorRangeError
-from pitotbench.pressure_error.models import SplineModel as SplineModel
 from pitotbench.pressure_error.models import TableCurve as TableCurve
-from pitotbench.pressure_error.models import spline_between as spline_between
 
 REFERENCE_PRESSURE = (
     1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one
@@ -26,6 +23,6 @@ REFERENCE_PRESSURE = (
 
 MODELS: Catalog[PressureErrorModel] = Catalog(
     "pressure-error model",
-    {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE, SMOOTH)},
+    {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SMOOTH)},
 )
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9

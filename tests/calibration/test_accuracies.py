@@ -162,7 +162,7 @@ def test_the_gradient_of_the_correction_by_a_zero_offset_is_that_of_differences(
 
 def test_no_temperature_means_a_wide_prior(log):
     result = calibrate(replace(log, total_temperature=None))
-    assert (result.assumptions[0].two_sigma, result.assumptions[0].source) == (10.0, "standard day")
+    assert (result.assumptions[0].two_sigma, result.assumptions[0].source) == (15.0, "standard day")
     assert [s.name for s in result.shares] == ["temperature_k"]
     assert result.shares[0].curve > 1.0 * KNOT
     assert any("temperature" in warning for warning in result.warnings)
@@ -184,7 +184,7 @@ def test_the_published_method_takes_the_standard_day_for_exact(log):
     found = calibrate(replace(log, total_temperature=None), CalibrationOptions(method="paper"))
     (told,) = (warning for warning in found.warnings if warning.code == "standard day")
     assert "taken for exact" in told
-    assert "±10 K" not in told
+    assert "K (2σ)" not in told
 
 
 @pytest.mark.parametrize("wind", ["linear", "drifting"])

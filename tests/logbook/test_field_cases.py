@@ -41,7 +41,7 @@ def test_the_answer_of_a_recorders_file_is_that_with_which_it_was_made(name):
     found = answer_of(name)
     off = np.abs(found.curve.correction / KNOT - correction)
     assert np.all(off <= found.curve.simultaneous_two_sigma / KNOT)  # all points at once
-    assert np.max(found.curve.two_sigma) < 2.5 * KNOT
+    assert np.max(found.curve.two_sigma) < 3.5 * KNOT  # 15 K are 2.6 % of the airspeed
     assert abs(found.wind.speed_kt - wind) < 1.0
     assert abs(found.wind.from_deg - wind_from) < 3.0
 

@@ -15,7 +15,7 @@ from pitotbench.calibration.observations import (
     usable_rows,
     wind_drifts,
 )
-from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
@@ -177,7 +177,11 @@ def _questions(log: FlightLog, determined: bool, refusal: str) -> tuple[Question
     found = [Question("error curve and wind", determined, "" if determined else refusal)]
     if log.total_temperature is None and log.air_temperature is None:
         found.append(
-            Question("temperature", False, "no temperature: a standard day within 10 K is assumed")
+            Question(
+                "temperature",
+                False,
+                f"no temperature: a standard day ±{WITHOUT_TEMPERATURE:.0f} K is assumed",
+            )
         )
     for name, (needed, words) in _NEEDS.items():
         missing = [channel for channel in needed if getattr(log, channel) is None]

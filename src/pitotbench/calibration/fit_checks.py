@@ -345,9 +345,9 @@ _LEAST_KNOWN = (
 )
 
 _ERRORS = {  # name of a nuisance to its words and its unit
-    "temperature_k": ("constant error of the temperature", "K"),
-    "recovery_factor": ("error of the recovery factor", ""),
-    "static_pressure_pa": ("constant error of the static pressure", "Pa"),
+    "temperature_k": ("correction that the temperature needs", "K"),
+    "recovery_factor": ("correction that the recovery factor needs", ""),
+    "static_pressure_pa": ("correction that the static pressure needs", "Pa"),
     "impact_pressure_zero_pa": ("zero offset of the impact pressure", "Pa"),
     "velocity_north_mps": ("constant error of the GPS velocity toward north", "m/s"),
     "velocity_east_mps": ("constant error of the GPS velocity toward east", "m/s"),
@@ -411,25 +411,26 @@ def outside_prior(
 
 
 def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]:
-    mean, bounds = answer.mean, answer.two_sigma(np.eye(len(answer.mean)))
-    found = []
+    mean, found = answer.mean, []
     for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
         # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
         scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
         if abs(float(mean[place])) > _SELDOM * scatter:
-            text = _nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), scatter)
-            found.append(Caution(text, "outside prior", nuisance.name, float(mean[place])))
+            # What the log says without the prior, which draws the estimate to zero.
+            freed = (nuisance.deviation / scatter) ** 2
+            value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5
+            text = _nuisance_sentence(nuisance, value, bound * left**0.5)
+            found.append(Caution(text, "outside prior", nuisance.name, value))
     return found
 
 
-def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float, scatter: float) -> str:
+def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float) -> str:
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
     return (
-        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}; under what was "
-        "assumed "
-        f"({_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)}, 2σ) such a log would find "
-        f"{_sized(f'0 ± {2.0 * scatter:.2g}', unit)}: check the sensor and its unit, or assume more"
+        f"the {words} is {_sized(f'{value:+.3g} ± {bound:.2g}', unit)} by the rest of the log, "
+        f"where {_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)} (2σ) is assumed: check the sensor "
+        "and its unit, or assume more"
     )
 
 

@@ -17,9 +17,9 @@ from pitotbench.records.calibration import Assumption
 # accuracy is not stated, the usual one is assumed. A bound for an exact temperature would be too
 # small on nearly every airplane.
 
-WITHOUT_TEMPERATURE = (
-    10.0  # K, 2σ: departure of a day from the standard one, for a log without temperature
-)
+# K, 2σ: departure of a day from the standard one, for a log without temperature. Five days of
+# measured logs were +9.8, +10.7, 0, −4 and −1 K off; it allows for so few.
+WITHOUT_TEMPERATURE = 15.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,7 +90,7 @@ def add_temperature(parser: argparse.ArgumentParser) -> None:
         metavar="T±2σ@PLACE",
         help="temperature of the day [°C], lapsed with height, for a log without a probe of the "
         "air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a standard "
-        "day, 10 K off at most)",
+        "day ±15 K)",
     )
 
 

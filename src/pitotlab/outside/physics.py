@@ -221,12 +221,12 @@ def draw_smooth(low: float, high: float, dice: np.random.Generator) -> TwoSource
 
     Static: level and slope N(0, 0.05), and departures with a Matérn-3/2 correlation of length 0.7,
     whose size has the median 0.002 and a factor of 2.5 as its standard deviation. Total: level
-    N(0, 0.01) and slope N(0, 0.002).
+    N(0, 0.005) and slope N(0, 0.0015), as a calibration assumes.
     """
     x = np.log(impact_pressure(np.array([low, high])))
     u = np.linspace(-2.0, 2.0, 121)
     at = tuple(x.mean() + 0.5 * u * np.ptp(x))
-    level, slope, total_level, total_slope = np.array([0.05, 0.05, 0.01, 0.002]) * (
+    level, slope, total_level, total_slope = np.array([0.05, 0.05, 0.005, 0.0015]) * (
         dice.standard_normal(4)
     )
     size = 0.002 * 2.5 ** dice.standard_normal()

@@ -80,7 +80,7 @@ def test_a_run_that_was_ended_goes_on_and_other_choices_are_other_rows(tmp_path,
         path.write_text(json.dumps({**TRUTH, **named, "calibrate": {"model": "auto"}}))
     judged = []
 
-    def judge_log(path, truth, options, calibrate):
+    def judge_log(path, truth, options):
         judged.append((path.name, options.model))
         return {"outcome": "refused", "says": "too\nshort"}
 

@@ -32,8 +32,6 @@ from pitotlab.outside.judge import (
 from pitotlab.outside.physics import KNOT, Array
 from pitotlab.outside.written import TRUTH
 
-Calibrate = Callable[[Any, CalibrationOptions], Any]  # a log and its options to an answer
-
 Z_AT = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the range of airspeeds
 WRONG_BELOW = 0.5  # share of the curve inside its bound
 RANKS = 10  # classes of the test of ranks
@@ -81,9 +79,7 @@ def options_known(stated: Mapping[str, Any]) -> tuple[CalibrationOptions, str]:
     return CalibrationOptions(**known), json.dumps(known, sort_keys=True)
 
 
-def judge_log(
-    path: Path, truth: Mapping[str, Any], options: CalibrationOptions, calibrate: Calibrate
-) -> dict[str, Any]:
+def judge_log(path: Path, truth: Mapping[str, Any], options: CalibrationOptions) -> dict[str, Any]:
     """Read and calibrate a log, and hold the answer against its truth: entries of a `BuildRow`."""
     log, begun = None, 0.0
     try:
@@ -127,9 +123,7 @@ def held(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def judge_folder(
-    folder: Path, out: Path, stated: Mapping[str, Any], calibrate: Calibrate = calibrate
-) -> None:
+def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
     """Judge the logs under a folder that the file has no row of yet, and append a row each.
 
     Raises BadInputError for a folder without written logs.
@@ -157,10 +151,10 @@ def judge_folder(
             done.add((truth["set"], truth["seed"], words))
             log = path.with_name(path.name.removesuffix(TRUTH) + ".csv")
             if not warm:  # what loads with the first calibration is not its time
-                judge_log(log, truth, options, calibrate)
+                judge_log(log, truth, options)
                 warm = True
             named = {name: truth[name] for name in ("set", "seed", "maneuver", "gps_hz")}
-            row = BuildRow(**named, options=words, **judge_log(log, truth, options, calibrate))
+            row = BuildRow(**named, options=words, **judge_log(log, truth, options))
             writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
             file.flush()
             print(f"{row.set} {row.seed} {row.maneuver}: {row.outcome}", file=sys.stderr)

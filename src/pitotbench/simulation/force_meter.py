@@ -25,6 +25,7 @@ from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 # 2006, ch. 5).
 
 TENTH = 0.1  # s
+INSTANT = 1e-6  # s, of a step in which nothing moves
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
 FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
@@ -230,6 +231,7 @@ class Rig:
     reads: Sequence[Callable[[], float]]
     factors: Array
     mass: tuple[Callable[[], float], float]
+    spools: Sequence[str]
 
     @classmethod
     def set_up(cls, plant: Plant, motion: Motion, loaded_mass: float) -> "Rig":
@@ -251,6 +253,7 @@ class Rig:
             ],
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
+            spools=[path for path in map(_spool, plant.engines) if plant.serves(path)],
         )
         rig.check_surfaces()
         return rig
@@ -276,13 +279,22 @@ class Rig:
         """Put the aircraft into a state.
 
         The controls move first: their systems may read the state, so a second call corrects what
-        the first one changed.
+        the first one changed. JSBSim puts a gas generator back to idle in the first step after
+        initial conditions: each gets back the speed that it had, in steps of no time.
         """
+        turning = [(spool, self.plant.get(spool)) for spool in self.spools]
         for servo, position in zip(self.servos, self.wanted[k].tolist(), strict=True):
             servo.move(position)
         for write, value in zip(self.writers, self.states[k].tolist(), strict=True):
             write(value)
         self.plant.run_initial_conditions()
+        if turning:
+            self.plant.fdm.set_dt(INSTANT)
+            self.plant.advance(1)
+            for spool, speed in turning:
+                self.plant.set(spool, speed)
+            self.plant.advance(1)
+            self.plant.fdm.set_dt(self.plant.time_step)
 
     def run_in(self, k: int) -> None:
         """Bring the engines to the power of a state, while the airplane is put back into it each
@@ -320,6 +332,11 @@ def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     # One lever, or a lever for all engines: that of the first.
     both = (("throttle_left", "throttle_command", "throttle_left"),)
     return [*(each for each in controls if not each[0].startswith("throttle")), *both]
+
+
+def _spool(running: str) -> str:
+    """The speed of the gas generator beside the property that tells whether its engine runs."""
+    return running.replace("set-running", "n1")
 
 
 def _nothing() -> float:

@@ -81,6 +81,8 @@ def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -
             rig.run_in(k)
         for _ in range(calls):
             rig.place(k)
+        if engines_run:
+            rig.keep_turning()
         yield k
         # Before a gap the engines do not run on: the run-in after it starts them anew.
         if engines_run and k + 1 < count and not starts[k + 1]:
@@ -279,15 +281,21 @@ class Rig:
         """Put the aircraft into a state.
 
         The controls move first: their systems may read the state, so a second call corrects what
-        the first one changed. JSBSim puts a gas generator back to idle in the first step after
-        initial conditions: each gets back the speed that it had, in steps of no time.
+        the first one changed.
         """
-        turning = [(spool, self.plant.get(spool)) for spool in self.spools]
         for servo, position in zip(self.servos, self.wanted[k].tolist(), strict=True):
             servo.move(position)
         for write, value in zip(self.writers, self.states[k].tolist(), strict=True):
             write(value)
         self.plant.run_initial_conditions()
+
+    def keep_turning(self) -> None:
+        """Give each gas generator the speed back that it had before the initial conditions.
+
+        JSBSim puts it to idle in the first step after them. Two steps of no time pass: that one,
+        and one in which its power reaches the propeller.
+        """
+        turning = [(spool, self.plant.get(spool)) for spool in self.spools]
         if turning:
             self.plant.fdm.set_dt(INSTANT)
             self.plant.advance(1)
@@ -302,6 +310,7 @@ class Rig:
         """
         for _ in range(round(RUN_IN / TENTH)):
             self.place(k)
+            self.keep_turning()
             self.plant.advance(round(TENTH / self.plant.time_step))
 
     def row(self) -> Array:

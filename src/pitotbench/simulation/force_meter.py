@@ -255,7 +255,11 @@ class Rig:
             ],
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
-            spools=[path for path in map(_spool, plant.engines) if plant.serves(path)],
+            spools=[
+                path
+                for path in (each.replace("set-running", "n1") for each in plant.engines)
+                if plant.serves(path)
+            ],
         )
         rig.check_surfaces()
         return rig
@@ -341,11 +345,6 @@ def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     # One lever, or a lever for all engines: that of the first.
     both = (("throttle_left", "throttle_command", "throttle_left"),)
     return [*(each for each in controls if not each[0].startswith("throttle")), *both]
-
-
-def _spool(running: str) -> str:
-    """The speed of the gas generator beside the property that tells whether its engine runs."""
-    return running.replace("set-running", "n1")
 
 
 def _nothing() -> float:

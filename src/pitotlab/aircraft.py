@@ -261,8 +261,5 @@ def _taken_by_reconcile(name: str, log: FlightLog) -> str:
             else []
         )
         return f"sensors alone; the airplane's log has no {', '.join(lacking)}"
-    thrust = (
-        "thrust by its throttles" if model is not None and model.thrust_known else "thrust free"
-    )
     verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
-    return f"on the force meter, {thrust}; verdict without null flights: {verdict.kind}"
+    return f"on the force meter; verdict without null flights: {verdict.kind}"

@@ -172,14 +172,10 @@ def test_the_bench_s_own_twin_takes_every_effect_and_another_does_not():
 
 
 def test_the_force_meter_takes_what_an_airplane_has():
-    """One engine has one throttle; the thrust of a turboprop, which comes to its power slowly, is
-    not known.
-    """
-    single, twin, turboprop = (aircraft_model(name) for name in ("c172x", "c310", "DHC6"))
+    """One engine has one throttle."""
+    single, twin = (aircraft_model(name) for name in ("c172x", "c310"))
     assert "throttle_right" not in single.controls
     assert set(twin.controls) - set(single.controls) == {"throttle_right"}
-    assert twin.thrust_known
-    assert not turboprop.thrust_known
 
 
 LATE = Catalog("effect", {"gps_latency": EFFECTS["gps_latency"]})

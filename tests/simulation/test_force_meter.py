@@ -290,3 +290,22 @@ def test_the_product_of_inertia_has_the_sign_that_the_motion_has(aircraft: str) 
     assert abs(ixz) > 0.01 * ixx
     assert roll * POUND_FORCE * FOOT == pytest.approx(ixx * p - ixz * r, rel=1e-3)
     assert yaw * POUND_FORCE * FOOT == pytest.approx(izz * r - ixz * p, rel=1e-3)
+
+
+def test_the_power_of_a_turboprop_does_not_depend_on_how_often_its_state_is_set():
+    """JSBSim puts its gas generator to idle with every initial condition: 1.2 m/s² of thrust."""
+    told = []
+    for step, rate in ((0.1, 100.0), (1.0, 25.0)):
+        time = np.arange(0.0, 6.0 + step, step)
+        same = dict.fromkeys(STATES, np.zeros_like(time)) | {"time": time}
+        steady = {"static_pressure": 84e3, "throttle_left": 0.8, "throttle_right": 0.8}
+        steady |= {"mass": loaded_mass("DHC6")}
+        motion = Motion(
+            **same | {name: np.full_like(time, value) for name, value in steady.items()},
+            mach=np.full_like(time, 0.2),
+        )
+        felt = measure(Plant.load("DHC6", rate, at_once=True), motion, loaded_mass("DHC6"))
+        told.append(
+            [felt.specific_force_x[-1], felt.roll_acceleration[-1], felt.fuel_flow_left[-1]]
+        )
+    assert told[0] == pytest.approx(told[1], rel=1e-3)

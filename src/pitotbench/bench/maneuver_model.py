@@ -35,7 +35,7 @@ def air_model(name: str, maneuvers: Sequence[Maneuver]) -> AircraftModel:
     ixx, iyy, izz, ixz = inertia or inertia_of(_weighed(name))
     tensor = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
     react, units = partial(_react, name, tensor, rated), partial(_unit_forces, name, tensor)
-    return AircraftModel(name, react, units, baseline, (), False, patch_errors(name))
+    return AircraftModel(name, react, units, baseline, (), patch_errors(name))
 
 
 def _weighed(name: str) -> Plant:

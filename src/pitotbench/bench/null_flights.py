@@ -26,7 +26,7 @@ from pitotbench.reconciliation.null_learning import learn_null_distribution
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import CONTROLS
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import TURBOPROP, Motion, Reaction, UnitForces, cache_folder
+from pitotbench.records.aircraft import Motion, Reaction, UnitForces, cache_folder
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.log import FlightLog
@@ -117,10 +117,9 @@ def aircraft_model(name: str) -> AircraftModel | None:
         "throttle_right",
     }
     controls = tuple(control for control in CONTROLS if control not in missing)
-    thrust_known = record is None or record.engine_kind != TURBOPROP
     react, unit_forces = partial(_react, name), partial(_unit_forces, name)
     baseline, errors = read_baseline(folder), patch_errors(name)
-    return AircraftModel(name, react, unit_forces, baseline, controls, thrust_known, errors)
+    return AircraftModel(name, react, unit_forces, baseline, controls, errors)
 
 
 def _react(

@@ -41,10 +41,6 @@ OFFSETS = {  # prior deviation of a residual channel [its unit]
     "specific_force_y": 0.02,
     "specific_force_z": 0.02,
 }
-FREE_THRUST = {
-    "specific_force_x": 3.0,
-    "pitch_acceleration": 0.5,
-}  # m/s², rad/s²: full thrust of any airplane
 REPORTED = {
     "pressure_height": 3.0,
     "temperature": 0.3,
@@ -150,7 +146,6 @@ def free_parameters_of(scene: Scene, setting: AnalysisSetting, shapes: Array) ->
         columns[name] = _Column(moved / variation.step, variation.deviation)
     columns |= _wind(scene) | _offsets(scene, setting.day_known)
     columns |= _coriolis(scene)
-    columns |= _thrust(scene)
     columns |= _rounding(scene, setting, shapes)
     values = np.stack([column.values for column in columns.values()], axis=2)
     deviations = np.array([column.deviation for column in columns.values()])
@@ -325,33 +320,6 @@ def _coriolis(scene: Scene) -> Columns:
         change = _turned_into(scene, vector, "acceleration", ("forward", "right", "down"))
         columns[name] = _Column(np.where(grid.first[:, None], 0.0, change), EARTH_RATE)
     return _that_act(columns)
-
-
-def _thrust(scene: Scene) -> Columns:
-    """Columns for a thrust that the force meter does not know: a polynomial in throttle and
-    airspeed.
-
-    It pushes forward, and pitches by its line.
-    """
-    model = scene.force_model
-    if model is None or model.aircraft.thrust_known:
-        return {}
-    throttle = scene.grid.smooth(scene.clean["throttle_left"])
-    speed = scene.grid.smooth(mach_number(scene.clean))
-    speed = speed / speed.mean() - 1.0
-    ones = np.ones_like(speed)
-    shapes = {
-        "": ones,
-        " throttle": throttle,
-        " squared": throttle**2,
-        " airspeed": speed,
-        " both": throttle * speed,
-    }
-    return {
-        f"thrust {name}{shape}": _Column(_in_channel(scene, name, values), deviation)
-        for name, deviation in FREE_THRUST.items()
-        for shape, values in shapes.items()
-    }
 
 
 def _turned_into(scene: Scene, vectors: Array, family: str, axes: tuple[str, str, str]) -> Array:

@@ -27,7 +27,6 @@ from pitotbench.reconciliation.free_parameters import (
 )
 from pitotbench.reconciliation.noise import UNUSABLE
 from pitotbench.reconciliation.residuals import (
-    ENGINES,
     AircraftModel,
     ChannelResiduals,
     Scene,
@@ -502,8 +501,6 @@ def _laid_out(
     setting: AnalysisSetting,
     effects: Catalog[Effect],
 ) -> Layout:
-    if aircraft is not None and not aircraft.thrust_known:
-        track = track.without(ENGINES)
     replay = (
         replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
         if aircraft is not None and not lacking(track, aircraft.controls)

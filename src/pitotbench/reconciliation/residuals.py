@@ -481,9 +481,8 @@ class AircraftModel:
     effects need.
 
     `controls` are the surfaces and throttles that a log must hold so that the force meter can be
-    moved along it. Without `thrust_known` its engines do not come to their power on the force
-    meter: thrust is then free, and the readings of the engines are not compared. `errors` are the
-    standard deviations of the sizes that were patched into it, by effect and parameter.
+    moved along it. `errors` are the standard deviations of the sizes that were patched into it, by
+    effect and parameter.
     """
 
     name: str
@@ -491,7 +490,6 @@ class AircraftModel:
     unit_forces: UnitForcesWith
     baseline: Baseline
     controls: tuple[str, ...] = CONTROLS
-    thrust_known: bool = True
     errors: PatchErrors = field(default_factory=PatchErrors)
 
 

@@ -140,7 +140,7 @@ def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float
 def _by_throttles(scene: Scene, track: Track) -> Array:
     """The change by other recorded throttles, on which the engines of the force meter run."""
     model = scene.force_model
-    if model is None or not model.aircraft.thrust_known:
+    if model is None:
         return scene.blank()
     rows = coarse_rows(scene.clean)
     added = spread(model.replay.rows, rows, model.moved_by(motion_of(track, rows)))

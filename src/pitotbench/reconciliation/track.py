@@ -61,13 +61,6 @@ class Track:
         """Return the same rows with some channels replaced."""
         return replace(self, channels={**self.channels, **changed})
 
-    def without(self, names: Iterable[str]) -> "Track":
-        """Return the same rows without some channels."""
-        gone = set(names)
-        return replace(
-            self, channels={name: each for name, each in self.channels.items() if name not in gone}
-        )
-
 
 def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     """Return the track of a log; `fresh_air` is false on rows whose air data only repeat the

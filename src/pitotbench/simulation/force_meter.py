@@ -25,6 +25,7 @@ from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 # 2006, ch. 5).
 
 TENTH = 0.1  # s
+INSTANT = 1e-6  # s, of a step in which nothing moves
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
 FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
@@ -80,6 +81,8 @@ def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -
             rig.run_in(k)
         for _ in range(calls):
             rig.place(k)
+        if engines_run:
+            rig.keep_turning()
         yield k
         # Before a gap the engines do not run on: the run-in after it starts them anew.
         if engines_run and k + 1 < count and not starts[k + 1]:
@@ -230,6 +233,7 @@ class Rig:
     reads: Sequence[Callable[[], float]]
     factors: Array
     mass: tuple[Callable[[], float], float]
+    spools: Sequence[str]
 
     @classmethod
     def set_up(cls, plant: Plant, motion: Motion, loaded_mass: float) -> "Rig":
@@ -251,6 +255,11 @@ class Rig:
             ],
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
+            spools=[
+                path
+                for path in (each.replace("set-running", "n1") for each in plant.engines)
+                if plant.serves(path)
+            ],
         )
         rig.check_surfaces()
         return rig
@@ -284,12 +293,28 @@ class Rig:
             write(value)
         self.plant.run_initial_conditions()
 
+    def keep_turning(self) -> None:
+        """Give each gas generator the speed back that it had before the initial conditions.
+
+        JSBSim puts it to idle in the first step after them. Two steps of no time pass: that one,
+        and one in which its power reaches the propeller.
+        """
+        turning = [(spool, self.plant.get(spool)) for spool in self.spools]
+        if turning:
+            self.plant.fdm.set_dt(INSTANT)
+            self.plant.advance(1)
+            for spool, speed in turning:
+                self.plant.set(spool, speed)
+            self.plant.advance(1)
+            self.plant.fdm.set_dt(self.plant.time_step)
+
     def run_in(self, k: int) -> None:
         """Bring the engines to the power of a state, while the airplane is put back into it each
         tenth.
         """
         for _ in range(round(RUN_IN / TENTH)):
             self.place(k)
+            self.keep_turning()
             self.plant.advance(round(TENTH / self.plant.time_step))
 
     def row(self) -> Array:

@@ -1,7 +1,7 @@
 """The account of a log and the check of an aircraft: for the terminal and as plain data."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from pitotbench.show.tree import Doubt, Figure, Heading, Node, Notice, Sentence,
 from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS, from_si
-
-if TYPE_CHECKING:
-    pass
 
 # The units in which a person reads a channel of a canonical one.
 _FIELD = {

@@ -2,7 +2,7 @@
 card.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.columns import Column, json_rows
@@ -17,9 +17,6 @@ from pitotbench.show.tree import (
 )
 from pitotbench.show.words import entry_words, words
 from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
-
-if TYPE_CHECKING:
-    pass
 
 
 def plan_advice(plan: Plan) -> list[str]:

@@ -39,7 +39,8 @@ class Forecast:
     deviation, from flight to flight, of the bound averaged over the airspeeds. `extent` [m]: the
     ground covered north-south and east-west, in the wind. `steepest_bank` [rad]. `card`: the
     changed numbers of the card; the unit is in each key. `legs`: the same for the pilot. `track`:
-    north and east [m], (2, k), NaN at gaps. `minutes` are recorded; `elapsed_minutes` add the set-ups between the speeds.
+    north and east [m], (2, k), NaN at gaps. `minutes` are recorded; `elapsed_minutes`
+    add the set-ups between the speeds.
     """
 
     maneuver: str
@@ -66,7 +67,7 @@ class Forecast:
         return self.mean / float(np.mean(self.known_noise_two_sigma))
 
     def times_in(self, minutes: float | None) -> int:
-        """How often the card fits into the minutes; at least once, and once where none are given."""
+        """How often the card fits into the minutes; once where it does not, or none are given."""
         return max(1, floor((minutes or 0.0) / self.minutes + _SLACK))
 
     def within(self, minutes: float | None) -> float:

@@ -53,7 +53,7 @@ def stored(task, result):
     document = {"name": task.key, "state": state, "case": task.deed, "columns": {}, "das": []}
     document |= {"calibrations": [], "rows": [], "sections": [], "keep_logs": "none"}
     made = {"code": "", "aircraft": "", "versions": {}, "host": "", "cpu_s": 0.0, "wall_s": 0.0}
-    document |= {"log_format": "", "drawn": False, "made": made}
+    document |= {"log_format": "", "drawn": "", "made": made}
     return document | {
         "failures": [f"{task.key}: {result.reason}"] if failed else [],
         "trace": getattr(result, "trace", ""),

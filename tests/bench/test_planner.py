@@ -33,7 +33,7 @@ from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_si
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
 from pitotbench.cli.plan import request_of
 from pitotbench.sensing.sampling import has_velocity_down
-from pitotbench.show.plan import plan_columns, remark
+from pitotbench.show.plan import plan_advice, plan_columns, plan_json, remark
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT
@@ -90,6 +90,26 @@ def test_information_adds_up(plan):
     assert each.within(0.5 * each.minutes) == each.mean
     assert each.times_for(0.5 * each.mean) == 4
     assert each.times_for(2.0 * each.mean) == 1
+
+
+def test_the_card_for_the_pilot_is_the_card_in_round_numbers(plan):
+    """The decelerating circle is 160, 130, 100 KCAS at 45° of bank, for 72, 145 and 72 s."""
+    circle = plan.forecasts[0]
+    rows = plan_json(replace(plan, gentle=None))["pilot_card"]
+    assert [row["leg"] for row in rows] == ["circle", "slow", "circle", "slow", "circle"]
+    assert [row["indicated_airspeed_kt"] for row in rows] == [160.0, 130.0, 130.0, 100.0, 100.0]
+    assert [row["seconds"] for row in rows[::2]] == [70.0, 145.0, 70.0]
+    assert {row["bank_deg"] for row in rows} == {45.0}
+    assert all(0.0 <= row["heading_deg"] < 360.0 for row in rows)
+    assert sum(leg.seconds for leg in circle.legs) < 60.0 * circle.minutes
+
+
+def test_a_plan_for_minutes_answers_for_them(plan):
+    circle = plan.forecasts[0]
+    minutes = 2.1 * circle.minutes
+    (first, *_) = plan_advice(replace(plan, minutes=minutes))
+    assert f"2 times: ±{circle.mean / 2**0.5 / KNOT:.3f} kt" in first
+    assert f"in {2.0 * circle.minutes:.1f} min" in first
 
 
 def test_the_table_tells_what_is_as_good_and_no_bound_in_fewer_minutes_than_a_card_takes(plan):

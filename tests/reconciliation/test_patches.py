@@ -14,11 +14,16 @@ from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.equations import noise_of_log, whitened_equations
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.patches import flights_to_fly, patch_of_effects
+from pitotbench.reconciliation.patches import (
+    flights_to_fly,
+    maneuver_to_fly,
+    patch_of_effects,
+)
 from pitotbench.reconciliation.signatures import FITTED, columns_of
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import Candidate
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.modified import overlay_xml
 from pitotbench.units import INCH_OF_MERCURY
 
@@ -126,6 +131,14 @@ def test_it_is_advised_where_causes_of_two_kinds_cannot_be_separated_but_not_aga
         "look at the airplane"
         in flights_to_fly("one_of", group, ["diagnostic", "circle", "four_leg"])[0]
     )
+
+
+def test_the_card_for_the_pilot_is_of_the_maneuver_that_the_advice_begins_with():
+    group = [("belly_pod", "turn_drag")]
+    assert maneuver_to_fly([("pitot_lag", "static_lag")]) == "diagnostic"
+    assert maneuver_to_fly(group, ["diagnostic"]) in flights_to_fly("one_of", group)[0]
+    assert maneuver_to_fly([("gps_latency",)]) in EFFECTS["gps_latency"].shows_in.maneuvers
+    assert maneuver_to_fly(group, [*MANEUVERS]) == maneuver_to_fly([]) == ""
 
 
 @pytest.mark.parametrize("name", EFFECTS)

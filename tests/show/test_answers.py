@@ -24,7 +24,6 @@ from pitotbench.show.limits import Limit, judgments, limit_for, limit_named
 from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.renderers import html_of, print_tree
 from pitotbench.show.tree import ANSWER, NUMBERS
-from pitotbench.show.words import entry_words
 from pitotbench.units import KNOT
 
 
@@ -141,10 +140,6 @@ def test_the_terminal_answers_in_a_sentence_and_shows_the_curve_at_one_glance(re
     assert "condition number" not in short
     assert "condition number" in full
     assert len(full.splitlines()) > len(short.splitlines())
-    # Entries of a card are written for a pilot.
-    assert entry_words("turns", [0.6182, 1.469, 1.038]) == "turns 223°, 529°, 374°"
-    assert entry_words("bank_deg", 45.0) == "bank 45°"
-    assert entry_words("speeds_kt", [160.0, 128.0]) == "speeds 160, 128 kt"
 
 
 def test_a_stated_accuracy_is_named_with_its_part_of_both_bounds(result):

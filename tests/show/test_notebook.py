@@ -1,14 +1,21 @@
-"""What a notebook shows of a record: one line, HTML, a picture, a table."""
+"""What a notebook shows of a record: one line, HTML, a picture, a table; the notebooks of the
+gallery.
+"""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from pitotbench import Case, UnknownNameError, fly, sense, write_log
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.notebook import in_one_line, to_frame
 from pitotbench.units import KNOT
+
+NOTEBOOKS = [*(Path(__file__).parents[2] / "docs" / "notebooks").glob("*.ipynb")]
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +78,31 @@ def test_the_wind_is_named_by_the_direction_it_comes_from(result, north, east, e
     )
     assert turned.from_deg == pytest.approx(expected, abs=1e-9)
     assert turned.speed_kt == pytest.approx(5.0 / KNOT)
+
+
+def test_a_case_shows_itself_in_the_units_of_a_card():
+    assert "altitude 6000 ft" in repr(Case())
+    line = repr(replace(Case(), wind=replace(Case().wind, speed=20.0 * KNOT)))
+    assert "wind speed 20 kt; wind from direction 300°" in line
+
+
+def test_a_maneuver_that_is_misspelled_is_told_with_the_nearest():
+    for case in ("cirlce", Case(maneuver="cirlce")):
+        with pytest.raises(UnknownNameError, match="Did you mean 'circle'"):
+            fly(case)
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_from_top_to_bottom(notebook, light_flights, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_log(sense(light_flights["circle"], "5/1"), Path("flight.csv"))
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    codes = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    assert len(codes) > 2
+    known = {}
+    for text in codes:
+        exec(compile(text, notebook.name, "exec"), known)
+
+
+def test_the_gallery_has_three_notebooks():
+    assert sorted(each.stem for each in NOTEBOOKS) == ["flight", "log", "reconciliation"]

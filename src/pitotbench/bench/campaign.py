@@ -49,6 +49,7 @@ from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 # Say what a campaign would fly and what it would cost, before anything is flown.
@@ -336,7 +337,7 @@ class CampaignRequest:
     range such as `501-1000`. `shard` (k, n) flies the k-th of n parts. `time_limit` [s] and
     `memory_limit` [GB] are for a flight. `keep_logs` is `none`, `failed` or `all`. `retry_failed`
     flies failures again. `progress` is a style of `Watch`. Without `report` nothing is drawn and no
-    page is written.
+    page is written; it is in the `units` that words such as `km/h,m` ask for.
     """
 
     maneuvers: str = ""
@@ -358,6 +359,7 @@ class CampaignRequest:
     retry_failed: bool = False
     progress: str = "none"
     report: bool = True
+    units: str = ""
 
     def planned(self) -> CampaignPlan:
         """Return the plan. Raises BadInputError or UnknownNameError for a bad one."""
@@ -401,7 +403,7 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
     BadInputError or UnknownNameError for a bad request, before anything is flown; NoAnswerError
     where no flight gave a result; StoppedError, a KeyboardInterrupt, where it is asked to stop.
     """
-    campaign = _Campaign(request, request.planned())
+    campaign = _Campaign(request, request.planned(), reader_units(request.units))
     require_own_folder(request.out)
     memory = None if request.memory_limit is None else round(request.memory_limit * GIGABYTE)
     limits = Limits(request.time_limit, memory)
@@ -439,6 +441,7 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
 class _Campaign:
     request: CampaignRequest
     plan: CampaignPlan
+    units: Units
 
     @property
     def count(self) -> int:
@@ -450,9 +453,8 @@ class _Campaign:
 
     def tasks(self) -> Iterator[Task]:
         """Give the tasks of this shard one by one."""
-        tasks = self.plan.tasks(
-            self.request.log_format, self.request.keep_logs, self.request.report
-        )
+        request, draw = self.request, self.units.words if self.request.report else ""
+        tasks = self.plan.tasks(request.log_format, request.keep_logs, draw)
         return sharded(tasks, self.request.shard) if self.request.shard else tasks
 
     def wanted(self, store: ResultStore, document: Document, task: Task) -> bool:
@@ -505,9 +507,9 @@ class _Campaign:
             publish_files(folder, store, self.tasks())
         table = pd.read_parquet(folder / RESULTS)
         if self.request.report:
-            write_text(
-                folder / PAGE, page_of(next(self.tasks()).case, table, found.sections, failures)
-            )
+            case = next(self.tasks()).case
+            page = page_of(case, table, found.sections, failures, self.units)
+            write_text(folder / PAGE, page)
         else:
             (folder / PAGE).unlink(
                 missing_ok=True

@@ -161,14 +161,14 @@ class CampaignPlan:
         )
 
     def tasks(
-        self, log_format: str = "parquet", keep_logs: str = "all", report: bool = True
+        self, log_format: str = "parquet", keep_logs: str = "all", draw: str = ""
     ) -> Iterator[Task]:
-        """Give the tasks one by one. For a report, a flight alone draws its page; of many,
-        `write_page` draws one.
+        """Give the tasks one by one. A flight alone has its page drawn in the units that the words
+        of `draw` ask for; of many, `write_page` draws one.
 
         Raises BadInputError or UnknownNameError for a case that cannot be.
         """
-        drawn = report and self.count == 1
+        drawn = draw if self.count == 1 else ""
         distinct = bool(self.varied or self.draws)
         for cell in self.cells():
             systems = self.systems or (cell.das,)

@@ -26,6 +26,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import LOG_CHANNELS
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.markup import Section
+from pitotbench.show.reader_units import units_named
 from pitotbench.simulation.sortie import fly
 
 SCHEMA = 2  # of a stored result
@@ -42,7 +43,8 @@ class Task:
 
     `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options
     of each. `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or
-    `all`. `draw` asks for the page of this flight; without it only the short answers are kept.
+    `all`. `draw` asks for the page of this flight, in the units of its words; without it only the
+    short answers are kept.
     """
 
     name: str
@@ -52,7 +54,7 @@ class Task:
     calibrations: Calibrations
     log_format: str = "parquet"
     keep_logs: str = "all"
-    draw: bool = False
+    draw: str = ""
 
     def log_name(self, system: DataSystem) -> str:
         """Return the end of the name of a log's file, such as `20_1.parquet`."""
@@ -210,4 +212,4 @@ def _section(
     for name, first in [*fits.items()][:1]:
         points = cross_check(log, task.calibrations[0][1], first)
         fits[name] = replace(first, points=points)
-    return flight_section(flight, system.label, fits, truth, tolerances)
+    return flight_section(flight, system.label, fits, truth, tolerances, units_named(task.draw))

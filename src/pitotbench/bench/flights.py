@@ -1,6 +1,9 @@
 """Fly a case, sense a flight, and compare answers with the truth of the flight."""
 
+import re
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
@@ -9,11 +12,13 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook.formats import write_log
 from pitotbench.records.calibration import Calibration, ErrorCurve, WindEstimate
-from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
+from pitotbench.records.case import SLOWEST_RATE, Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight, Score
+from pitotbench.records.forecast import BriefedLeg
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve, record, write_truth
 from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.sortie import card_of, fly
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 
@@ -46,6 +51,38 @@ def sense(flight: Flight, das: str | DataSystem | None = None) -> FlightLog:
     """
     system = data_system(das) if isinstance(das, str) else das
     return record(flight, system or flight.case.das, flight.case.sensor_seed)
+
+
+BRIEFED = ("heading", "calibrated_airspeed", "roll")  # channels that a briefing is made of
+
+
+def briefing_of(flight: Flight) -> tuple[BriefedLeg, ...]:
+    """Return the legs of a flight as its pilot is told of them, without the times to settle."""
+    edges = np.flatnonzero(flight.segment[1:] != flight.segment[:-1]) + 1
+    parts = np.split(np.arange(len(flight)), edges)
+    named = [(str(flight.segment[rows[0]]), rows) for rows in parts]
+    return tuple(
+        BriefedLeg(
+            what=re.sub(r"( to)? \d+ kt.*", "", label),
+            seconds=float(np.ptp(flight["time"][rows])),
+            bank=float(np.median(flight["roll"][rows])),
+            heading=float(flight["heading"][rows[-1]]),
+            airspeed=float(flight["calibrated_airspeed"][rows[-1]]),
+        )
+        for label, rows in named
+        if not label.startswith("settle")
+    )
+
+
+@cache
+def briefing(aircraft: str, maneuver: str) -> tuple[BriefedLeg, ...]:
+    """Return the legs of a maneuver for the pilot of an aircraft; none where it cannot be flown, or
+    where no maneuver is named.
+    """
+    case = Case(aircraft, maneuver, turbulence="none", integration_rate=SLOWEST_RATE)
+    with suppress(SimulationError):
+        return briefing_of(fly(case, channels=BRIEFED)) if maneuver else ()
+    return ()
 
 
 def tolerances(case: Case) -> dict[str, float]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.flights import sense, wind_toward
+from pitotbench.bench.flights import briefing_of, sense, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibration.options import AUTO, CalibrationOptions
@@ -20,7 +20,7 @@ from pitotbench.records import SEARCH_FLIGHTS, BadInputError, NoAnswerError
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem, rates_for
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
-from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.records.forecast import COMPARED_MINUTES, Forecast, Plan
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.aircraft import find_aircraft, read_record
@@ -222,7 +222,7 @@ def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, 
 
 _CHANNELS = (
     *CALIBRATION_CHANNELS, "true_airspeed", "wind_north", "wind_east", "wind_down", "roll", "position_north",
-    "position_east",
+    "position_east", "heading", "calibrated_airspeed",
 )  # fmt: skip
 _KEPT_FLIGHTS = 16
 _FIRST_DRAW = 1
@@ -252,6 +252,7 @@ def forecast(
         known_noise_two_sigma=known_noise_two_sigma(request, flight),
         spread=float(bounds.mean(axis=1).std(ddof=1)),
         track=_track(flight),
+        legs=briefing_of(flight),
     )
 
 
@@ -450,9 +451,6 @@ def best_card(
 
 # Forecast all maneuvers of a request, rank them, and improve the card of the best one.
 
-COMPARED_MINUTES = (
-    6.0  # without minutes in the request, maneuvers are compared for this flight time
-)
 GENTLE_BANK = 35.0 * DEGREE  # a maneuver of 30° bank stays below it, overshoot included
 _LEAST_GAIN = 0.99  # an improved card must have at most this share of the given one's bound,
 _MOST_MINUTES = 1.02  # in at most this share of its minutes

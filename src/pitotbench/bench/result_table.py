@@ -38,6 +38,7 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_of_table, write_case
 from pitotbench.show.markup import Section
+from pitotbench.show.reader_units import BENCH, Units
 
 # The results of campaigns as tables, made from the parts of a store. `results.parquet` holds the
 # rows of one plan, in its order, with the logs and cases of the folder beside it. The index of a
@@ -396,7 +397,7 @@ def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]
     raises the same.
     """
     document = _document(result)
-    task = replace(_task(document), draw=True)
+    task = replace(_task(document), draw=BENCH.words)
     again, _ = stored(task, perform_task(task))
     if not again["rows"]:
         raise NoAnswerError("; ".join(again["failures"]))
@@ -407,9 +408,15 @@ def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]
 
 
 def page_of(
-    first: Case, table: pd.DataFrame, sections: Sequence[Section], failures: Sequence[str]
+    first: Case,
+    table: pd.DataFrame,
+    sections: Sequence[Section],
+    failures: Sequence[str],
+    units: Units = BENCH,
 ) -> str:
-    """Return the page of results in HTML; `first` is the case of the first flight."""
+    """Return the page of results in HTML, in the reader's units; `first` is the case of the first
+    flight.
+    """
     from pitotbench.show.pages import (
         campaign_page,
     )  # it loads the drawing library, which only a page needs
@@ -420,7 +427,7 @@ def page_of(
         "turbulence · "
         f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.aircraft}"
     )
-    return campaign_page(subtitle, table, sections, failures, write_case(first))
+    return campaign_page(subtitle, table, sections, failures, write_case(first), units)
 
 
 def _task(document: Document) -> Task:

@@ -185,7 +185,7 @@ _MADE: Mapping[str, Any] = {
 }
 _SHAPE: Mapping[str, Any] = {
     **dict.fromkeys(("name", "state", "case", "keep_logs", "log_format"), str),
-    **{"drawn": bool, "columns": dict[str, Any]},
+    **{"drawn": str, "columns": dict[str, Any]},
     **{"das": list[DataSystem], "calibrations": list[tuple[str, dict[str, Any]]]},
     **{"rows": list[Row], "sections": list[Section], "failures": list[str], "logs": list[str]},
 }
@@ -257,7 +257,7 @@ def satisfies(document: Mapping[str, Any], task: Task) -> bool:
         return True
     logs = task.keep_logs == "none" or document["keep_logs"] in ("all", task.keep_logs)
     right = task.keep_logs == "none" or document["log_format"] == task.log_format
-    return logs and right and (document["drawn"] or not task.draw or not document["rows"])
+    return logs and right and (task.draw in ("", document["drawn"]) or not document["rows"])
 
 
 def rows_of(document: Mapping[str, Any]) -> tuple[Row, ...]:

@@ -17,6 +17,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.coefficients import measured_coefficients
 from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.bench.flights import briefing
 from pitotbench.bench.flights import flown as fly_case
 from pitotbench.bench.maneuver_model import air_model
 from pitotbench.bench.null_flights import (
@@ -46,7 +47,7 @@ from pitotbench.reconciliation.layout import (
 )
 from pitotbench.reconciliation.maneuvers import floor_left_out, lay_out_maneuvers
 from pitotbench.reconciliation.null_distribution import NullDistribution
-from pitotbench.reconciliation.patches import Patch, name_in_case, patch_of_effects
+from pitotbench.reconciliation.patches import Patch, maneuver_to_fly, name_in_case, patch_of_effects
 from pitotbench.reconciliation.pictures import (
     calibration_change,
     clearest_channel,
@@ -326,6 +327,8 @@ def reconcile_fully(
             held = as_flown(held, holdout.log)
             held = held if again is None else replace(held, pressure_error=again.pressure_error)
         flown_holdout = fly_again(holdout.log, held, effects)
+    groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
+    following = maneuver_to_fly(groups, [each.card.maneuver for each in laid if each.card])
     block, fit = shown.block, shown.fit
     over_time = traces(block, fit)
     part = verdict.explained[0].part if verdict.explained else ""
@@ -352,6 +355,8 @@ def reconcile_fully(
         calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
         warnings=told_warnings([*logs, *([holdout] if holdout else [])], verdict),
         coefficients=coefficients_along(aircraft, shown, verdict.gaps),
+        following=following,
+        legs=briefing(aircraft, following),
     )
     return FullReconciliation(tuple(laid), judged, account, patch)
 

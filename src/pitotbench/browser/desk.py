@@ -184,10 +184,14 @@ class Desk:
 
     def reduce(self, text: str) -> None:
         """Reduce typed legs: a card of legs (CSV), or their ground speeds and tracks alone."""
-        card = self._card = self.store.write("legs.csv", text)
-
-        accuracy = getattr(self.request, "accuracy", "")
-        self._ask("reducing the legs", self._heard_of_legs, reduce_legs, card.path, accuracy)
+        self._card = self.store.write("legs.csv", text)
+        self._ask(
+            "reducing the legs",
+            self._heard_of_legs,
+            reduce_legs,
+            self._card.path,
+            getattr(self.request, "accuracy", ""),
+        )
 
     def _heard_of_legs(self, name: str, reply: Any) -> None:
         self.legs = {name: reply} if name == "refusal" else reply

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_units, require_page, say, tell, write_page
+from pitotbench.cli.shared_flags import add_shared, require_page, say, tell, write_page
 from pitotbench.records import BadInputError
 
 # The flags that each action has.
@@ -44,7 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="performance: published figures to show beside the model's",
     )
     parser.add_argument("--json", action="store_true", help="performance: print one JSON document")
-    add_units(parser)
+    add_shared(parser, "units")
     parser.add_argument(
         "--out", type=Path, metavar="FILE.xml", help="indicator: the JSBSim system to write"
     )

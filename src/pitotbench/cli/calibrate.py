@@ -7,14 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.cli.shared_flags import (
-    add_accuracy,
-    add_mapping,
-    add_part,
-    add_record,
-    add_sensor,
-    add_table,
-    add_temperature,
-    add_units,
+    add_shared,
     mapping_source,
     read_choices,
     read_logs,
@@ -52,10 +45,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", help="pressure-error model (default: the mapping's, else smooth)"
     )
-    add_mapping(parser)
-    add_part(parser)
-    add_temperature(parser)
-    add_sensor(parser)
+    add_shared(parser, "mapping", "part", "temperature", "sensor", "accuracy")
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument(
         "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
@@ -85,15 +75,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` "
         "(default)",
     )
-    add_accuracy(parser)
     parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
     parser.add_argument(
         "--separately",
         action="store_true",
         help="a curve for each of several logs, not one for all",
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON document (a list for several logs)"
     )
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print every point of the curve and the fit"
@@ -127,11 +113,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="compare the curve with that of a handbook: columns KIAS, KCAS and, where it has "
         "several, configuration",
     )
-    parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
-    add_record(parser)
-    add_table(parser)
-    add_units(parser)
+    add_shared(parser, "report", "record", "table", "units", "json")
 
 
 @dataclass(frozen=True, slots=True)

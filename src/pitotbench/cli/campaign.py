@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_units, add_wind, require_known, stated_wind, tell
+from pitotbench.cli.shared_flags import add_shared, require_known, stated_wind, tell
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--turbulence", default="light", help="none, light or moderate (default: %(default)s)"
     )
-    add_wind(parser)
+    add_shared(parser, "wind", "units")
     parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
     parser.add_argument(
         "--aircraft",
@@ -99,7 +99,6 @@ def add_running(parser: argparse.ArgumentParser) -> None:
         default="all",
         help="none, failed (logs that could not be calibrated) or all (default: all)",
     )
-    add_units(parser)
     flag("--no-report", action="store_true", help="write tables and logs, but no page")
     flag(
         "--retry-failed",
@@ -184,6 +183,7 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
         retry_failed=options.retry_failed,
         progress=options.progress,
         report=not options.no_report,
+        units=options.units,
     )
 
 

@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pitotbench.cli.shared_flags import (
-    add_accuracy,
-    add_mapping,
-    add_units,
+    add_shared,
     read_logs,
     require_page,
     say,
@@ -45,12 +43,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "second", type=Path, metavar="B", help="another of the same kind, held against the first"
     )
-    add_mapping(parser)
-    add_accuracy(parser)
+    add_shared(parser, "mapping", "accuracy", "json", "report", "units")
     parser.add_argument("--model", help="of two logs: the pressure-error model (as for calibrate)")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.add_argument("--report", type=Path, help="also write a page with a picture (HTML)")
-    add_units(parser)
     parser.add_argument(
         "--card",
         metavar="MANEUVER",

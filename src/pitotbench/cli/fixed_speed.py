@@ -8,10 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
-    add_accuracy,
-    add_mapping,
-    add_table,
-    add_units,
+    add_shared,
     read_logs,
     require_page,
     require_table,
@@ -37,19 +34,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
         "fly-by",
     )
-    add_mapping(parser)
-    add_accuracy(parser)
+    add_shared(parser, "mapping", "accuracy", "table", "units", "json")
     parser.add_argument(
         "--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"
     )
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
     parser.add_argument(
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
-    )
-    add_table(parser)
-    add_units(parser)
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON document (a list for several logs)"
     )
 
 

@@ -4,9 +4,7 @@ import argparse
 from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
-    add_mapping,
-    add_sensor,
-    add_units,
+    add_shared,
     read_logs,
     require_page,
     tell,
@@ -21,11 +19,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     )
-    add_mapping(parser)
-    add_sensor(parser)
-    add_units(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.add_argument("--report", type=Path, help="also write a page with pictures (HTML)")
+    add_shared(parser, "mapping", "sensor", "units", "json", "report")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
-    add_units,
-    add_wind,
+    add_shared,
     require_known,
     require_page,
     say,
@@ -39,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="light",
         help="expected: none, light or moderate (default: %(default)s)",
     )
-    add_wind(parser)
+    add_shared(parser, "wind", "units", "json")
     flag(
         "--speeds-kt",
         help="LOW,HIGH: where the curve is wanted [KIAS] (default: the aircraft's, 100,160 for "
@@ -99,8 +98,6 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="of --by-hand: write its legs as a sheet to fill in (HTML)",
     )
-    add_units(parser)
-    flag("--json", action="store_true", help="print one JSON document")
     flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
 

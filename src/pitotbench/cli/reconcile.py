@@ -8,10 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
-    add_mapping,
-    add_part,
-    add_record,
-    add_units,
+    add_shared,
     mapping_source,
     read_choices,
     read_logs,
@@ -46,7 +43,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
     )
-    add_mapping(parser)
+    add_shared(parser, "mapping", "part", "record", "units", "json")
     parser.add_argument(
         "--card",
         type=Path,
@@ -67,7 +64,6 @@ def add(parser: argparse.ArgumentParser) -> None:
         "judged by its maneuvers (default: for logs of system identification, such as SIDPAC's "
         "fdata)",
     )
-    add_part(parser)
     parser.add_argument(
         "--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"
     )
@@ -82,12 +78,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="fly the null flights of the card anew, and do not keep them",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="print the candidates and all checks"
     )
-    add_record(parser)
-    add_units(parser)
     parser.add_argument(
         "--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml"
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import tell
+from pitotbench.cli.shared_flags import add_shared, tell
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def add_reproduce(parser: argparse.ArgumentParser) -> None:
         metavar="RESULT",
         help="folder of a campaign and a flight, as out/circle-20_1/circle-seed1",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    add_shared(parser, "json")
 
 
 def run_reproduce(options: argparse.Namespace) -> int:

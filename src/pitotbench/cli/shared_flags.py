@@ -21,13 +21,108 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def add_mapping(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the mapping: `--mapping`."""
-    parser.add_argument(
-        "--mapping",
-        help="how to read a foreign log: a shipped name or a TOML file (default: known formats "
-        "are recognized)",
-    )
+# Flags that several commands have, by the word that asks for them.
+_USUAL = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items())
+_FLAGS: dict[str, dict[str, dict[str, Any]]] = {
+    "mapping": {
+        "--mapping": {
+            "help": "how to read a foreign log: a shipped name or a TOML file (default: known "
+            "formats are recognized)"
+        }
+    },
+    "temperature": {
+        "--temperature-c": {
+            "metavar": "T±2σ@PLACE",
+            "help": "temperature of the day [°C], lapsed with height, for a log without a probe of "
+            "the air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a "
+            "standard day ±15 K)",
+        }
+    },
+    "sensor": {
+        "--airspeed-sensor": {
+            "type": int,
+            "metavar": "N",
+            "help": "which airspeed sensor of a log with several, from 1 (default: the first)",
+        }
+    },
+    "part": {
+        "--from": {
+            "dest": "begin",
+            "metavar": "MIN:S",
+            "help": "use the log from this minute on, such as 12:30",
+        },
+        "--to": {
+            "dest": "end",
+            "metavar": "MIN:S",
+            "help": "use the log up to this minute, such as 25:00",
+        },
+        "--without": {
+            "metavar": "MIN:S-MIN:S",
+            "action": "append",
+            "help": "leave out the minutes between, such as 14:00-15:30; may be given several "
+            "times",
+        },
+    },
+    "wind": {
+        "--wind-kt": {
+            "type": float,
+            "default": 15.0,
+            "help": "wind speed [kt] (default: %(default)g)",
+        },
+        "--wind-from-deg": {
+            "type": float,
+            "default": 300.0,
+            "help": "direction the wind is from [°] (default: %(default)g)",
+        },
+    },
+    "accuracy": {
+        "--accuracy": {
+            "metavar": "NAME=2σ,...",
+            "help": "2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: "
+            "sensors without constant errors (default: what the mapping or the log states, else "
+            f"{_USUAL})",
+        }
+    },
+    "record": {
+        "--record": {
+            "type": Path,
+            "metavar": "FILE.html",
+            "help": "also write the record for the file, two pages to print (HTML): inputs with "
+            "SHA-256, settings, versions, answer and checks",
+        }
+    },
+    "units": {
+        "--units": {
+            "default": "",
+            "metavar": "UNIT,...",
+            "help": "what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as "
+            "km/h,m (default: those of the line `units` in your pitotbench.toml, else "
+            "kt,ft,degc,inhg; JSON and CSV keep the units of their keys)",
+        }
+    },
+    "table": {
+        "--table": {
+            "type": Path,
+            "metavar": "FILE",
+            "help": "also write KCAS by KIAS and the altitude correction by height: .csv, .html "
+            "(to print) or .xml (a JSBSim system that reads as the airplane's airspeed indicator)",
+        }
+    },
+    "json": {
+        "--json": {
+            "action": "store_true",
+            "help": "print one JSON document, a list where there are several answers",
+        }
+    },
+    "report": {"--report": {"type": Path, "help": "also write a page with pictures (HTML)"}},
+}
+
+
+def add_shared(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Add flags that several commands have, by the words of their table."""
+    for name in names:
+        for flag, settings in _FLAGS[name].items():
+            parser.add_argument(flag, **settings)
 
 
 def read_logs(
@@ -83,46 +178,6 @@ def _drafted(path: Path) -> str:
     return (", ".join(lines) or "none of its columns is recognized") + missing
 
 
-def add_temperature(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the temperature of the day: `--temperature-c`."""
-    parser.add_argument(
-        "--temperature-c",
-        metavar="T±2σ@PLACE",
-        help="temperature of the day [°C], lapsed with height, for a log without a probe of the "
-        "air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a standard "
-        "day ±15 K)",
-    )
-
-
-def add_sensor(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the airspeed sensor: `--airspeed-sensor`."""
-    parser.add_argument(
-        "--airspeed-sensor",
-        type=int,
-        metavar="N",
-        help="which airspeed sensor of a log with several, from 1 (default: the first)",
-    )
-
-
-def add_part(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of a part of a log: `--from`, `--to` and `--without`."""
-    parser.add_argument(
-        "--from",
-        dest="begin",
-        metavar="MIN:S",
-        help="use the log from this minute on, such as 12:30",
-    )
-    parser.add_argument(
-        "--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00"
-    )
-    parser.add_argument(
-        "--without",
-        metavar="MIN:S-MIN:S",
-        action="append",
-        help="leave out the minutes between, such as 14:00-15:30; may be given several times",
-    )
-
-
 def stated_part(options: argparse.Namespace) -> "Part":
     """Return the part of a log that `--from`, `--to` and `--without` state [s].
 
@@ -131,19 +186,6 @@ def stated_part(options: argparse.Namespace) -> "Part":
     from pitotbench.logbook.assembly import part_of
 
     return part_of(options.begin, options.end, options.without or ())
-
-
-def add_wind(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of the mean wind: `--wind-kt` and `--wind-from-deg`."""
-    parser.add_argument(
-        "--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)"
-    )
-    parser.add_argument(
-        "--wind-from-deg",
-        type=float,
-        default=300.0,
-        help="direction the wind is from [°] (default: %(default)g)",
-    )
 
 
 def stated_wind(options: argparse.Namespace) -> "Wind":
@@ -247,18 +289,6 @@ def mapping_source(options: argparse.Namespace) -> "list[Source]":
     return [("mapping", path, None)] if path.is_file() else []
 
 
-def add_accuracy(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the accuracies: `--accuracy`."""
-    usual = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items())
-    parser.add_argument(
-        "--accuracy",
-        metavar="NAME=2σ,...",
-        help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: "
-        "sensors without "
-        f"constant errors (default: what the mapping or the log states, else {usual})",
-    )
-
-
 def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
     """Return the accuracies of the parsed flag as options of the calibration; nothing where the
     flag was not given.
@@ -268,42 +298,6 @@ def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
     if options.accuracy is None:
         return {}
     return {"accuracies": parse_accuracies(options.accuracy)}
-
-
-def add_record(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the record: `--record`."""
-    parser.add_argument(
-        "--record",
-        type=Path,
-        metavar="FILE.html",
-        help="also write the record for the file, two pages to print (HTML): inputs with SHA-256, "
-        "settings, "
-        "versions, answer and checks",
-    )
-
-
-def add_units(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the reader's units: `--units`."""
-    parser.add_argument(
-        "--units",
-        default="",
-        metavar="UNIT,...",
-        help="what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as km/h,m "
-        "(default: those of the line `units` in your pitotbench.toml, else kt,ft,degc,inhg; JSON "
-        "and CSV keep the units of their keys)",
-    )
-
-
-def add_table(parser: argparse.ArgumentParser) -> None:
-    """Add the flag of the tables: `--table`."""
-    parser.add_argument(
-        "--table",
-        type=Path,
-        metavar="FILE",
-        help="also write KCAS by KIAS and the altitude correction by height: .csv, .html (to "
-        "print) or "
-        ".xml (a JSBSim system that reads as the airplane's airspeed indicator)",
-    )
 
 
 def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:

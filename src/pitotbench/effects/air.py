@@ -341,8 +341,10 @@ KILOMETER = 1000.0  # m
 
 
 def _above(signals: Signals, sizes: Sizes) -> Array:
-    signals.require(WIND_SHEAR.name, ("altitude",))
-    return (signals["altitude"] - sizes["reference_m"]) / KILOMETER
+    # A log without a height by GPS has that of its pressure.
+    known = "altitude" in signals
+    height = signals["altitude"] if known else air.pressure_altitude(signals["static_pressure"])
+    return (height - sizes["reference_m"]) / KILOMETER
 
 
 WIND_SHEAR = AirEffect(

@@ -111,6 +111,16 @@ def flights_to_fly(
     return tuple(_for_group(group, flown) for group in groups)
 
 
+def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) -> str:
+    """Return the maneuver that the advice of `flights_to_fly` begins with, of those that were not
+    flown; empty without one.
+    """
+    first = ["diagnostic"] if any(len(names) > 1 for names in groups) else []
+    forms = [FORMS[name].shows_in for names in groups for name in names]
+    shown_by = [maneuver for form in forms for maneuver in form.maneuvers]
+    return next((each for each in [*first, *shown_by] if each not in flown), "")
+
+
 def _for_group(names: Sequence[str], flown: Sequence[str]) -> str:
     """The advice for effects that fit equally well, or for a single one."""
     shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))

@@ -9,6 +9,7 @@ from math import isfinite
 from typing import Any
 
 from pitotbench.catalog import explain
+from pitotbench.records import Shown
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 # The rates at which a flight is integrated: the usual one, and which others a case may ask for. A
@@ -145,8 +146,8 @@ class EffectSpec:
     parameters: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+@dataclass(frozen=True, slots=True, repr=False)
+class Case(Shown):
     """One flight and its sensing. The same Case gives the same log, bit for bit.
 
     `card` overrides numbers of the maneuver's card; names end in a unit, for example `{"dwell_s":

@@ -10,6 +10,24 @@ import numpy as np
 from pitotbench.records import Shown
 from pitotbench.units import Array, MetersPerSecond
 
+COMPARED_MINUTES = (
+    6.0  # without minutes in the request, maneuvers are compared for this flight time
+)
+_SLACK = 1e-9  # of a count of whole flights: what rounding may take from it
+
+
+@dataclass(frozen=True, slots=True)
+class BriefedLeg:
+    """A leg as the pilot who flies it is told of it: what it is, how long it takes [s], its bank
+    [rad], positive to the right, and at its end the heading [rad] and the airspeed [m/s].
+    """
+
+    what: str
+    seconds: float
+    bank: float
+    heading: float
+    airspeed: float
+
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
@@ -20,8 +38,9 @@ class Forecast:
     bound for known noise, from the inverse information matrix. `spread` [m/s] is the standard
     deviation, from flight to flight, of the bound averaged over the airspeeds. `extent` [m]: the
     ground covered north-south and east-west, in the wind. `steepest_bank` [rad]. `card`: the
-    changed numbers of the card; the unit is in each key. `track`: north and east [m], (2, k), NaN
-    at gaps. `minutes` are recorded; `elapsed_minutes` add the set-ups between the speeds.
+    changed numbers of the card; the unit is in each key. `legs`: the same for the pilot. `track`:
+    north and east [m], (2, k), NaN at gaps. `minutes` are recorded; `elapsed_minutes`
+    add the set-ups between the speeds.
     """
 
     maneuver: str
@@ -35,6 +54,7 @@ class Forecast:
     known_noise_two_sigma: MetersPerSecond
     spread: float
     track: Array
+    legs: tuple[BriefedLeg, ...] = ()
 
     @property
     def mean(self) -> float:
@@ -46,9 +66,13 @@ class Forecast:
         """Predicted 2σ over that for known noise: the cost of having to estimate the noise."""
         return self.mean / float(np.mean(self.known_noise_two_sigma))
 
-    def within(self, minutes: float) -> float:
-        """2σ [m/s] of the card flown as often as it fits into the minutes, at least once."""
-        return self.mean / float(np.sqrt(max(1, floor(minutes / self.minutes + 1e-9))))
+    def times_in(self, minutes: float | None) -> int:
+        """How often the card fits into the minutes; once where it does not, or none are given."""
+        return max(1, floor((minutes or 0.0) / self.minutes + _SLACK))
+
+    def within(self, minutes: float | None) -> float:
+        """2σ [m/s] of the card flown as often as it fits into the minutes."""
+        return self.mean / float(np.sqrt(self.times_in(minutes)))
 
     def mean_in(self, minutes: float) -> float:
         """2σ [m/s] after so many minutes of this card flown repeatedly: the information adds up."""
@@ -56,7 +80,7 @@ class Forecast:
 
     def times_for(self, want: float) -> int:
         """How often the card is to be flown for a 2σ [m/s] of at most `want`."""
-        return max(1, ceil((self.mean / want) ** 2 - 1e-9))
+        return max(1, ceil((self.mean / want) ** 2 - _SLACK))
 
     def fits(self, box: float | None) -> bool:
         """Whether the recorded ground track fits into a square box of a side [m]."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
 from pitotbench.records.calibration import Estimate
+from pitotbench.records.forecast import BriefedLeg
 from pitotbench.records.verdict import Gap, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
@@ -240,7 +241,8 @@ class Account(Shown):
     without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
     describes a gap that the table does not explain; None where there is no such gap, or no formula.
     `closing` is what closing the loop came to; None where it was not asked for. `coefficients` are
-    those of the model's file that a cause changes.
+    those of the model's file that a cause changes. `following` is the maneuver to fly next, and
+    `legs` the card of it; both are empty where the card of the log was not flown again either.
     """
 
     log: str
@@ -262,3 +264,5 @@ class Account(Shown):
     warnings: tuple[str, ...] = ()
     closing: Closing | None = None
     coefficients: tuple[Coefficient, ...] = ()
+    following: str = ""
+    legs: tuple[BriefedLeg, ...] = ()

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +28,6 @@ from pitotbench.show.columns import (
 from pitotbench.show.limits import AUTO, Limit, judgments_json
 from pitotbench.timeline import minutes_text
 from pitotbench.units import FOOT, KNOT, SUFFIXES, MetersPerSecond, Seconds
-
-if TYPE_CHECKING:
-    pass
-
 
 CurvePoint = dict[str, float | None]  # a point of an error curve, by the keys of its columns
 

@@ -157,23 +157,29 @@ def difference_panels(
             speed, value, bound = (
                 a / KNOT for a in (curve.indicated_airspeed, curve.correction, curve.two_sigma)
             )
-            axes.fill_between(speed, value - bound, value + bound, color=color, alpha=0.25, lw=0)
-            axes.plot(speed, value, color=color, label=f"{name} (±2σ)")
-        axes.axhline(0.0, color=INK, lw=0.5)
+            _draw_banded(axes, speed, value, bound, color, f"{name} (±2σ)")
         axes.set(ylabel=_CORRECTION)
 
     def draw_difference(axes: Axes) -> None:
         speed, value, bound = (
             a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma)
         )
-        axes.fill_between(speed, value - bound, value + bound, color=PURPLE, alpha=0.25, lw=0)
-        axes.plot(speed, value, color=PURPLE, label="difference of the corrections (±2σ)")
-        axes.axhline(0.0, color=INK, lw=0.5)
+        label = "difference of the corrections (±2σ)"
+        _draw_banded(axes, speed, value, bound, PURPLE, label)
         axes.set(xlabel=_AIRSPEED, ylabel="difference [kt]")
 
     with stacked([draw_both, draw_difference], _SIZE, 3, units) as figure:
         title = f"{found.second} against {found.first}".replace('"', "'")
         return [Panel(title, svg(figure, title))]
+
+
+def _draw_banded(
+    axes: Axes, speed: Array, value: Array, bound: Array, color: str, label: str
+) -> None:
+    """Draw values with their ±2σ over airspeed, and the line of zero."""
+    axes.fill_between(speed, value - bound, value + bound, color=color, alpha=0.25, lw=0)
+    axes.plot(speed, value, color=color, label=label)
+    axes.axhline(0.0, color=INK, lw=0.5)
 
 
 def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENCH) -> list[Panel]:
@@ -218,11 +224,7 @@ def draw_altitude(axes: Axes, curve: ErrorCurve) -> None:
     assert curve.altitude_two_sigma is not None
     speed, value = curve.indicated_airspeed / KNOT, curve.altitude_correction / FOOT
     bound = curve.altitude_two_sigma / FOOT
-    axes.fill_between(
-        speed, value - bound, value + bound, color=GREEN, alpha=0.25, lw=0, label="±2σ"
-    )
-    axes.plot(speed, value, color=GREEN, label="correction of the altitude")
-    axes.axhline(0.0, color=INK, lw=0.5)
+    _draw_banded(axes, speed, value, bound, GREEN, "correction of the altitude (±2σ)")
     axes.set(xlabel=_AIRSPEED, ylabel="true − indicated pressure altitude [ft]")
 
 

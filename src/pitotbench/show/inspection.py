@@ -1,7 +1,7 @@
 """The account of a log and the check of an aircraft: for the terminal and as plain data."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS, from_si
 
-if TYPE_CHECKING:
-    pass
-
 # The units in which a person reads a channel of a canonical one.
 _FIELD = {
     "pa": "inhg", "k": "degc", "mps": "kt", "m": "ft", "rad": "deg", "radps": "degps", "mps2": "g", "kg": "lb",
@@ -39,22 +36,22 @@ def _unit(channel: HeldChannel) -> str:
     )
 
 
-def _five_digits(channel: HeldChannel, value: float | None) -> float | None:
-    """A number in the unit of the field, without the digits that nobody reads."""
+def _reading(channel: HeldChannel, value: float | None) -> str | None:
+    """A value with the unit of the field, without the digits that nobody reads."""
     if value is None:
         return None
-    return float(f"{float(from_si(value, _unit(channel))) if channel.unit else value:.5g}")
+    number = f"{float(from_si(value, _unit(channel))) if channel.unit else value:.5g}"
+    return with_unit(f"{float(number):,.10g}", SYMBOLS.get(_unit(channel), ""))
 
 
 CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
     Column("channel", lambda c: words(c.name)),
     Column("", lambda c: c.name, key="name"),
     Column("", lambda c: c.unit or "-", key="unit"),
-    Column("unit", lambda c: SYMBOLS.get(_unit(c), "")),
     Column("", lambda c: c.low, key="low"),
     Column("", lambda c: c.high, key="high"),
-    Column("5 %", lambda c: _five_digits(c, c.low), "", ",.10g"),
-    Column("95 %", lambda c: _five_digits(c, c.high), "", ",.10g"),
+    Column("5 %", lambda c: _reading(c, c.low), "", "s"),
+    Column("95 %", lambda c: _reading(c, c.high), "", "s"),
     Column("changes", lambda c: c.rate, "1/s", ".3g", "rate_hz"),
 )
 QUESTION_COLUMNS: tuple[Column[Question], ...] = (

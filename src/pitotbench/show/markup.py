@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -20,11 +21,28 @@ def render(template: str, **content: object) -> str:
     return environment().get_template(template).render(**content)
 
 
-def page_of(title: str, nodes: Iterable[Node], units: Units = BENCH) -> str:
-    """An answer as one self-contained page (HTML) in the reader's units."""
-    told = {"subtitle": "", "groups": (), "drawn": (), "after": ""}
-    body, version = html_of(nodes, units), page_version()
-    return render("tree.html", title=title, body=body, version=version, **told)
+def page_of(
+    title: str,
+    nodes: Iterable[Node],
+    units: Units = BENCH,
+    subtitle: str = "",
+    sections: "Iterable[Section]" = (),
+    after: Iterable[Node] = (),
+) -> str:
+    """An answer as one self-contained page (HTML) in the reader's units, with finished sections
+    behind it, and nodes `after` them.
+    """
+    drawn = [section for section in sections if section.html]
+    return render(
+        "tree.html",
+        title=title,
+        subtitle=subtitle,
+        version=page_version(),
+        groups=[(name, [*group]) for name, group in groupby(drawn, key=lambda each: each.group)],
+        body=html_of(nodes, units),
+        drawn=drawn,
+        after=html_of(after, units),
+    )
 
 
 def page_version() -> str:

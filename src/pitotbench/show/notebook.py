@@ -19,6 +19,8 @@ from pitotbench.logbook.autopilot import stated_parameters
 from pitotbench.logbook.columns import write_text
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records.calibration import AutopilotSettings, Calibration, RecordedAutopilot
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import case_columns
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog, LogInspection
@@ -41,7 +43,7 @@ from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
 from pitotbench.show.tree import ANSWER, Doubt, Node, Sentence, nodes_in
 from pitotbench.show.verdict_tree import account_tree
-from pitotbench.show.words import words
+from pitotbench.show.words import size_words, words
 from pitotbench.units import KNOT
 
 _CAUSES = 8  # bars of a picture of causes
@@ -158,7 +160,19 @@ def _log_tree(record: FlightLog) -> list[Node]:
     return [Sentence(f"{rows}, {len(columns)} channels"), Sentence(", ".join(columns))]
 
 
+def _case_tree(record: Case) -> list[Node]:
+    stated = case_columns(record).items()
+    numbers = (
+        size_words(key.replace(".", " "), v)
+        for key, v in stated
+        if isinstance(v, float) and "das." not in key
+    )
+    first = f"{record.aircraft}, {words(record.maneuver)}, {record.turbulence} turbulence"
+    return [Sentence("; ".join([first, f"{record.das.label} Hz", *numbers]))]
+
+
 _TREES: dict[type, Callable[[Any], Iterable[Node]]] = {
+    Case: _case_tree,
     Calibration: lambda record: calibration_tree("", {record.model: record}).nodes,
     FlightLog: _log_tree,
     LogInspection: inspection_tree,

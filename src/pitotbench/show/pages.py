@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from itertools import groupby
 from math import log
 from typing import TYPE_CHECKING
 
@@ -19,7 +18,7 @@ from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
 from pitotbench.show.limits import AUTO, Limit
-from pitotbench.show.markup import Section, page_version, render
+from pitotbench.show.markup import Section, page_of
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.record import record_page
 from pitotbench.show.renderers import html_of
@@ -44,7 +43,6 @@ from pitotbench.show.tree import (
     Code,
     Download,
     Heading,
-    Node,
     Sentence,
     Table,
 )
@@ -95,8 +93,9 @@ def campaign_page(
     sections: Sequence[Section],
     failures: Sequence[str],
     case: str,
+    units: Units = BENCH,
 ) -> str:
-    """The HTML of a campaign: its tree, and sections of what was drawn.
+    """The HTML of a campaign in the reader's units: its tree, and sections of what was drawn.
 
     `results` and `failures` as for `campaign_tree`; `case`: the TOML of the first flight's case.
     """
@@ -105,7 +104,7 @@ def campaign_page(
     nodes = campaign_tree(results, [section.answer for section in sections], failures)
     first = Heading("The case of the first flight", (Code(case),), NUMBERS)
     title = f"Pitot-static calibration: {flown}"
-    return _page(title, subtitle, sections, nodes, [_READING, first])
+    return page_of(title, nodes, units, subtitle, sections, [_READING, first])
 
 
 def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> str:
@@ -115,30 +114,11 @@ def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> s
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     answers = [section.answer for section in sections]
     if len(sections) < 2:  # a single section has its answer and its warnings at its own top
-        return _page(title, f"From a {origins.removesuffix('s')}", sections, [], [_READING])
+        return page_of(
+            title, [], units, f"From a {origins.removesuffix('s')}", sections, [_READING]
+        )
     nodes = [Table(ANSWER_COLUMNS, answers, "In short"), *doubts_of_answers(answers)]
-    return _page(title, f"From {origins}", sections, nodes, [_READING], units)
-
-
-def _page(
-    title: str,
-    subtitle: str,
-    sections: Sequence[Section],
-    before: Sequence[Node],
-    after: Sequence[Node],
-    units: Units = BENCH,
-) -> str:
-    drawn = [section for section in sections if section.html]
-    return render(
-        "tree.html",
-        title=title,
-        subtitle=subtitle,
-        version=page_version(),
-        groups=[(name, [*group]) for name, group in groupby(drawn, key=lambda each: each.group)],
-        body=html_of(before, units),
-        drawn=drawn,
-        after=html_of(after, units),
-    )
+    return page_of(title, nodes, units, f"From {origins}", sections, [_READING])
 
 
 # Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and
@@ -151,8 +131,10 @@ def flight_section(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond],
     tolerances: Mapping[str, float] | None,
+    units: Units = BENCH,
 ) -> Section:
-    """The section of a simulated flight as one data system (`20/1`) recorded it.
+    """The section of a simulated flight as one data system (`20/1`) recorded it, in the reader's
+    units.
 
     `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another
     section draws the
@@ -165,7 +147,7 @@ def flight_section(
     tree = calibration_tree(
         f"{maneuver.capitalize()}, {system} Hz", results, truth=truth, flown=flown
     )
-    return Section(name, maneuver, system, answer, _section_html(name, tree, BENCH))
+    return Section(name, maneuver, system, answer, _section_html(name, tree, units))
 
 
 def log_section(

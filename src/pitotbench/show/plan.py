@@ -2,9 +2,10 @@
 card.
 """
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
-from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.records.forecast import COMPARED_MINUTES, BriefedLeg, Forecast, Plan
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.tree import (
     SOURCES,
@@ -15,11 +16,8 @@ from pitotbench.show.tree import (
     Sentence,
     Table,
 )
-from pitotbench.show.words import entry_words, words
+from pitotbench.show.words import words
 from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
-
-if TYPE_CHECKING:
-    pass
 
 
 def plan_advice(plan: Plan) -> list[str]:
@@ -28,7 +26,7 @@ def plan_advice(plan: Plan) -> list[str]:
     """
     if plan.best is None:
         return ["No maneuver fits into the minutes and the box: allow more of either."]
-    lines = [f"Fly the {_forecast_words(plan.best)}."]
+    lines = [f"Fly the {_forecast_words(plan, plan.best)}."]
     if plan.want is not None:
         times = plan.best.times_for(plan.want)
         lines.append(
@@ -39,11 +37,10 @@ def plan_advice(plan: Plan) -> list[str]:
         lines.append(
             "The forecast for steep turns assumes that the pressure error does not depend on the "
             "load factor. "
-            f"Without steep turns, fly the {_forecast_words(plan.gentle)}."
+            f"Without steep turns, fly the {_forecast_words(plan, plan.gentle)}."
         )
     if plan.improved is not None:
-        card = "; ".join(entry_words(key, value) for key, value in plan.improved.card.items())
-        lines.append(f"Improved card: fly the {_forecast_words(plan.improved)}, with {card}.")
+        lines.append(f"Improved card: fly the {_forecast_words(plan, plan.improved)}.")
     elif plan.flights_searched:
         lines.append(
             f"The search flew {plan.flights_searched} other cards of it; none is better by more "
@@ -52,27 +49,18 @@ def plan_advice(plan: Plan) -> list[str]:
     return lines
 
 
-def card_lines(each: Forecast) -> list[str]:
-    """The changed numbers of a card, as a case file has them."""
-    return [f"{key} = {_rounded(value)}" for key, value in each.card.items()]
-
-
-def _forecast_words(each: Forecast) -> str:
+def _forecast_words(plan: Plan, each: Forecast) -> str:
+    """What a maneuver gives in the minutes of the request, flown as often as it fits."""
+    times = each.times_in(plan.minutes)
+    often = f", {times} times" if times > 1 else ""
     return (
-        f"{words(each.maneuver)}: ±{each.mean / KNOT:.3f} kt (2σ, mean over the curve) in "
-        f"{each.minutes:.1f} min"
-    )
-
-
-def _rounded(value: Any) -> str:
-    return (
-        f"[{', '.join(f'{v:.4g}' for v in value)}]" if isinstance(value, list) else f"{value:.4g}"
+        f"{words(each.maneuver)}{often}: ±{each.within(plan.minutes) / KNOT:.3f} kt (2σ, mean over "
+        f"the curve) in {times * each.minutes:.1f} min"
     )
 
 
 # The table of a plan: one row a maneuver, in order of merit; and the plan as plain data.
 
-_COMPARED = 6.0  # min: maneuvers are compared over equal times where the user names none
 _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread that takes no longer is as good
 
 
@@ -91,7 +79,7 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
 
     def in_minutes(each: Forecast) -> float | None:
         if minutes is None:
-            return each.mean_in(_COMPARED) / KNOT
+            return each.mean_in(COMPARED_MINUTES) / KNOT
         return each.within(minutes) / KNOT if each.minutes <= minutes else None
 
     wanted = "" if want is None else f"flights for ±{want / KNOT:g} kt"
@@ -109,7 +97,7 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
             "two_sigma_spread_kt",
         ),
         Column("", lambda each: each.mean / each.widening / KNOT, key="known_noise_two_sigma_kt"),
-        Column(f"±2σ in {minutes or _COMPARED:g} min", in_minutes, "kt", ".3f"),
+        Column(f"±2σ in {minutes or COMPARED_MINUTES:g} min", in_minutes, "kt", ".3f"),
         Column(wanted, times, style="d", key="flights_for_want"),
         Column(wanted and "time for them", minutes_for_want, "min", ".0f", "minutes_for_want"),
         Column(
@@ -164,6 +152,7 @@ def plan_json(plan: Plan) -> dict[str, Any]:
         "best": plan.best.maneuver if plan.best else None,
         "best_without_steep_turns": plan.gentle.maneuver if plan.gentle else None,
         "improved": None if plan.improved is None else json_rows(columns, [plan.improved])[0],
+        "pilot_card": [row for each in _briefed(plan) for row in json_rows(LEG_COLUMNS, each.legs)],
         "advice": plan_advice(plan),
     }
 
@@ -175,6 +164,39 @@ def _curve(each: Forecast) -> list[dict[str, float]]:
     ]
 
 
+# The card for the pilot, in round numbers.
+
+_ROUND = 5.0  # kt, degrees and seconds: what is read off instruments and a watch
+_BRIEFING = (
+    "Each line is a leg; heading and airspeed are those at its end. Set up and settle at each new "
+    "airspeed and bank before its time begins."
+)
+
+
+def _round(value: float, unit: float = 1.0) -> float:
+    return _ROUND * round(value / unit / _ROUND)
+
+
+LEG_COLUMNS: tuple[Column[BriefedLeg], ...] = (
+    Column("leg", lambda leg: leg.what, key="leg"),
+    Column("heading", lambda leg: _round(leg.heading, DEGREE) % 360.0, "°", "03.0f", "heading_deg"),
+    Column("KIAS", lambda leg: _round(leg.airspeed, KNOT), "", ".0f", "indicated_airspeed_kt"),
+    Column("bank to the right", lambda leg: _round(leg.bank, DEGREE), "°", "+.0f", "bank_deg"),
+    Column("time", lambda leg: _round(leg.seconds), "s", ".0f", "seconds"),
+)
+
+
+def pilot_card(maneuver: str, legs: Sequence[BriefedLeg]) -> list[Node]:
+    """The card of a maneuver for the pilot who flies it by hand; nothing without legs."""
+    title = f"The card for the pilot: {words(maneuver)}"
+    return [Heading(title, (Sentence(_BRIEFING), Table(LEG_COLUMNS, legs)))] if legs else []
+
+
+def _briefed(plan: Plan) -> list[Forecast]:
+    """The forecast whose card the pilot gets."""
+    return [each for each in [plan.improved or plan.best] if each is not None]
+
+
 def plan_tree(plan: Plan) -> list[Node]:
     """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
     return [
@@ -182,11 +204,7 @@ def plan_tree(plan: Plan) -> list[Node]:
         Figure("pitotbench.show.pages.plan_panels", (plan,), "main"),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
-        *(
-            Heading("The improved card, for a case file", (*map(Sentence, card_lines(each)),))
-            for each in [plan.improved]
-            if each is not None
-        ),
+        *(n for each in _briefed(plan) for n in pilot_card(each.maneuver, each.legs)),
         Heading("How to read this", (*map(Sentence, _READING),), SOURCES),
     ]
 

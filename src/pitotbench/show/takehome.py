@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import page_of
 from pitotbench.show.tree import NUMBERS, Doubt, Figure, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters, MetersPerSecond
-
-if TYPE_CHECKING:
-    pass
 
 # The parameters of an autopilot.
 

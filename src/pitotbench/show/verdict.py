@@ -16,6 +16,7 @@ from pitotbench.records.verdict import (
 )
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.gap_words import features_limit, reported_rivals
+from pitotbench.show.plan import LEG_COLUMNS
 from pitotbench.show.record import CHECK_COLUMNS
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
@@ -318,6 +319,8 @@ def account_json(account: Account) -> dict[str, Any]:
         "warnings": list(account.warnings),
         "coefficients": json_rows(COEFFICIENT_COLUMNS, account.coefficients),
         "closed": account.closing and closing_json(account.closing),
+        "next_maneuver": account.following or None,
+        "pilot_card": json_rows(LEG_COLUMNS, account.legs),
     }
 
 

@@ -19,6 +19,7 @@ from pitotbench.show.gap_words import (
     sentences,
 )
 from pitotbench.show.markup import page_of
+from pitotbench.show.plan import pilot_card
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.record import CHECK_COLUMNS, check, conditions_of, record_page
 from pitotbench.show.tree import (
@@ -91,6 +92,7 @@ def account_tree(account: Account) -> list[Node]:
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
         *(node for node in told if isinstance(node, Doubt)),
         *(Sentence(f"Next: {words(line)}.") for line in verdict.advice),
+        *pilot_card(account.following, account.legs),
         *(
             [Figure("pitotbench.show.gap_page.telling_panels", (told_by,), "narrow")]
             if told_by

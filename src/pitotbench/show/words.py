@@ -10,7 +10,6 @@ from pitotbench.units import DEGREE, KNOT, POUND, STANDARD_GRAVITY, SUFFIXES, SY
 
 _DIGITS = 3  # of a size, significant
 _PLAIN_BELOW = 1e7
-_TURNS = "turns"  # in full circles
 
 
 _INITIALS = {"gps": "GPS"}  # words that are written in capitals
@@ -55,15 +54,6 @@ def _number(value: float, digits: int) -> str:
     """A number with significant digits, and no power of ten below `_PLAIN_BELOW`."""
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < _PLAIN_BELOW else text
-
-
-def entry_words(name: str, value: float | Sequence[float]) -> str:
-    """An entry of a card as a pilot reads it: `speeds 160, 128, 100 kt`, `turns 223°, 529°`."""
-    noun, unit = name_and_unit(name)
-    values = value if isinstance(value, Sequence) else [value]
-    if name == _TURNS:
-        return f"{noun} {', '.join(f'{360.0 * circles:.0f}°' for circles in values)}"
-    return f"{noun} {with_unit(', '.join(f'{number:.3g}' for number in values), unit)}"
 
 
 def listed(items: Sequence[str], word: str = "and") -> str:

@@ -185,9 +185,10 @@ Progress = Callable[[float, str], None]
 
 
 def fly(
-    case: Case, progress: Progress | None = None, channels: Collection[str] | None = None
+    case: Case | str, progress: Progress | None = None, channels: Collection[str] | None = None
 ) -> Flight:
-    """Fly the maneuver of a case and return the truth at the case's rate of integration.
+    """Fly the maneuver of a case, or the usual case of a maneuver by its name, and return the truth
+    at the case's rate of integration.
 
     A case that states no error curve has the usual one at the speeds of its aircraft (see
     `with_usual_curve`), which `Flight.case` then holds.
@@ -203,6 +204,7 @@ def fly(
     SimulationError where the case cannot be flown.
     """
     # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
+    case = Case(maneuver=case) if isinstance(case, str) else case
     recorded, maneuver = lines_of(channels), MANEUVERS[case.maneuver]
     if problem := rate_problem(case.integration_rate):
         raise BadInputError(problem)

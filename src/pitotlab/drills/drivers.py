@@ -267,7 +267,7 @@ def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dic
         **{name: [] for name in ("das", "calibrations", "rows", "sections")},
         "keep_logs": "none",
         "log_format": "",
-        "drawn": False,
+        "drawn": "",
         "made": dict.fromkeys(("code", "aircraft", "host"), "")
         | {"versions": {}, "cpu_s": 0.0, "wall_s": 0.0},
     }

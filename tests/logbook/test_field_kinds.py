@@ -20,7 +20,6 @@ from pitotbench.logbook.reading import read_table
 from pitotbench.logbook.temperature import stated_day
 from pitotbench.units import FOOT, KNOT
 
-
 # What is tested is the reading; a law costs half of what the smooth curve does.
 LAW = "linear"
 

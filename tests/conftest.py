@@ -2,16 +2,21 @@
 
 import os
 import pickle
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from hashlib import sha256
+from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import pytest
 from hypothesis import settings
 from scipy import linalg  # noqa: F401 - its BLAS is loaded before the threads are limited
 from threadpoolctl import threadpool_limits
 
-from pitotbench import Case, Flight, fly
+from pitotbench import CalibrationOptions, Case, Flight, FlightLog, calibration, fly
+from pitotbench.calibration.flights import CalibratedFlight
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 settings.register_profile("untimed", deadline=None)  # a busy machine is no defect
@@ -32,20 +37,38 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
 # longest first.
 LONGEST = (
     "tests/lab/test_commands.py",
-    "tests/test_pages_run.py",
-    "tests/lab/test_both_ends.py",
-    "tests/lab/study/test_page_content.py",
     "tests/lab/recovery/test_causes.py",
-    "tests/browser/test_in_chromium.py",
+    "tests/lab/test_long_pages_run.py",
+    "tests/reconciliation/test_closing.py",
+    "tests/lab/test_both_ends.py",
+    "tests/logbook/test_field_kinds.py",
     "tests/cli/test_one_answer.py",
-    "tests/reconciliation/test_naming.py",
+    "tests/lab/test_real_logs_in_chromium.py",
+    "tests/lab/study/test_page_content.py",
     "tests/logbook/test_field_cases.py",
-    "tests/reconciliation/test_formula.py",
-    "tests/bench/test_model_comparison.py",
-    "tests/logbook/test_drafting.py",
+    "tests/test_pages_run.py",
+    "tests/cli/test_refusals.py",
     "tests/bench/test_campaign.py",
-    "tests/bench/test_planner.py",
+    "tests/lab/test_house_reach.py",
+    "tests/lab/recovery/test_claimed_lags.py",
+    "tests/lab/recovery/test_formulas.py",
+    "tests/bench/test_truth_comparison.py",
+    "tests/lab/recovery/test_cards_flown_again.py",
+    "tests/simulation/test_effects_flown.py",
     "tests/bench/test_model_terms.py",
+    "tests/lab/recovery/test_null_distribution.py",
+    "tests/bench/test_planner.py",
+    "tests/show/test_gap_report.py",
+    "tests/cli/test_several_flights.py",
+    "tests/logbook/test_drafting.py",
+    "tests/bench/test_store.py",
+    "tests/lab/recovery/test_aircraft_files.py",
+    "tests/simulation/test_sortie.py",
+    "tests/reconciliation/test_naming.py",
+    "tests/cli/test_cli.py",
+    "tests/logbook/test_autopilot_parameters.py",
+    "tests/browser/test_in_chromium.py",
+    "tests/calibration/test_broken_pitots.py",
 )
 
 
@@ -65,6 +88,38 @@ def one_process() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch, threadpool_limits(limits=1):
         patch.setattr("os.cpu_count", lambda: 1)
         patch.setattr("os.sched_getaffinity", lambda process: {0}, raising=False)
+        yield
+
+
+def _digest(told: object) -> bytes:
+    written = BytesIO()
+    pickler = pickle.Pickler(written)
+    pickler.dispatch_table = {MappingProxyType: lambda held: (dict, (dict(held),))}
+    pickler.dump(told)
+    return sha256(written.getbuffer()).digest()
+
+
+@pytest.fixture(scope="module")
+def one_fit_of_each_log() -> Iterator[None]:
+    """A log that is fitted again with the same options has the first answer.
+
+    For modules that look at what is said of an answer, in one voice after the other. A log is the
+    same where its rows and its header are, bit for bit.
+    """
+    fit, kept = calibration.calibrate_flights, dict[bytes, tuple[CalibratedFlight, ...]]()
+
+    def fitted(
+        logs: Sequence[FlightLog], options: CalibrationOptions | None = None, *more: Any
+    ) -> tuple[CalibratedFlight, ...]:
+        if any(each is not None for each in more):
+            return fit(logs, options, *more)
+        key = _digest([list(logs), options])
+        if key not in kept:
+            kept[key] = fit(logs, options)
+        return kept[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(calibration, "calibrate_flights", fitted)
         yield
 
 

@@ -21,6 +21,8 @@ PAGES = [
     # They show no command that runs here and ends.
     not in ("read-the-page.md", "correct-a-model.md", "open-a-log.md")
 ] + [DOCS / name for name in ("api.md", "case.md", "reconcile.md", "scale.md")]
+# They fly and judge for ten seconds and more each: `make test-lab` runs them.
+LONG = ("student", "engineer", "case", "reconcile", "scale")
 _BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _README_BLOCK = re.compile(r"^```(?:toml)?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
@@ -34,9 +36,8 @@ def _run(command: str) -> None:
     assert main(words) == 0, command
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def run_page(page: Path, folder: Path) -> None:
+    """Run the commands and the Python of a page in a folder, from top to bottom."""
     blocks = _BLOCK.findall(page.read_text(encoding="utf-8"))
     assert blocks
     for kind, text in blocks:
@@ -48,7 +49,15 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
         elif kind == "python":
             exec(compile(text, page.name, "exec"), {})
         elif name := _NAME.match(text):
-            (tmp_path / name[1]).write_text(text, encoding="utf-8")
+            (folder / name[1]).write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.stem not in LONG], ids=lambda page: page.stem
+)
+def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_page(page, tmp_path)
 
 
 def are_alike(told: str, printed: str) -> bool:

@@ -186,21 +186,6 @@ def test_a_term_that_the_maneuver_does_not_move_is_no_hypothesis():
     assert all(name in note for name in ("weathercock_stability", "dihedral_effect", "side_force"))
 
 
-def test_errors_of_the_sensors_are_no_weaker_airplane():
-    """Errors of a measured rate make its damping seem smaller: so much of it is floor."""
-    true = _maneuver(9)
-    rates = true.motion.roll_rate
-    error = 0.5 * float(np.std(rates))
-    noisy = rates + np.random.default_rng(5).normal(0.0, error, len(rates))
-    noise = {"roll_rate": error * 0.45}  # of the mean of five samples
-    seen = replace(true, motion=replace(true.motion, roll_rate=noisy), noise=noise)
-    (with_errors, without) = (
-        _reconciled(each).logs[0].null.scores.left_over for each in (seen, replace(seen, noise={}))
-    )
-    assert with_errors["roll_damping|change"] > 3.0
-    assert set(without.values()) == {1.0}
-
-
 def test_a_late_vane_is_found(changed):
     motions = [each.motion for each in changed]
     vanes = [
@@ -279,7 +264,7 @@ def test_the_command_takes_such_files_without_a_mapping(tmp_path, changed, capsy
         "patch.toml",
         "overlay.xml",
     }
-    assert main(words) == 0
+    assert main([*words[:2], *words[4:]]) == 0  # as text, with no maneuver held out
     assert "coefficients of the model's file" in capsys.readouterr().out
 
 

@@ -101,25 +101,6 @@ def test_the_rows_move_with_the_zero_offset_as_their_regressor_says():
     assert not found[at_rest].any()
 
 
-@pytest.mark.parametrize(
-    ("maneuver", "expected"), [("rapid_decel", 0.64), ("step_decrease", 0.47), ("circle", 0.66)]
-)
-def test_the_height_narrows_the_bound_as_the_information_allows_and_it_still_covers(
-    maneuver, expected
-):
-    """`expected`: the ratio for known covariances."""
-    ratios, inside, size = [], [], []
-    for seed in range(5, 13):
-        log = fixture.fly(maneuver, seed)
-        joint, alone = calibrate(log, STATIC), calibrate(fixture.without_height(log), STATIC)
-        ratios.append(np.mean(joint.curve.two_sigma) / np.mean(alone.curve.two_sigma))
-        inside.append(np.abs(_error_kt(joint)) <= joint.curve.two_sigma / KNOT)
-        size.append(_error_kt(joint) / (joint.curve.two_sigma / KNOT))
-    assert np.mean(ratios) == pytest.approx(expected, rel=0.15)
-    assert np.mean(np.concatenate(inside)) >= 0.85
-    assert 0.25 < np.sqrt(np.mean(np.concatenate(size) ** 2)) < 0.75  # 0.5 for a perfect 2σ
-
-
 @pytest.mark.parametrize("maneuver", ["rapid_decel", "circle"])
 def test_the_place_of_the_error_is_found(maneuver):
     found = calibrate(fixture.fly(maneuver, 5))

@@ -116,15 +116,6 @@ def correction_error(curve):
     return np.abs(curve.correction - true)
 
 
-def test_a_wind_that_drifts_far_bends_nothing():
-    """Ten times the drift: a problem linearized around its mean alone would be off by a meter a
-    second.
-    """
-    log = circling(wind=lambda t: (20.0 * t / HOUR, 15.0 * np.sin(2.0 * np.pi * t / HOUR)))
-    curve = calibrate(log, CHECKED).curve
-    assert np.all(correction_error(curve) <= 1.2 * curve.two_sigma)
-
-
 def test_a_long_flight_is_not_asked_for_one_wind():
     """Neither the reader nor the account: each part of a wave flight has a wind of its own."""
 
@@ -137,20 +128,6 @@ def test_a_long_flight_is_not_asked_for_one_wind():
     assert "warnings" not in read.header
     assert inspect_log(read).wind_drifts
     assert not inspect_log(circling(600.0)).wind_drifts
-
-
-def test_models_are_weighed_along_the_path_of_the_wind_too():
-    """A wind that drifts, with and without a height, for the mixture of models as for one model."""
-    for log in (circling(1900.0), fixture.fly("race_track", 2)):
-        options = CalibrationOptions(
-            model="auto", wind="checked" if log.altitude is None else "drifting"
-        )
-        found = calibrate(log, options).curve
-        named = calibrate(log, replace(options, model="inverse+")).curve
-        assert np.all(
-            np.abs(found.correction - named.correction)
-            <= np.hypot(found.two_sigma, named.two_sigma)
-        )
 
 
 def one_heading(log):

@@ -47,6 +47,8 @@ from pitotbench.show.legs import points_json
 from pitotbench.show.takehome import table_text
 from pitotbench.units import KNOT
 
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 C172S = ("garmin", "c172s-g1000-2011.csv.gz")
 SEAWAY = ("seaway", "differential_pressure_0.csv")
 THEIRS = {

@@ -2,9 +2,7 @@
 name.
 """
 
-import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +11,6 @@ from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 
 from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_case
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.workflow import formula_of, patch_of
 from pitotbench.catalog import Catalog
 from pitotbench.effects import Effect, chosen
 from pitotbench.effects.formula import (
@@ -32,9 +29,8 @@ from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.residuals import change_by_answer
 from pitotbench.reconciliation.track import coarse_rows, motion_of, spread
-from pitotbench.reconciliation.verdict import Judged, hold_out, judge
+from pitotbench.reconciliation.verdict import Judged, judge
 from pitotbench.records.case import EffectSpec
-from pitotbench.show.gap_words import formula_sentences
 
 HELD = ("map-inhg", "propeller-rpm", "engine[")  # engines do not run in a state that is held
 
@@ -54,40 +50,14 @@ def judged(log: FlightLog) -> Judged:
 
 
 @pytest.fixture(scope="module")
-def slipping(tmp_path_factory: pytest.TempPathFactory) -> tuple[FlightLog, FlightLog]:
-    """Two flights of an airplane whose file was edited: 3 sin²β more drag."""
-    folder, hidden = tmp_path_factory.mktemp("shelf"), OUTSIDERS["drag in sideslip"]
-    return flown(hidden, 41, folder, "20/20"), flown(hidden, 42, folder, "20/20")
+def slipping(tmp_path_factory: pytest.TempPathFactory) -> FlightLog:
+    """A flight of an airplane whose file was edited: 3 sin²β more drag."""
+    return flown(OUTSIDERS["drag in sideslip"], 41, tmp_path_factory.mktemp("shelf"), "20/20")
 
 
 @pytest.fixture(scope="module")
-def layout(slipping: tuple[FlightLog, FlightLog]) -> Layout:
-    return laid_out(slipping[0])
-
-
-@pytest.fixture(scope="module")
-def found(slipping: tuple[FlightLog, FlightLog]) -> Judged:
-    return judged(slipping[0])
-
-
-def test_the_drag_in_sideslip_is_found_with_its_coefficient_and_closes_another_flight(
-    found, slipping
-):
-    formula = formula_of(found)
-    (term,) = formula.terms
-    assert (term.quantity, term.symbol, term.term) == ("drag", "ΔC_D", "sin²β")
-    assert abs(term.size.value - 3.0) < term.size.two_sigma < 0.75
-    said = r"The gap follows a formula: drag: ΔC_D = \(\d\.\d+ ± 0\.\d+\) sin²β; ± is 2σ\."
-    assert re.match(said, formula_sentences(formula)[0])
-    assert found.verdict.kind == "unknown"
-    assert found.verdict.closure.share > 0.9
-    ((name, sizes),) = patch_of(found, "log", "2026-01-01").entries
-    assert name == "drag_formula"
-    assert sizes["sideslip_squared"] == pytest.approx(term.size.value, rel=1e-4)
-    null, model = found.fitted.regression.blocks[0].null, aircraft_model("navajo")
-    assert hold_out(partial(lay_out, slipping[1], model, SETTING), null, found.fitted).share > 0.8
-    fewer = replace(slipping[1], velocity_down=None)  # the flight held out may lack a channel
-    assert hold_out(partial(lay_out, fewer, model, SETTING), null, found.fitted).share > 0.8
+def layout(slipping: FlightLog) -> Layout:
+    return laid_out(slipping)
 
 
 def test_a_formula_flies_as_the_edited_file_does(tmp_path):
@@ -156,8 +126,8 @@ def test_a_signature_of_a_force_is_that_of_the_force_meter(layout, name):
 
 @pytest.fixture(scope="module")
 def signals(slipping) -> Signals:
-    channels = {n: v for n, v in slipping[0].channels().items() if v.dtype == float and n != "time"}
-    return Signals(slipping[0].time, channels)
+    channels = {n: v for n, v in slipping.channels().items() if v.dtype == float and n != "time"}
+    return Signals(slipping.time, channels)
 
 
 def test_a_static_pressure_formula_is_that_by_hand(signals):
@@ -183,7 +153,7 @@ def test_a_missing_coefficient_is_zero_and_a_missing_channel_is_named(slipping):
     case = replace(day(1), effects=(entry,))
     assert read_case(write_case(case)) == case
     (choice,) = chosen([entry])
-    signals = Signals(slipping[0].time, {"heading": slipping[0].heading})
+    signals = Signals(slipping.time, {"heading": slipping.heading})
     turned = choice.effect.apply(signals, choice.sizes)
     assert np.allclose(
         np.degrees(turned["heading"] - signals["heading"]), 2.0 * np.cos(signals["heading"])

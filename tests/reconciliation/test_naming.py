@@ -18,9 +18,7 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.reconciliation.pictures import clearest_channel, traces
 from pitotbench.reconciliation.regression import Found, Member, fit_gaps
-from pitotbench.reconciliation.renewal import at_sizes
 from pitotbench.reconciliation.signatures import cause_of, returns
 from pitotbench.reconciliation.verdict import hold_out, judge, may_be_form
 from pitotbench.records.case import EffectSpec
@@ -87,27 +85,6 @@ def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
     assert "header" not in notes  # no temperature is asked of it: there is no airplane to fly in it
     assert "belly_pod" not in notes  # nobody expects an airplane's effect without an airplane
     assert "all of engine instruments" in notes
-
-
-def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight) -> None:
-    late = (
-        EffectSpec("pitot_lag", {"lag_s": 1.0}),
-    )  # without null flights a lag must be large to be told
-    log = sense(replace(flight, case=replace(flight.case, effects=late)), "20/20")
-    _, found = judge_logs([NamedLog("log", log)], "none")
-    (gap,) = found.verdict.gaps
-    assert gap.causes[0].name == "pitot_lag"
-    (shown,) = found.shown
-    drawn = clearest_channel(shown.block, gap.part, traces(shown.block, shown.fit))
-    assert (drawn.channel, drawn.variable) == ("airspeed_along", "acceleration")
-
-
-def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None:
-    """The gap once counted as the noise of so short a log."""
-    late = (EffectSpec("gps_latency", {"latency_s": EFFECTS["gps_latency"].parameters[0].high}),)
-    log = sense(replace(flight, case=replace(flight.case, effects=late)), "50/50")
-    short = replace(log.select(log.time - log.time[0] < 120.0), header={})
-    assert judged(short).kind == "named"
 
 
 def test_the_belly_pod_is_named_with_its_size_and_closes_the_gap(pod) -> None:
@@ -203,43 +180,6 @@ def test_a_held_out_log_may_lack_channels(late_receiver, missing: tuple[str, ...
 def test_an_event_does_not_return_in_another_flight(event: str) -> None:
     assert not returns(event)
     assert returns("gps_latency")
-
-
-def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
-    """A narrow error of the static source: with the typical airspeed instead of the fitted one
-    nothing closes.
-    """
-    bump = Catalog("effect", {"local_static_bump": EFFECTS["local_static_bump"]})
-    hidden = EffectSpec(
-        "local_static_bump", {"coefficient": 0.05, "center_mps": 55.0, "width_mps": 4.0}
-    )
-    logs = [
-        sense(
-            fly(Case(maneuver="rapid_decel", truth_seed=seed, sensor_seed=seed, effects=(hidden,))),
-            "20/20",
-        )
-        for seed in (33_001, 33_002)
-    ]
-    layout = lay_out(logs[0], None, AnalysisSetting(), bump)
-    null = theoretical_distribution(layout)
-    fitted = fit_gaps([layout], [null])
-    assert [member.name for member in fitted.members] == ["local_static_bump"]
-    shapes = fitted.regression.blocks[0].layout.signatures[0].shapes
-    assert shapes["center_mps"] == pytest.approx(55.0, abs=3.0)
-    assert hold_out(partial(lay_out, logs[1], None, layout.setting), null, fitted).share > 0.9
-
-
-def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
-    """A polar that bends at a lift coefficient of 1.2: the column of the typical one, 0.4, stood in
-    its place.
-    """
-    bend = Catalog("effect", {"polar_bend": EFFECTS["polar_bend"]})
-    layout = lay_out(sense(flight, "20/20"), aircraft_model("navajo"), AnalysisSetting(), bend)
-    shown = at_sizes(layout, {("polar_bend", "factor"): 0.1}, {"polar_bend": {"onset": 1.2}})
-    (old,), (new,) = layout.signatures, shown.signatures
-    assert np.any(old.column)
-    assert np.abs(new.column).max() < 0.05 * np.abs(old.column).max()
-    assert new.shapes == {"onset": 1.2}
 
 
 def test_a_second_gap_of_a_sensor_may_be_the_form_of_a_larger_one_of_its_part() -> None:

@@ -4,6 +4,7 @@ scale.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -91,20 +92,28 @@ class MarkovNoise:
         self._width = sum(process.loading.shape[-1] for process in processes)
         self._states = len(intervals.edges) * self._width
         self._loads = self._interval_means(intervals, processes)
-        self._log_determinant: Array = np.log(self._variance).reshape(len(white), -1).sum(axis=1)
-        self._factors: list[Array] = []
-        if processes:
-            self._factors = self._posterior_precision(np.diff(intervals.edges), processes)
+        self._step, self._processes = np.diff(intervals.edges), processes
+
+    @cached_property
+    def _factored(self) -> tuple[Array, list[Array]]:
+        """ln|C| of every noise of a stack, (b,), and the banded Cholesky factors of its states.
+
+        Made when first asked for: of some noises only the parameters are.
+        """
+        determinants: Array = np.log(self._variance).reshape(len(self._variance), -1).sum(axis=1)
+        if not self._processes:
+            return determinants, []
+        return determinants, self._posterior_precision(self._step, self._processes, determinants)
 
     @property
     def log_determinant(self) -> float:
         """ln|C|, of one noise."""
-        return float(self._log_determinant[0])
+        return float(self.log_determinants[0])
 
     @property
     def log_determinants(self) -> Array:
         """ln|C| of every noise of a stack, (b,)."""
-        return self._log_determinant
+        return self._factored[0]
 
     def _interval_means(
         self, intervals: Intervals, processes: Sequence[MarkovProcess]
@@ -144,10 +153,10 @@ class MarkovNoise:
         return slice(place, place + self._states - self._width, self._width)
 
     def _posterior_precision(
-        self, step: Seconds, processes: Sequence[MarkovProcess]
+        self, step: Seconds, processes: Sequence[MarkovProcess], determinants: Array
     ) -> list[Array]:
         """Return the banded Cholesky factors of the states' precision given the data; states
-        ordered by edge.
+        ordered by edge. What they make of ln|C| is added to `determinants`, (b,).
         """
         m = self._width
         bands = np.zeros((len(self._variance), 2 * m, self._states))
@@ -164,7 +173,7 @@ class MarkovNoise:
             for j in range(first, first + count):
                 bands[:, 0, j::m] = diagonal
                 bands[:, m, j : self._states - m : m] = -decay / innovation
-            self._log_determinant += count * np.sum(np.log(innovation), axis=1)
+            determinants += count * np.sum(np.log(innovation), axis=1)
             first += count
         self._add_data(bands)
         factors = []
@@ -172,7 +181,7 @@ class MarkovNoise:
             factor, failed = dpbtrf(band, lower=1, overwrite_ab=1)
             if failed:
                 raise np.linalg.LinAlgError(_SINGULAR)
-            self._log_determinant[place] += 2.0 * float(np.sum(np.log(factor[0])))
+            determinants[place] += 2.0 * float(np.sum(np.log(factor[0])))
             factors.append(factor)
         return factors
 
@@ -194,7 +203,7 @@ class MarkovNoise:
         )  # transposed: as the banded solver wants it
         scaled[..., self._rows] = np.swapaxes(data.reshape(outputs, -1, columns), 1, 2)
         scaled /= self._variance[:, :, None, :]
-        if self._factors:
+        if self._factored[1]:
             self._take_off_explained(scaled)
         weighed = np.swapaxes(scaled[..., self._rows], 2, 3).reshape(stack, -1, columns)
         return weighed if self._stacked else np.asarray(weighed[0])
@@ -205,7 +214,7 @@ class MarkovNoise:
         for output, loads in enumerate(self._loads):
             for p, load in enumerate(loads):
                 right[:, :, self._at(p)] += load[:, None, :] * scaled[:, output]
-        for factor, part in zip(self._factors, right, strict=True):
+        for factor, part in zip(self._factored[1], right, strict=True):
             part[...] = dpbtrs(factor, part.T, lower=1, overwrite_b=1)[0].T
         for output, loads in enumerate(self._loads):
             variance = self._variance[:, None, output]

@@ -2,9 +2,9 @@
 posterior, mixture.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from scipy.special import logsumexp, ndtr, ndtri
@@ -275,22 +275,10 @@ def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> 
 
 def _rival_heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> RivalHeights:
     """The same under each rival prior, (b, r)."""
-    data = _instruments_and_response(problem)
-
-    def of_all(phis: Array) -> Array:
-        if isinstance(noise_of, JointNoiseOf):
-            noise_of.learn(phis)
-            noises = [noise_of(phi) for phi in phis]
-            products = np.stack([noise.products() for noise in noises])
-            return _log_likelihoods(
-                problem, products, np.array([noise.log_determinant for noise in noises])
-            )
-        log_determinants, weighed = weighed_by_each(noise_of, phis, data)
-        return _log_likelihoods(problem, data.T @ weighed, log_determinants)
 
     def of_each(phis: Array) -> Array:
         try:
-            return of_all(phis)
+            return _weighed(problem, noise_of, phis)[0]
         except np.linalg.LinAlgError:
             if len(phis) == 1:  # the search then tries a shorter step
                 return np.full((1, len(problem.rivals)), -np.inf)
@@ -301,6 +289,24 @@ def _rival_heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
         return np.asarray(found + np.array([log_prior(phi) for phi in phis])[:, None])
 
     return heights
+
+
+def _weighed(problem: Regression, noise_of: NoiseOf, phis: Array) -> tuple[Array, Iterable[Array]]:
+    """The restricted log-likelihoods, (b, r), for every φ of (b, d), and C⁻¹Z, (n, p), of each.
+
+    Raises numpy.linalg.LinAlgError where the data do not determine β under one of them.
+    """
+    if isinstance(noise_of, JointNoiseOf):
+        noise_of.learn(phis)
+        noises = [noise_of(phi) for phi in phis]
+        products = np.stack([noise.products() for noise in noises])
+        found = _log_likelihoods(
+            problem, products, np.array([noise.log_determinant for noise in noises])
+        )
+        return found, (noise.weighed_instruments() for noise in noises)
+    data = _instruments_and_response(problem)
+    log_determinants, weighed = weighed_by_each(noise_of, phis, data)
+    return _log_likelihoods(problem, data.T @ weighed, log_determinants), weighed[:, :, :-1]
 
 
 def _stacks(problem: Regression, phis: Array) -> list[Array]:
@@ -394,7 +400,7 @@ def noise_posterior(
         _SETTLED,
         _first_set(noise_of),
     )
-    return _nodes(problem, noise_of, by_rival, mode, curvature)
+    return _nodes(problem, noise_of, log_prior, mode, curvature)
 
 
 def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
@@ -432,13 +438,18 @@ def _weights(base: Array, heights: Array) -> Array:
 
 
 def _nodes(
-    problem: Regression, noise_of: NoiseOf, heights_of: RivalHeights, mode: Array, curvature: Array
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, mode: Array, curvature: Array
 ) -> tuple[NoiseNode, ...]:
     """Return the nodes around a mode, one for each noise and rival prior that is not too unlikely;
     `curvature` is minus the second derivatives there, (d, d).
     """
     places, base, axes = _places(mode, curvature, _first_set(noise_of))
-    heights = heights_of(places)
+    try:  # each noise is factored once, for its height and for its estimate
+        found = [_weighed(problem, noise_of, part) for part in _stacks(problem, places)]
+    except np.linalg.LinAlgError as error:
+        raise NoAnswerError(_UNDETERMINED) from error
+    heights = np.concatenate([likelihoods for likelihoods, _ in found])
+    heights = heights + np.array([log_prior(phi) for phi in places])[:, None]
     if np.any(np.all(np.isneginf(heights), axis=1)):
         raise NoAnswerError(_UNDETERMINED)
     volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
@@ -446,7 +457,7 @@ def _nodes(
     weights = _weights(base[:, None], heights)
     if len(problem.rivals) > 1:
         weights = np.where(weights > _SELDOM, weights, 0.0) / weights[weights > _SELDOM].sum()
-    weighed = _weighed_instruments(problem, noise_of, places)
+    weighed = chain.from_iterable(instruments for _, instruments in found)
     return tuple(
         NoiseNode(
             phi, float(weights[i, r]), float(masses[i, r]), *_solved(problem, instruments, r), r
@@ -455,15 +466,6 @@ def _nodes(
         for r in range(len(problem.rivals))
         if len(problem.rivals) == 1 or weights[i, r] > 0.0
     )
-
-
-def _weighed_instruments(problem: Regression, noise_of: NoiseOf, phis: Array) -> Iterator[Array]:
-    """C⁻¹Z, (n, p), for one φ of (b, d) after the other."""
-    if isinstance(noise_of, JointNoiseOf):
-        yield from (noise_of(phi).weighed_instruments() for phi in phis)
-        return
-    for part in _stacks(problem, phis):
-        yield from weighed_by_each(noise_of, part, problem.instruments)[1]
 
 
 def _climb(

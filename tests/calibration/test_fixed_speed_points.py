@@ -189,7 +189,7 @@ def test_a_zero_offset_belongs_to_the_correction_and_hardly_widens_it(location):
 
 def test_accuracies_of_the_header_and_of_a_standard_day_count():
     log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
-    warm = replace(log, header={"accuracy": {"temperature_k": 10.0}})
+    warm = replace(log, header={"accuracy": {"temperature_k": 15.0}})
     logs = (log, warm, replace(log, total_temperature=None))
     (plain,), (stated,), (unmeasured,) = (fixed_speed_points(each) for each in logs)
     assert plain.two_sigma < 0.05 * KNOT < 1.0 * KNOT < stated.two_sigma

@@ -19,7 +19,6 @@ from pitotbench.calibration.altitude import (
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
-    MeanWind,
     Nuisance,
     PredictionModel,
     WindPath,
@@ -35,7 +34,6 @@ from pitotbench.estimation.noise import (
     JointNoiseOf,
     MarkovNoise,
     MarkovProcess,
-    Noise,
     NoiseOf,
 )
 from pitotbench.estimation.restricted_likelihood import (
@@ -483,20 +481,11 @@ def _of_mean_wind(
     structure: Structure, problem: Linearized, phi: Array, answer: tuple[Array, Array]
 ) -> tuple[Array, Array]:
     """The answer under one noise, with the mean wind where the wind drifts."""
-    mean = mean_wind_under(problem, structure, problem.noise_of(phi), phi)
-    return answer if mean is None else mean.of(answer)
-
-
-def mean_wind_under(
-    problem: Linearized, structure: Structure, noise: Noise, phi: Array
-) -> MeanWind | None:
-    """The mean of a drifting wind under the noise of parameters φ (d,); None for a wind that does
-    not drift.
-    """
     if problem.kernel is None:
-        return None
+        return answer
     deviation, first = float(np.exp(phi[3])), structure.model.error_count
-    return mean_wind(noise, problem.regression, problem.kernel, deviation, first)
+    noise = problem.noise_of(phi)
+    return mean_wind(noise, problem.regression, problem.kernel, deviation, first).of(answer)
 
 
 def linearized(

@@ -304,8 +304,23 @@ _NAME_WIDTH, _CLOSE = (
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
+def front_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
+    """The picture of a plan: the bound over the minutes."""
+    return [
+        panel(
+            "How well the curve is known, against minutes",
+            lambda axes: draw_front(axes, plan),
+            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the "
+            "same card flown repeatedly. Black: the Pareto front, the smallest bound that whole "
+            "cards reach in so many minutes.",
+            size=_LARGE,
+            units=units,
+        )
+    ]
+
+
 def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
-    """The three pictures of a plan."""
+    """What stands below the bound over the minutes: the bound by airspeed, and the ground."""
 
     def draw_curves(axes: Axes) -> None:
         for number, each in enumerate(plan.forecasts[:_CURVES]):
@@ -340,16 +355,6 @@ def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
         axes.set_aspect("equal", adjustable="datalim")
 
     return [
-        panel(
-            "How well the curve is known, against minutes",
-            lambda axes: draw_front(axes, plan),
-            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the "
-            "same card flown "
-            "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so "
-            "many minutes.",
-            size=_LARGE,
-            units=units,
-        ),
         panel(
             "±2σ of the curve, by airspeed",
             draw_curves,
@@ -389,7 +394,7 @@ def draw_front(axes: Axes, plan: Plan) -> None:
     repeatedly.
     """
     shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
-    last = 1.6 * max(each.minutes for each in shown)
+    last = 1.6 * max(*(each.minutes for each in shown), (plan.minutes or 0.0) / 1.5)
     for each in shown:
         minutes = np.geomspace(each.minutes, last, 20)
         color, marker, size = _look(plan, each)

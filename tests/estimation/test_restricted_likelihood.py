@@ -4,6 +4,7 @@ identities.
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from pitotbench.estimation.noise import Intervals, MarkovNoise
@@ -12,9 +13,9 @@ from pitotbench.estimation.restricted_likelihood import (
     Regression,
     composite_design,
     half_width,
-    likeliest_rival,
     noise_posterior,
     restricted_log_likelihood,
+    solutions,
     solve,
 )
 from pitotbench.records import NoAnswerError
@@ -155,7 +156,8 @@ def test_rival_priors_are_weighed_as_dense_algebra_weighs_them():
     assert found[1] + known[1] - found[0] - known[0] == pytest.approx(dense[1] - dense[0], abs=1e-8)
     both = restricted_log_likelihood(problem, white)
     assert both == pytest.approx(np.logaddexp(*(np.array(found) + known)) - np.log(2.0), abs=1e-8)
-    assert likeliest_rival(problem, white) == int(np.argmax(dense))
+    weights = [each.weight for each in solutions(problem, white)]
+    np.testing.assert_allclose(weights, np.exp(dense - logsumexp(dense)), atol=1e-9)
 
 
 def test_a_prior_draws_the_answer_to_its_mean():

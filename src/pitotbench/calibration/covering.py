@@ -40,10 +40,12 @@ from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
     NoiseNode,
     Regression,
+    Solution,
     half_width,
     most_likely_noise,
     noise_posterior,
     simultaneous_factor,
+    solutions,
     solve,
 )
 from pitotbench.records import NoAnswerError
@@ -350,12 +352,16 @@ class CoveringFit:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """The result of the first pass: θ (p,), the most likely noise φ, the covariance of θ and the
-    nuisances, (p + m, p + m), and the path of a drifting wind."""
+    """The result of the first pass: θ (p,), the most likely noise φ, and the path of a drifting
+    wind.
+
+    `solutions` are the answers under each rival prior of the curve: corrections to θ and the
+    nuisances, (p + m,), with their covariance. θ is that of the likeliest.
+    """
 
     theta: Array
     noise: Array
-    covariance: Array
+    solutions: tuple[Solution, ...]
     path: WindPath | None = None
 
 
@@ -524,17 +530,32 @@ def approach(
         rough = linearize(structure, obs, blocks, theta, path=path)
         guess = first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
-        answer = solve(rough.regression, rough.noise_of(mode))
+        found = solutions(rough.regression, rough.noise_of(mode))
+        likeliest = max(found, key=lambda each: each.weight)
         # The next point has the mean wind: the level of a drifting wind may be far from any wind of
         # the flight.
-        step, covariance = _of_mean_wind(structure, rough, mode, answer)
+        step, covariance = _of_mean_wind(
+            structure, rough, mode, (likeliest.estimate, likeliest.covariance)
+        )
         theta, last = theta + step[:count], path
         if structure.drifting:
-            path = _path(structure, obs, blocks, rough, mode, answer[0])
+            path = _path(structure, obs, blocks, rough, mode, likeliest.estimate)
         if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(
             last, path
         ):
-            return Approach(theta, mode, covariance, path)
+            moved = [
+                _of_mean_wind(structure, rough, mode, (each.estimate, each.covariance))
+                for each in found
+            ]
+            return Approach(
+                theta,
+                mode,
+                tuple(
+                    Solution(each.weight, estimate - step, covariance)
+                    for each, (estimate, covariance) in zip(found, moved, strict=True)
+                ),
+                path,
+            )
     raise NoAnswerError(
         "the fit does not settle: check the log for gross errors, or choose a simpler model"
     )

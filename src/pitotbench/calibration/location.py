@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, logsumexp
 
 from pitotbench.calibration.altitude import (
     NOISE_COUNT,
@@ -39,6 +39,7 @@ from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
     Regression,
+    Solution,
     mode_and_evidence,
     noise_posterior,
     restricted_log_likelihood,
@@ -235,23 +236,36 @@ def _with_rows(
     """Update the triangle's answer with the altitude rows.
 
     Returns the new answer, the log evidence of the rows given the triangle, and the probability of
-    so large a change by chance. The triangle's curve is the prior of the rows: k = k0 + L z, with
-    LLᵀ its covariance and z standard normal.
+    so large a change by chance: both over the rival priors of the curve, as likely as the triangle
+    leaves them.
     """
-    free = bare.model.error_count
-    known = near.covariance[:free, :free]
+    likely = [each for each in near.solutions if each.weight > SURE]
+    updated = [_updated(near, each, bare, rows) for each in likely]
+    weights = np.array([each.weight for each in likely])
+    odds = np.log(weights) + np.array([evidence for _, evidence, _ in updated])
+    chance = float(weights @ np.array([chance for _, _, chance in updated]))
+    return updated[int(np.argmax(odds))][0], float(logsumexp(odds)), chance
+
+
+def _updated(
+    near: Approach, triangle: Solution, bare: Structure, rows: AltitudeRows
+) -> tuple[Approach, float, float]:
+    """The same under one prior of the curve. The triangle's curve is the prior of the rows: k = k0
+    + L z, with LLᵀ its covariance and z standard normal.
+    """
+    free, count = bare.model.error_count, bare.model.count
+    known = triangle.covariance[:free, :free]
     scale = np.sqrt(np.diag(known))
     root = scale[:, None] * np.linalg.cholesky(known / np.outer(scale, scale))
-    plain = altitude_regression(rows, replace(bare.model, static_error=True), near.theta, ())
+    theta = near.theta + triangle.estimate[:count]
+    plain = altitude_regression(rows, replace(bare.model, static_error=True), theta, ())
     seen = plain.regressors[:, :free] @ root
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows, altitude_guess(rows))
     z, left = solve(problem, AltitudeNoise(rows)(noise))
-    chance = _chance(z, left)
-    count = bare.model.count
-    step = near.covariance[:count, :free] @ np.linalg.solve(root.T, z)
-    joint = replace(near, theta=near.theta + step, noise=np.concatenate([near.noise, noise]))
-    return joint, log_evidence, chance
+    step = triangle.covariance[:count, :free] @ np.linalg.solve(root.T, z)
+    joint = replace(near, theta=theta + step, noise=np.concatenate([near.noise, noise]))
+    return joint, log_evidence, _chance(z, left)
 
 
 def _chance(z: Array, left: Array) -> float:

@@ -315,9 +315,28 @@ def _stacks(problem: Regression, phis: Array) -> list[Array]:
     return [phis[first : first + together] for first in range(0, len(phis), together)]
 
 
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """β, (p,), and its covariance, (p, p), under one prior, which has the probability `weight`
+    among its rivals.
+    """
+
+    weight: float
+    estimate: Array
+    covariance: Array
+
+
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
-    """Return β, (p,), and its covariance, (p, p), given the noise, by generalized least squares
-    with instruments, under the likeliest of rival priors.
+    """Return β, (p,), and its covariance, (p, p), given the noise, under the likeliest of rival
+    priors; see `solutions`. Raises as it does.
+    """
+    likeliest = max(solutions(problem, noise), key=lambda each: each.weight)
+    return likeliest.estimate, likeliest.covariance
+
+
+def solutions(problem: Regression, noise: Noise) -> list[Solution]:
+    """Return the answers under each rival prior, given the noise, by generalized least squares with
+    instruments.
 
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
@@ -328,15 +347,14 @@ def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
         else noise.weigh(problem.instruments)
     )
     try:
-        rival = likeliest_rival(problem, noise)
+        by_rival = _by_rival(problem, noise) if len(problem.rivals) > 1 else np.zeros(1)
     except np.linalg.LinAlgError as error:
         raise NoAnswerError(_UNDETERMINED) from error
-    return _solved(problem, weighed, rival)
-
-
-def likeliest_rival(problem: Regression, noise: Noise) -> int:
-    """Return the number of the likeliest prior under one noise."""
-    return int(np.argmax(_by_rival(problem, noise))) if len(problem.rivals) > 1 else 0
+    weights = np.exp(by_rival - logsumexp(by_rival))
+    return [
+        Solution(float(weight), *_solved(problem, weighed, rival))
+        for rival, weight in enumerate(weights)
+    ]
 
 
 def _solved(problem: Regression, weighed: Array, rival: int = 0) -> tuple[Array, Array]:

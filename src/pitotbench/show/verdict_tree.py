@@ -92,12 +92,12 @@ def account_tree(account: Account) -> list[Node]:
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
         *(node for node in told if isinstance(node, Doubt)),
         *(Sentence(f"Next: {words(line)}.") for line in verdict.advice),
-        *pilot_card(account.following, account.legs),
         *(
             [Figure("pitotbench.show.gap_page.telling_panels", (told_by,), "narrow")]
             if told_by
             else []
         ),
+        *pilot_card(account.following, account.legs),
         *_closed(account),
         *_added(account),
         *_flights(account),

@@ -137,6 +137,8 @@ def test_the_card_for_the_pilot_is_of_the_maneuver_that_the_advice_begins_with()
     group = [("belly_pod", "turn_drag")]
     assert maneuver_to_fly([("pitot_lag", "static_lag")]) == "diagnostic"
     assert maneuver_to_fly(group, ["diagnostic"]) in flights_to_fly("one_of", group)[0]
+    alike = [("gear_not_up", "belly_pod")]  # no maneuver tells these apart: the card sharpens both
+    assert maneuver_to_fly(alike) in flights_to_fly("one_of", alike)[0]
     assert maneuver_to_fly([("gps_latency",)]) in EFFECTS["gps_latency"].shows_in.maneuvers
     assert maneuver_to_fly(group, [*MANEUVERS]) == maneuver_to_fly([]) == ""
 

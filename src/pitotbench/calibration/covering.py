@@ -2,8 +2,9 @@
 log.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -390,7 +391,7 @@ def settle(structure: Structure, obs: Observations, approached: Approach) -> Cov
     best = likely.noise
     return CoveringFit(
         theta=np.concatenate([theta, np.zeros(len(structure.nuisances))]),
-        nodes=tuple(_node_of_mean_wind(structure, fine, node) for node in nodes),
+        nodes=_of_mean_winds(structure, fine, nodes),
         gust_deviation=float(np.exp(best[0])),
         gust_length=float(np.exp(best[1])),
         wind_deviation=float(np.exp(best[3])) if structure.drifting else 0.0,
@@ -476,22 +477,33 @@ def _window_winds(
     return tuple(found)
 
 
-def _node_of_mean_wind(structure: Structure, problem: Linearized, node: NoiseNode) -> NoiseNode:
-    estimate, covariance = _of_mean_wind(
-        structure, problem, node.noise, (node.estimate, node.covariance)
-    )
-    return replace(node, estimate=estimate, covariance=covariance)
+def _of_mean_winds(
+    structure: Structure, problem: Linearized, nodes: Sequence[NoiseNode]
+) -> tuple[NoiseNode, ...]:
+    """The nodes with the mean wind where the wind drifts; those of one noise share its wind."""
+    found: list[NoiseNode] = []
+    for _, group in groupby(nodes, key=lambda node: tuple(node.noise)):
+        alike = list(group)
+        answers = _of_mean_wind(structure, problem, alike[0].noise, alike)
+        found += [
+            replace(node, estimate=estimate, covariance=covariance)
+            for node, (estimate, covariance) in zip(alike, answers, strict=True)
+        ]
+    return tuple(found)
 
 
 def _of_mean_wind(
-    structure: Structure, problem: Linearized, phi: Array, answer: tuple[Array, Array]
-) -> tuple[Array, Array]:
-    """The answer under one noise, with the mean wind where the wind drifts."""
+    structure: Structure, problem: Linearized, phi: Array, answers: Sequence[Solution | NoiseNode]
+) -> list[tuple[Array, Array]]:
+    """The estimates and covariances of answers under one noise, with the mean wind where the wind
+    drifts.
+    """
+    found = [(each.estimate, each.covariance) for each in answers]
     if problem.kernel is None:
-        return answer
+        return found
     deviation, first = float(np.exp(phi[3])), structure.model.error_count
-    noise = problem.noise_of(phi)
-    return mean_wind(noise, problem.regression, problem.kernel, deviation, first).of(answer)
+    mean = mean_wind(problem.noise_of(phi), problem.regression, problem.kernel, deviation, first)
+    return [mean.of(each) for each in found]
 
 
 def linearized(
@@ -531,28 +543,23 @@ def approach(
         guess = first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
         found = solutions(rough.regression, rough.noise_of(mode))
-        likeliest = max(found, key=lambda each: each.weight)
+        best = int(np.argmax([each.weight for each in found]))
         # The next point has the mean wind: the level of a drifting wind may be far from any wind of
         # the flight.
-        step, covariance = _of_mean_wind(
-            structure, rough, mode, (likeliest.estimate, likeliest.covariance)
-        )
+        moved = _of_mean_wind(structure, rough, mode, found)
+        step, covariance = moved[best]
         theta, last = theta + step[:count], path
         if structure.drifting:
-            path = _path(structure, obs, blocks, rough, mode, likeliest.estimate)
+            path = _path(structure, obs, blocks, rough, mode, found[best].estimate)
         if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(
             last, path
         ):
-            moved = [
-                _of_mean_wind(structure, rough, mode, (each.estimate, each.covariance))
-                for each in found
-            ]
             return Approach(
                 theta,
                 mode,
                 tuple(
-                    Solution(each.weight, estimate - step, covariance)
-                    for each, (estimate, covariance) in zip(found, moved, strict=True)
+                    Solution(each.weight, estimate - step, spread)
+                    for each, (estimate, spread) in zip(found, moved, strict=True)
                 ),
                 path,
             )

@@ -225,7 +225,9 @@ class CalibrationOptions:
 
 
 def require_model(name: str) -> None:
-    """Raise UnknownNameError unless a model of the table has this name, or it is `auto`."""
+    """Raise UnknownNameError unless a model of the table has this name, or stands for the smooth
+    curve.
+    """
     if name not in (*MODELS, *_NOW_SMOOTH):
         raise UnknownNameError(explain(MODELS.kind, name, [*MODELS, AUTO]))
 

@@ -112,26 +112,30 @@ def flights_to_fly(
 
 
 def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) -> str:
-    """Return the maneuver that the advice of `flights_to_fly` begins with, of those that were not
-    flown; empty without one.
+    """Return the first maneuver of the advice of `flights_to_fly` that was not flown; empty without
+    one.
     """
-    first = ["diagnostic"] if any(len(names) > 1 for names in groups) else []
-    forms = [FORMS[name].shows_in for names in groups for name in names]
-    shown_by = [maneuver for form in forms for maneuver in form.maneuvers]
-    return next((each for each in [*first, *shown_by] if each not in flown), "")
+    advised = [maneuver for names in groups for way, _ in _ways(names, flown) for maneuver in way]
+    return next((each for each in advised if each not in flown), "")
+
+
+def _ways(names: Sequence[str], flown: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
+    """The ways of flying that show one effect, or tell several apart: maneuvers and words of each."""
+    shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))
+    if len(shown_by) == 1:
+        return [(each.maneuvers, str(each)) for each in shown_by]
+    others = [(w.maneuvers, str(w)) for w in shown_by if not set(w.maneuvers) & set(flown)]
+    return others if "diagnostic" in flown else [(("diagnostic",), DIAGNOSTIC), *others]
 
 
 def _for_group(names: Sequence[str], flown: Sequence[str]) -> str:
     """The advice for effects that fit equally well, or for a single one."""
-    shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))
+    ways, listed = [words for _, words in _ways(names, flown)], ", ".join(names)
     if len(names) == 1:
-        return f"to sharpen {names[0]}: {shown_by[0]}"
-    listed = ", ".join(names)
-    if len(shown_by) == 1:
+        return f"to sharpen {listed}: {ways[0]}"
+    if len({FORMS[name].shows_in for name in names}) == 1:
         alike = f"{listed} act alike in any maneuver of this kind"
-        return f"{alike}; look at the airplane, or sharpen both by: {shown_by[0]}"
-    others = [str(each) for each in shown_by if not set(each.maneuvers) & set(flown)]
-    diagnostic = [] if "diagnostic" in flown else [DIAGNOSTIC]
-    if not diagnostic and not others:
+        return f"{alike}; look at the airplane, or sharpen both by: {ways[0]}"
+    if not ways:
         return f"{listed}: the maneuvers that show them were flown; look at the airplane"
-    return f"to tell {listed} apart: fly " + "; or ".join([*diagnostic, *others])
+    return f"to tell {listed} apart: fly " + "; or ".join(ways)

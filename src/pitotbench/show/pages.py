@@ -394,7 +394,7 @@ def draw_front(axes: Axes, plan: Plan) -> None:
     repeatedly.
     """
     shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
-    last = 1.6 * max(*(each.minutes for each in shown), (plan.minutes or 0.0) / 1.5)
+    last = max(1.6 * max(each.minutes for each in shown), 1.1 * (plan.minutes or 0.0))
     for each in shown:
         minutes = np.geomspace(each.minutes, last, 20)
         color, marker, size = _look(plan, each)

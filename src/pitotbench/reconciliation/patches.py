@@ -120,7 +120,7 @@ def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) 
 
 
 def _ways(names: Sequence[str], flown: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
-    """The ways of flying that show one effect, or tell several apart: maneuvers and words of each."""
+    """The ways of flying that show an effect or tell several apart: maneuvers and words of each."""
     shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))
     if len(shown_by) == 1:
         return [(each.maneuvers, str(each)) for each in shown_by]

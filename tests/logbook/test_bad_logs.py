@@ -393,18 +393,25 @@ def test_the_pitch_of_a_flight_with_steep_turns_is_kept(tmp_path, bank_deg):
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_a_mat_file_is_looked_through_before_the_reader_of_scipy_which_may_die_of_it(
-    tmp_path, packed
+@pytest.mark.parametrize(
+    ("element", "place", "value"),
+    [
+        pytest.param(b"\x05\0\0\0\x08\0\0\0", 4, 10, id="dimensions of 10 bytes"),
+        pytest.param(
+            b"\x06\0\0\0\x08\0\0\0\x06", 9, 8, id="complex numbers without an imaginary part"
+        ),
+    ],
+)
+def test_a_mat_file_that_ends_the_reader_of_scipy_without_an_error_is_refused(
+    tmp_path, packed, element, place, value
 ):
-    path, kept = tmp_path / "log.mat", tmp_path / "kept.mat"
+    path = tmp_path / "log.mat"
     savemat(path, {"north": {"data": TIME, "unit": "m/s"}})
     file = bytearray(path.read_bytes())
-    file[file.rindex(b"\x05\0\0\0\x08\0\0\0") + 4] = (
-        10  # bytes of the dimensions, which are of four each
-    )
+    file[file.rindex(element) + place] = value
     if packed:
         body = zlib.compress(bytes(file[128:]))
         file[128:] = struct.pack("<II", 15, len(body)) + body
-    kept.write_bytes(file)
-    with pytest.raises(BadInputError, match=r"not a complete \.mat file: dimensions of 10 bytes"):
-        read_log(kept)
+    path.write_bytes(file)
+    with pytest.raises(BadInputError, match=r"not a complete \.mat file: it is damaged"):
+        read_log(path)

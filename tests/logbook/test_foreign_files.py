@@ -473,9 +473,7 @@ def test_an_element_of_no_kind_in_a_mat_file_is_refused(tmp_path, kind):
     shape = data.index(b"\x05\x00\x00\x00\x08\x00\x00\x00")
     data[shape : shape + 2] = kind.to_bytes(2, "little")
     path.write_bytes(data)
-    with pytest.raises(
-        BadInputError, match=f"not a complete .mat file: an element of the kind {kind}"
-    ):
+    with pytest.raises(BadInputError, match=r"not a complete \.mat file: it is damaged"):
         read_log(path)
 
 

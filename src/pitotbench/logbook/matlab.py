@@ -2,9 +2,13 @@
 header as text. Files of version 7.3 are HDF5. Written are files of version 5.
 """
 
+import pickle
 import struct
+import subprocess
+import sys
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +22,12 @@ from pitotbench.records import BadInputError
 
 _HEADER = "header"
 _IDENTIFICATION = "fdata"
-_MATRIX, _COMPRESSED = (
-    14,
-    15,
-)  # miMATRIX and miCOMPRESSED: kinds of a variable, which holds further elements
-_KINDS = {
-    *range(1, 8),
-    9,
-    *range(12, 19),
-}  # of the elements of a file: SciPy's reader dies of another
-_DIMENSIONS = 5  # miINT32: the kind of the element that holds the dimensions of a variable
-_NUMERIC = range(6, 16)  # classes of a variable: double to unsigned integers of 64 bits
-_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of a number of each kind
+_COMPRESSED = 15  # miCOMPRESSED: the kind of a variable that is packed
+_READER = """
+import pickle, sys
+from scipy.io import loadmat
+pickle.dump(loadmat(sys.argv[1], simplify_cells=True), sys.stdout.buffer)
+"""
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 _RATES = ("rate", "samplerate", "sample_rate", "fs")  # its samples a second
 _ROUNDING = 1e-6  # of a sample
@@ -110,20 +108,19 @@ def _on_one_clock(
 def _load(path: Path) -> dict[str, Any]:
     if is_hdf5(path):
         return load_hdf5(path)
-    from scipy.io import loadmat
+    _require_unpackable(path)
+    # A process of its own reads: a damaged file ends SciPy's reader without an error.
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", _READER, str(path)], capture_output=True, check=False
+    )
+    if done.returncode != 0:
+        raise BadInputError(f"not a complete .mat file{AGAIN}")
+    found: dict[str, Any] = pickle.loads(done.stdout)
+    return found
 
-    _require_readable(path)
-    try:
-        found: dict[str, Any] = loadmat(path, simplify_cells=True)
-        return found
-    # SciPy's reader lets struct, zlib, index and type errors out of a broken file.
-    except Exception as error:
-        raise BadInputError(f"not a complete .mat file{AGAIN}") from error
 
-
-def _require_readable(path: Path) -> None:
-    """Raise BadInputError for a .mat file of version 5 that unpacks to too much, or has a broken
-    variable.
+def _require_unpackable(path: Path) -> None:
+    """Raise BadInputError for a .mat file of version 5 that unpacks to too much.
 
     A variable states its size in its first eight bytes, so that it is known before the rest is
     unpacked.
@@ -135,59 +132,10 @@ def _require_readable(path: Path) -> None:
             kind, size = struct.unpack(f"{order}II", head)
             elements = file.read(min(size, path.stat().st_size))
             if kind == _COMPRESSED:
-                unpack = zlib.decompressobj()
-                try:
-                    kind, size = struct.unpack(f"{order}II", unpack.decompress(elements, 8))
-                    unpacked += size
-                    require_unpackable(unpacked, path, "bytes")
-                    elements = unpack.decompress(unpack.unconsumed_tail, size)
-                except (zlib.error, struct.error) as error:
-                    raise BadInputError(f"not a complete .mat file{AGAIN}") from error
-            if kind == _MATRIX:
-                _require_whole(elements, order)
-
-
-def _require_whole(elements: bytes, order: str) -> None:
-    """Raise BadInputError for the elements of a variable that SciPy's reader would die of.
-
-    Those are an element of no kind, one that ends behind its variable, and numbers of another count
-    than their dimensions tell. A small element holds its data in its tag.
-    """
-    place, held = 0, list[tuple[int, bytes]]()
-    while len(tag := elements[place : place + 8]) == 8 and any(tag):
-        kind, size = struct.unpack(f"{order}II", tag)
-        if small := kind >> 16:
-            kind, size, data = kind & 0xFFFF, small, tag[4 : 4 + small]
-        else:
-            data = elements[place + 8 : place + 8 + size]
-        if kind not in _KINDS or len(data) < size:
-            raise BadInputError(
-                f"not a complete .mat file: an element of the kind {kind} and {size} bytes"
-                "; copy it again from its source"
-            )
-        if kind == _MATRIX:
-            _require_whole(data, order)
-        held.append((kind, data))
-        place += 8 if small else 8 + -(-size // 8) * 8
-    if (
-        len(held) < 3
-        or len(held[0][1]) != 8
-        or (made := struct.unpack(f"{order}I", held[0][1][:4])[0] & 0xFF) > 16
-    ):
-        return  # no variable, or one of a class of MATLAB's own
-    kind, data = held[1]
-    if kind != _DIMENSIONS or len(data) % 4 or len(data) < 8:
-        raise BadInputError(
-            f"not a complete .mat file: dimensions of {len(data)} bytes; copy it again"
-        )
-    dimensions = np.frombuffer(data, f"{order}i4")
-    if made in _NUMERIC and len(held) > 3:
-        kind, data = held[3]
-        if len(data) != np.prod(dimensions, dtype=float) * _BYTES.get(kind, 0):
-            raise BadInputError(
-                f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} numbers"
-                "; copy it again from its source"
-            )
+                with suppress(zlib.error, struct.error):  # the reader says so
+                    stated = zlib.decompressobj().decompress(elements, 8)
+                    unpacked += struct.unpack(f"{order}II", stated)[1]
+                require_unpackable(unpacked, path, "bytes")
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:

@@ -15,13 +15,12 @@ from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.reconciliation.free_parameters import (
-    ANGLE_BIAS,
-    ANGLE_SCALE,
     VANE_PARAMETERS,
     AnalysisSetting,
     FreeParameters,
     fit_free_parameters,
     free_parameters_of,
+    with_vane_angles,
     without_curve,
     without_vane_angles,
 )
@@ -365,8 +364,8 @@ def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell,
 # Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects.
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
-MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 VANE_ROUNDS = 3  # Gauss-Newton steps; a vane that is off by no more than usual needs none
+MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 DAY = (
     "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
@@ -463,34 +462,46 @@ def lay_out(
     measured = below_range_end(track, log)
     track, curves = without_error_curve(track, measured, setting)
     laid = _laid_out(checked, track, measured, aircraft, setting, effects)
+    laid = replace(laid, curves=curves)
     for _ in range(VANE_ROUNDS if laid.scene.force_model is not None else 0):
-        angles = _vane_angles(laid)
-        bare = without_vane_angles(track, angles)
-        vanes = [name for name in ANGLE_SCALE if name in track]
-        if all(np.sqrt(np.mean((bare[n] - laid.track[n]) ** 2)) <= ANGLE_BIAS[n] for n in vanes):
+        sizes = fit_free_parameters(laid.residuals.values, laid.free, laid.used).sizes
+        again = without_vane_errors(laid, dict(zip(laid.free.names, sizes.tolist(), strict=True)))
+        if again is laid:
             break
-        laid = _laid_out(checked, bare, measured, aircraft, setting, effects).with_angles(angles)
-    return replace(laid, curves=curves)
+        laid = again
+    return laid
+
+
+def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
+    """Return a layout along the track without errors of the vanes of these sizes, by the name of
+    the free parameter, where others are ignored; the same object where none is further than usual
+    from what its track lacks, or one is beyond what a vane can have.
+
+    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
+    drag.
+
+    The force meter and the signatures follow the corrected track; the errors stay in the residuals,
+    so that the sizes to be fitted stay whole sizes.
+    """
+    angles = {name: sizes[name] for name in VANE_PARAMETERS if name in sizes}
+    usual = dict(zip(layout.free.names, layout.free.deviations.tolist(), strict=True))
+    stay = all(abs(v - layout.angles.get(name, 0.0)) <= usual[name] for name, v in angles.items())
+    if stay or any(abs(v) > MOST_OFF[VANE_PARAMETERS[name][1]] for name, v in angles.items()):
+        return layout
+    bare = without_vane_angles(with_vane_angles(layout.track, layout.angles), angles)
+    model = layout.scene.force_model
+    aircraft = None if model is None else model.aircraft
+    effects = hypotheses(aircraft, layout.setting)
+    laid = _laid_out(layout.checked, bare, layout.measured, aircraft, layout.setting, effects)
+    shown = {each.effect for each in layout.signatures}
+    signatures = tuple(each for each in laid.signatures if each.effect in shown)
+    return replace(laid.with_angles(angles), curves=layout.curves, signatures=signatures)
 
 
 def hypotheses(aircraft: AircraftModel | None, setting: AnalysisSetting) -> Catalog[Effect]:
     """Return the effects of the table and, as a setting says, the terms of an aircraft's file."""
     own = terms_beside(aircraft.baseline) if aircraft is not None and setting.terms else ()
     return Catalog("effect", {**WHOLE_FLIGHT, **{term.name: term for term in own}})
-
-
-def _vane_angles(layout: Layout) -> Mapping[str, float]:
-    """The sizes of the free parameters of the vanes; none where one is beyond what a vane can have.
-
-    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
-    drag.
-    """
-    sizes = fit_free_parameters(layout.residuals.values, layout.free, layout.used).sizes
-    fitted = dict(zip(layout.free.names, sizes.tolist(), strict=True))
-    angles = {name: fitted[name] for name in VANE_PARAMETERS if name in fitted}
-    return (
-        angles if all(abs(v) < MOST_OFF[VANE_PARAMETERS[n][1]] for n, v in angles.items()) else {}
-    )
 
 
 def _laid_out(

@@ -19,6 +19,7 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+NotNegative = Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
 # Learning never lets a spread fall below this one.
 Spread = Annotated[float, Field(allow_inf_nan=False, ge=THRESHOLDS.score_deviation_lowest)]
 
@@ -63,7 +64,7 @@ class ScoreScale:
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
     those before it. `free` is the root mean square of each free parameter, in deviations of its
     prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
-    spread is below 1.
+    other spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]
@@ -72,7 +73,7 @@ class ScoreScale:
     cell_spread: Mapping[str, Spread]
     fluctuation: Mapping[str, Spread] = field(default_factory=dict)
     left_over: Mapping[str, Spread] = field(default_factory=dict)
-    free: Mapping[str, Spread] = field(default_factory=dict)
+    free: Mapping[str, NotNegative] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""

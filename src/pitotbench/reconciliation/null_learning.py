@@ -318,7 +318,7 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
         {n: max(lowest, float(np.sqrt(np.mean((v - gain[n]) ** 2)))) for n, v in effects.items()},
         {c: float(np.mean(v)) for c, v in cells.items()},
         {c: max(lowest, float(np.std(v))) for c, v in cells.items()},
-        _spreads([f.sizes for f in flights]),
+        {n: max(lowest, v) for n, v in _spreads([f.sizes for f in flights]).items()},
         free=_spreads([f.free for f in flights]),
     )
 
@@ -328,7 +328,7 @@ def _spreads(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
     found = {}
     for name in {name for each in flights for name in each}:
         square = np.mean(np.square([each.get(name, 0.0) for each in flights]))
-        found[name] = max(THRESHOLDS.score_deviation_lowest, float(np.sqrt(square)))
+        found[name] = float(np.sqrt(square))
     return found
 
 

@@ -419,16 +419,20 @@ def _strongest(places: Sequence[Located]) -> list[Located]:
 
 def _free(each: ShownFlight) -> Iterable[FreeSize]:
     """The log's own unknowns that lie beyond a bound of their priors, and of what null flights
-    show.
+    show. What these show adds to the bound of the size: a vane reads gusts whole, and on flights
+    without an error seems to have a wrong scale.
     """
     free, on_null = each.block.layout.free, each.block.null.scores.free
     sizes, deviations = each.block.equations.free_estimates(each.fit.columns)
     for name, size, deviation, prior in zip(
         free.names, sizes.tolist(), deviations.tolist(), free.deviations.tolist(), strict=True
     ):
-        usual = prior * on_null.get(name, 1.0)
+        seeming = prior * on_null.get(name, 0.0)
+        usual = max(prior, seeming)
         if abs(size) > THRESHOLDS.free_told_from * usual:
-            yield FreeSize(name, size, 2.0 * deviation, usual)
+            known = np.array([[deviation**2 + seeming**2]])
+            with_form = float(np.sqrt(with_form_error(known, [size])[0, 0]))
+            yield FreeSize(name, size, 2.0 * with_form, usual)
 
 
 def _candidates(

@@ -1,11 +1,11 @@
-"""A vane that is off leaves no force, which a pod would."""
+"""A vane that is off leaves no force, which a pod would, and the slope of the lift as it is."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from pitotbench import Flight, sense
+from pitotbench import Case, Flight, fly, sense
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.reconciliation.free_parameters import (
@@ -14,6 +14,8 @@ from pitotbench.reconciliation.free_parameters import (
     fit_free_parameters,
 )
 from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.units import Array
 
@@ -52,3 +54,25 @@ def test_a_vane_that_is_off_leaves_no_force(
     )
     assert np.sqrt(np.mean(left**2)) < ANGLE_BIAS["angle_of_attack"]
     assert np.all(forces < 1.1 * sound_forces)
+
+
+def test_a_vane_that_is_off_beside_a_lift_slope_leaves_both_their_sizes() -> None:
+    """The force of a vane's error goes with the slope that the airplane has, not with the model's:
+    with the latter, the slope came out 5 % too steep, and the scale at 0.11.
+    """
+    slope, scale = -0.25, 0.14
+    effects = (
+        EffectSpec("lift_slope", {"change": slope, "zero_coefficient": 0.0625}),
+        EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": 0.0}),
+    )
+    case = Case(maneuver="diagnostic", turbulence="light", truth_seed=12, effects=effects)
+    setting = AnalysisSetting(day_known=True, instruments_known=True, terms=True)
+    layout = lay_out(sense(fly(case), "50/50"), aircraft_model("navajo"), setting)
+    answer = judge(["flight"], [layout], [theoretical_distribution(layout)])
+    (named,) = answer.verdict.effects
+    assert named.name == "lift_slope"
+    change = named.sizes[0]
+    assert change.value == pytest.approx(slope, abs=0.02)
+    told = {each.name: each for each in answer.verdict.free}["angle_of_attack scale"]
+    assert told.value == pytest.approx(scale, abs=told.two_sigma)
+    assert told.two_sigma < 0.03

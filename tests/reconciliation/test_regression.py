@@ -283,3 +283,15 @@ def test_the_floor_is_marginalized_as_dense_algebra_does(sensed) -> None:
         assert found.of([i], [deviation]).log_evidence == pytest.approx(
             expected, rel=1e-4, abs=1e-3
         )
+
+
+def test_a_power_that_rounding_made_negative_counts_as_none():
+    """Wide priors of sizes that others reproduce ended an answer in an error."""
+    axes = np.linalg.qr(DRAW.standard_normal((4, 4)))[0]
+    inner = np.zeros((2, 5, 5))
+    for each, least in zip(inner, (0.0, -1.2), strict=True):
+        each[:4, :4] = (axes * np.array([1e7, 3.0, least, 5.0])) @ axes.T
+    plain, rounded = map(Evidence, inner)
+    sizes = range(4), np.ones(4)
+    assert rounded.log_evidence_of(*sizes) == pytest.approx(plain.log_evidence_of(*sizes))
+    assert np.all(np.isfinite(rounded.given(*sizes)[0].inner))

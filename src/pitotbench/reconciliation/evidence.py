@@ -111,10 +111,13 @@ class Evidence:
 # LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the
 # arithmetic.
 def _factor(matrix: Array) -> Array:
-    """The lower Cholesky factor, (k, k); what stands above its diagonal is of no use."""
+    """The lower Cholesky factor of I + A, (k, k), where A has no negative power but by rounding;
+    what stands above its diagonal is of no use.
+    """
     factor, failed = dpotrf(matrix, lower=True, clean=False)
     if failed:
-        raise np.linalg.LinAlgError("the inner products of a log are not positive definite")
+        powers, axes = np.linalg.eigh(matrix)
+        factor = np.linalg.cholesky((axes * np.maximum(powers, 1.0)) @ axes.T)
     return np.asarray(factor)
 
 

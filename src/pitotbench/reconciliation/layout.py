@@ -463,7 +463,7 @@ def lay_out(
     track, curves = without_error_curve(track, measured, setting)
     laid = _laid_out(checked, track, measured, aircraft, setting, effects)
     laid = replace(laid, curves=curves)
-    for _ in range(VANE_ROUNDS if laid.scene.force_model is not None else 0):
+    for _ in range(VANE_ROUNDS):
         sizes = fit_free_parameters(laid.residuals.values, laid.free, laid.used).sizes
         again = without_vane_errors(laid, dict(zip(laid.free.names, sizes.tolist(), strict=True)))
         if again is laid:
@@ -478,21 +478,22 @@ def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
     from what its track lacks, or one is beyond what a vane can have.
 
     Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
-    drag.
+    drag. Without a force meter nothing is done.
 
     The force meter and the signatures follow the corrected track; the errors stay in the residuals,
     so that the sizes to be fitted stay whole sizes.
     """
+    model = layout.scene.force_model
+    if model is None:
+        return layout
     angles = {name: sizes[name] for name in VANE_PARAMETERS if name in sizes}
     usual = dict(zip(layout.free.names, layout.free.deviations.tolist(), strict=True))
     stay = all(abs(v - layout.angles.get(name, 0.0)) <= usual[name] for name, v in angles.items())
     if stay or any(abs(v) > MOST_OFF[VANE_PARAMETERS[name][1]] for name, v in angles.items()):
         return layout
     bare = without_vane_angles(with_vane_angles(layout.track, layout.angles), angles)
-    model = layout.scene.force_model
-    aircraft = None if model is None else model.aircraft
-    effects = hypotheses(aircraft, layout.setting)
-    laid = _laid_out(layout.checked, bare, layout.measured, aircraft, layout.setting, effects)
+    effects = hypotheses(model.aircraft, layout.setting)
+    laid = _laid_out(layout.checked, bare, layout.measured, model.aircraft, layout.setting, effects)
     shown = {each.effect for each in layout.signatures}
     signatures = tuple(each for each in laid.signatures if each.effect in shown)
     return replace(laid.with_angles(angles), curves=layout.curves, signatures=signatures)

@@ -1,14 +1,15 @@
-"""Steady legs and turns in a log, grouped by airspeed, and the air that converts their airspeeds."""
+"""Steady legs and turns in a log, grouped by airspeed, and the likely location of the error."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.calibration.leg_air import LegAir, impact_ratio
+from pitotbench.calibration.leg_methods import LegGroup, by_track, means_by_leg
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.options import AUTO, WITHOUT_TEMPERATURE, Accuracies, CalibrationOptions
+from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, Kelvin, MetersPerSecond, Pascal, Seconds
@@ -143,45 +144,49 @@ _DRIFT = (
     3.0 * KNOT
 )  # m/s of airspeed: limit between the halves of a piece and between neighbors of one group
 _LEVEL = 0.01  # of static pressure, about 300 ft: limit between the halves of a piece and between neighbors
-_SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 
 
-@dataclass(frozen=True, slots=True)
-class SteadyGroup:
-    """Blocks at one airspeed and height, and the number of the leg of each, (n,). A turn is one
-    leg.
-    """
-
-    blocks: SteadyBlocks
-    leg: NDArray[np.intp]
-    turning: bool
-
-    @property
-    def legs(self) -> int:
-        """The number of legs."""
-        return int(self.leg.max()) + 1
-
-    def leg_means(self, data: Array) -> Array:
-        """Means of (n,) or (n, k) data over each leg, (legs,) or (legs, k)."""
-        return np.stack([data[self.leg == number].mean(axis=0) for number in range(self.legs)])
-
-
-def steady_groups(log: FlightLog, obs: Observations) -> tuple[SteadyGroup, ...]:
+def steady_groups(log: FlightLog, obs: Observations) -> tuple[LegGroup, ...]:
     """Find full turns, and groups of straight legs on three tracks or more, sorted by airspeed."""
     blocks = block_means(log, obs)
     pieces = blocks.pieces() if labeled(log) else _found(blocks)
     long = [piece for piece in pieces if len(piece) * SECOND >= _SHORTEST and _holds(piece)]
     turns = [
-        SteadyGroup(p, np.zeros(len(p), np.intp), True)
+        _group(p, np.zeros(len(p), np.intp), obs, turning=True)
         for p in long
         if np.ptp(p.track) >= _FULL_TURN
     ]
     straight = [
         piece for piece in long if abs(float(np.diff(_halves(piece.track))[0])) <= _STRAIGHT
     ]
-    groups = [_as_legs(pieces) for pieces in _by_airspeed(straight)]
+    groups = [_group(*_as_legs(pieces), obs) for pieces in _by_airspeed(straight)]
     useful = [*turns, *(group for group in groups if group.legs >= 3)]
-    return tuple(sorted(useful, key=lambda g: float(g.blocks.indicated_true_airspeed.mean())))
+    return tuple(sorted(useful, key=lambda group: float(group.airspeed.mean())))
+
+
+def _group(
+    blocks: SteadyBlocks, leg: NDArray[np.intp], obs: Observations, turning: bool = False
+) -> LegGroup:
+    """Make a group of blocks with the numbers of their legs. Every leg has the same weight in the
+    mean air, as in the methods' airspeed.
+    """
+    order = np.argsort(blocks.time)
+    blocks, leg = blocks.at(order), leg[order]
+    channels = (blocks.indicated_true_airspeed, blocks.static_pressure, blocks.probe_temperature)
+    airspeed, pressure, probe = (means_by_leg(channel, leg).mean() for channel in channels)
+    impact = pressure * impact_ratio(airspeed, probe, obs.probe_heating)
+    indicated = LegAir(impact, pressure, probe, obs.probe_heating, standard_day=obs.standard_day)
+    speed = np.hypot(blocks.north, blocks.east)
+    return LegGroup(
+        indicated,
+        blocks.time,
+        blocks.indicated_true_airspeed,
+        speed,
+        blocks.velocity / speed[:, None],
+        np.zeros(len(leg), dtype=np.bool_),
+        leg,
+        turning,
+    )
 
 
 def _found(blocks: SteadyBlocks) -> list[SteadyBlocks]:
@@ -249,122 +254,18 @@ def _chains(
     return chains
 
 
-def _as_legs(pieces: list[SteadyBlocks]) -> SteadyGroup:
-    """Join pieces on one track to one leg. The legs are numbered by track."""
-    track = np.array([np.arctan2(piece.east.mean(), piece.north.mean()) for piece in pieces])
-    order = np.argsort(track)
-    gap = np.diff(track[order]) > _SAME_TRACK
-    leg = np.empty(len(pieces), dtype=np.intp)
-    leg[order] = np.concatenate([[0], np.cumsum(gap)])
-    if (
-        track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK
-    ):  # a leg on both sides of south
-        leg[leg == leg.max()] = 0
-    return SteadyGroup(
-        _joined(pieces),
-        np.concatenate([np.full(len(p), n) for p, n in zip(pieces, leg, strict=True)]),
-        False,
-    )
+def _as_legs(pieces: list[SteadyBlocks]) -> tuple[SteadyBlocks, NDArray[np.intp]]:
+    """Join pieces on one track to one leg. Return the blocks and the number of the leg of each, by
+    track.
+    """
+    leg = by_track(np.array([np.arctan2(p.east.mean(), p.north.mean()) for p in pieces]))
+    return _joined(pieces), np.repeat(leg, [len(piece) for piece in pieces])
 
 
 def _joined(pieces: list[SteadyBlocks]) -> SteadyBlocks:
     names = SteadyBlocks.__slots__
     return SteadyBlocks(
         *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names)
-    )
-
-
-_PART = 1e-3  # of a stated accuracy, the step of the difference: the whole zero offset may exceed the pressure
-
-
-@dataclass(frozen=True, slots=True)
-class LegAir:
-    """Means over the legs of a group.
-
-    `impact_pressure` and `static_pressure` [Pa] are indicated. `probe_heating` [-] is 0.2 r for a
-    probe of total temperature [K] and 0 for air temperature. `static_error` states whether the
-    pressure error is the static source's, and `standard_day` whether the temperature is that of a
-    standard day.
-    """
-
-    impact_pressure: float
-    static_pressure: float
-    probe_temperature: float
-    probe_heating: float
-    static_error: bool
-    standard_day: bool
-
-    @property
-    def indicated_airspeed(self) -> float:
-        """Indicated airspeed [m/s]."""
-        return float(air.calibrated_airspeed(self.impact_pressure))
-
-    def calibrated_airspeed(self, true_airspeed: float) -> float:
-        """Calibrated airspeed [m/s] for a true airspeed [m/s].
-
-        Where the error is the static source's, the total pressure has none: p (1 + q/p) = p_i +
-        q_i.
-        """
-        ratio = _ratio(true_airspeed, self.probe_temperature, self.probe_heating)
-        pressure = self.static_pressure
-        if self.static_error:
-            pressure = (self.static_pressure + self.impact_pressure) / (1.0 + ratio)
-        return float(air.calibrated_airspeed(pressure * ratio))
-
-    def correction(self, true_airspeed: float) -> float:
-        """Calibrated minus indicated airspeed [m/s] for a true airspeed [m/s]."""
-        return self.calibrated_airspeed(true_airspeed) - self.indicated_airspeed
-
-    def stated_two_sigma(self, true_airspeed: float, stated: Accuracies) -> float:
-        """2σ of the correction [m/s] at a true airspeed [m/s] from the stated accuracies of the air
-        data.
-
-        The errors are independent. Those of GPS velocity change the wind alone, and a latency
-        changes nothing at constant airspeed. A zero offset belongs to the correction, which is
-        added to the raw reading: it only moves the total pressure, from which the true static
-        pressure is found.
-        """
-        here = self.calibrated_airspeed(true_airspeed)
-        parts = [
-            (moved.calibrated_airspeed(true_airspeed) - here) / _PART
-            for moved in self._each_moved(stated)
-        ]
-        return float(np.linalg.norm(parts))
-
-    def _each_moved(self, stated: Accuracies) -> Iterator["LegAir"]:
-        """Yield this air with one quantity at a time changed by a small part of its accuracy."""
-        temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if self.standard_day else 0.0)
-        recovery = 0.2 * stated.recovery_factor if self.probe_heating > 0.0 else 0.0
-        yield replace(self, probe_temperature=self.probe_temperature + _PART * temperature)
-        yield replace(self, probe_heating=self.probe_heating + _PART * recovery)
-        yield replace(
-            self, static_pressure=self.static_pressure + _PART * stated.static_pressure_pa
-        )
-        yield replace(
-            self, impact_pressure=self.impact_pressure + _PART * stated.impact_pressure_zero_pa
-        )
-
-
-def leg_air(group: SteadyGroup, obs: Observations, static_error: bool) -> LegAir:
-    """Average the air of a group. Every leg has the same weight, as in the methods' airspeed."""
-    blocks = group.blocks
-    indicated_true, pressure, probe = (
-        float(group.leg_means(channel).mean())
-        for channel in (
-            blocks.indicated_true_airspeed,
-            blocks.static_pressure,
-            blocks.probe_temperature,
-        )
-    )
-    impact = pressure * _ratio(indicated_true, probe, obs.probe_heating)
-    return LegAir(impact, pressure, probe, obs.probe_heating, static_error, obs.standard_day)
-
-
-def _ratio(true_airspeed: float, probe_temperature: float, probe_heating: float) -> float:
-    """q_c/p for a true airspeed [m/s] and a probe temperature [K], with T = T_t − 0.2 r V²/(γR)."""
-    heating = probe_heating * true_airspeed**2 / (air.HEAT_RATIO * air.GAS_CONSTANT)
-    return float(
-        air.impact_pressure_from_true_airspeed(true_airspeed, 1.0, probe_temperature - heating)
     )
 
 

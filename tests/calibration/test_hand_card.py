@@ -139,7 +139,7 @@ def test_the_likelihood_of_a_card_is_that_of_its_covariance():
     passed = model.wandered(USUAL_NOISE)
     assert passed[[0, 3, 4, 19]] == pytest.approx(KT**2 * np.array([0.0, 0.75, 7.25, 29.75]))
     wind = 25.0**2 * np.exp(-np.abs(passed[:, None] - passed) / (2.0 * 25.0**2))
-    dense = wind * (linear.along @ linear.along.T) + np.diag(model.white(USUAL_NOISE)[0])
+    dense = wind * (linear.along @ linear.along.T) + np.diag(model.white(USUAL_NOISE))
     everyone = [dense + (columns / precision) @ columns.T for precision in model.problem.rivals]
     heights = [
         -0.5

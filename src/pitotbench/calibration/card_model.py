@@ -46,6 +46,11 @@ def unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-3))
 
 
+def at_right_angles(along: Array) -> Array:
+    """Return the unit vectors at right angles to others, (n, 2)."""
+    return np.stack([-along[:, 1], along[:, 0]], axis=1)
+
+
 def leg_arrays(legs: Sequence[CardLeg]) -> LegArrays:
     """Return legs as arrays."""
     track = np.array([leg.track for leg in legs])
@@ -95,7 +100,7 @@ _JITTER = 1e-9  # of a variance at the knots: keeps their covariance regular
 _NONE = 1e-6  # 1σ of a coefficient that is none
 _UNHEARD = 1e6  # (m/s)², variance of a number that says nothing
 _REFERENCE = 100.0 * KNOT  # m/s, where the slope in ln V is zero
-_APART = 64  # legs, between which one says nothing of the other's wind
+_APART = 32  # legs, between which one says nothing of the other's wind
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,14 +197,9 @@ class CardModel:
         return every.reshape(len(speed), -1)
 
     def _regression(self) -> Regression:
-        """The equations of the legs, and the outputs across and of the correction, under each rival
-        prior of the departure.
-        """
-        linear, nothing = self.linear, np.zeros(len(self.legs))
-        equation = np.column_stack([linear.slope[:, None] * self._basis, linear.warmth])
-        unheard = np.column_stack([self._basis, nothing])
-        regressors = np.concatenate([equation, 0.0 * unheard, unheard])
-        response = np.concatenate([linear.observed, nothing, nothing])
+        """The equations of the legs under each rival prior of the departure."""
+        linear = self.linear
+        columns = np.column_stack([linear.slope[:, None] * self._basis, linear.warmth])
         probe = max(0.5 * self.stated.temperature_k, _NONE)  # wrong on every leg alike
         deviations = [
             [*one * len(self.configurations), probe]
@@ -216,14 +216,12 @@ class CardModel:
                 ]
             ]
         ]
-        return Regression(response, regressors, regressors, np.array(deviations) ** -2.0)
+        return Regression(linear.observed, columns, columns, np.array(deviations) ** -2.0)
 
     def white(self, noise: Array) -> Array:
-        """Return the variances of the three outputs of each leg without wind, (3, n) [(m/s)²]."""
-        white = np.full((3, len(self.legs)), _UNHEARD)
-        heard = ~self.struck
-        white[0, heard] = self.linear.reading[heard] + np.exp(2.0 * noise[2])
-        return white
+        """Return the variance of each leg without wind, (n,) [(m/s)²]."""
+        heard = self.linear.reading + np.exp(2.0 * noise[2])
+        return np.where(self.struck, _UNHEARD, heard)
 
     def wandered(self, noise: Array) -> Array:
         """Return the variance of the wind's steps up to each leg, (n,) [(m/s)²]."""
@@ -238,26 +236,35 @@ class CardModel:
         return np.column_stack([np.full(len(self.legs), step), other])
 
     def noise(self, noise: Array) -> MarkovNoise:
-        """Return the covariance of the outputs, for ln of the noise (3,)."""
-        count, along = len(self.legs), self.linear.along
+        """Return the covariance of the equations, for ln of the noise (3,)."""
+        return self._noise_of(noise, self.white(noise)[None], self.linear.along[None])
+
+    def _noise_across(self, noise: Array) -> MarkovNoise:
+        """The same of the equations and of the winds across them, which nobody observed."""
+        along = self.linear.along
+        white = np.stack([self.white(noise), np.full(len(along), _UNHEARD)])
+        return self._noise_of(noise, white, np.stack([along, at_right_angles(along)]))
+
+    def _noise_of(self, noise: Array, white: Array, loading: Array) -> MarkovNoise:
+        count = len(self.legs)
         edges = (np.arange(count)[:, None] + [0.0, _ON_LEG]).ravel()
         # The variance of an Ornstein-Uhlenbeck process grows by 2σ²/τ a unit of time.
         rate = self._steps(noise) @ [[1.0, 1.0], [0.0, 1.0 / (1.0 - _ON_LEG)]]
-        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        wind = MarkovProcess(
-            _ANY_WIND, 2.0 * _ANY_WIND**2 / rate.ravel(), np.stack([along, across, 0.0 * along])
-        )
-        return MarkovNoise(Intervals(edges, 2 * np.arange(count)), self.white(noise), [wind])
+        wind = MarkovProcess(_ANY_WIND, 2.0 * _ANY_WIND**2 / rate.ravel(), loading)
+        return MarkovNoise(Intervals(edges, 2 * np.arange(count)), white, [wind])
 
     def _answer(self, noise: Array) -> tuple[Array, Array]:
-        """The wind (n, 2) and the correction (n,) of each leg [m/s]."""
-        covariance, along = self.noise(noise), self.linear.along
-        curves, _ = solve(self.problem, covariance)
-        left = self.problem.response - self.problem.regressors @ curves
-        white = self.white(noise).ravel() * covariance.weigh(left[:, None])[:, 0]
-        wind, across, _ = (left - white).reshape(3, -1)
-        turned = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        return wind[:, None] * along + across[:, None] * turned, self._basis @ curves[:-1]
+        """The wind (n, 2) and the correction (n,) of each leg [m/s]: what is not white noise."""
+        curves, _ = solve(self.problem, self.noise(noise))
+        left = np.zeros((2, len(self.legs)))
+        left[0] = self.problem.response - self.problem.regressors @ curves
+        weighed = self._noise_across(noise).weigh(left.reshape(-1, 1)).reshape(left.shape)
+        wind = left[0] - self.white(noise) * weighed[0]
+        along = self.linear.along
+        sideways = _UNHEARD * weighed[1]
+        return wind[:, None] * along - sideways[:, None] * at_right_angles(
+            along
+        ), self._basis @ curves[:-1]
 
     @cached_property
     def likeliest_noise(self) -> Array:
@@ -322,7 +329,7 @@ class CardModel:
         """
         noises = [node.noise for node in self.nodes]
         wandered = np.stack([self.wandered(noise) for noise in noises])
-        return wandered, np.stack([self.white(noise)[0] for noise in noises])
+        return wandered, np.stack([self.white(noise) for noise in noises])
 
     def others(self, noise: Array) -> "Others":
         """Return what all other legs predict for each leg.
@@ -331,25 +338,32 @@ class CardModel:
         inverse of block i on the diagonal of K⁻¹. The blocks are found by probing: legs far apart
         share a column (Tang and Saad 2012).
         """
-        problem, covariance, count = self.problem, self.noise(noise), len(self.legs)
-        curves, spread = solve(problem, covariance)
+        problem, count = self.problem, len(self.legs)
+        curves, spread = solve(problem, self.noise(noise))
         leg, apart = np.arange(count), min(count, _APART)
-        probes = np.zeros((3, count, 3, apart))
-        for output in range(3):
+        probes = np.zeros((2, count, 2, apart))
+        for output in range(2):
             probes[output, leg, output, leg % apart] = 1.0
-        data = np.column_stack(
-            [problem.response, problem.regressors, probes.reshape(3 * count, -1)]
-        )
-        parts = np.split(covariance.weigh(data), [1, 1 + len(curves)], axis=1)
-        weighed = parts[1].reshape(3, count, -1)
-        precision = np.moveaxis(parts[2].reshape(3, count, 3, apart)[:, leg, :, leg % apart], 0, 0)
-        precision = precision - np.einsum(
-            "onp,pq,mnq->nom", weighed, spread, weighed, optimize=True
-        )
+        data = np.zeros((2, count, 1 + len(curves)))
+        data[0] = np.column_stack([problem.response, problem.regressors])
+        everything = np.concatenate([data, probes.reshape(2, count, -1)], axis=2)
+        weighed = self._noise_across(noise).weigh(everything.reshape(2 * count, -1))
+        weighed = weighed.reshape(2, count, -1)
+        # The correction is a third output, without wind.
+        pulled = np.zeros((3, count, 1 + len(curves)))
+        pulled[:2], pulled[2, :, 1:-1] = weighed[:, :, : 1 + len(curves)], self._basis / _UNHEARD
+        precision = np.zeros((count, 3, 3))
+        found = weighed[:, :, 1 + len(curves) :].reshape(2, count, 2, apart)
+        precision[:, :2, :2] = found[:, leg, :, leg % apart]
+        precision[:, 2, 2] = 1.0 / _UNHEARD
+        columns = np.moveaxis(pulled[:, :, 1:], 0, 1)
+        precision -= columns @ spread @ np.swapaxes(columns, 1, 2)
         covariances = np.linalg.inv(precision)
-        pulled = parts[0].reshape(3, count) - weighed @ curves
-        means = problem.response.reshape(3, count).T - np.einsum("nom,mn->no", covariances, pulled)
-        covariances[:, [0, 1, 2], [0, 1, 2]] -= self.white(noise).T
+        left = pulled[:, :, 0].T - columns @ curves
+        means = -np.einsum("nom,nm->no", covariances, left)
+        means[:, 0] += problem.response
+        covariances[:, 0, 0] -= self.white(noise)
+        covariances[:, [1, 2], [1, 2]] -= _UNHEARD
         return Others(self, float(np.exp(2.0 * noise[2])), curves, means, covariances)
 
 
@@ -402,7 +416,7 @@ class Others:
         """
         model, own = self.model, np.full(len(legs), self.model.own[place])
         along, slope = model.linear.along[place], float(model.linear.slope[place])
-        axes = np.array([along, [-along[1], along[0]]])
+        axes = np.concatenate([along[None], at_right_angles(along[None])])
         equation, across, correction = self.means[place]
         wind = np.array([equation - slope * correction, across]) @ axes
         arrays = leg_arrays(legs)

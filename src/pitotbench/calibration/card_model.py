@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibration.leg_air import LegAir
+from pitotbench.calibration.leg_methods import Legs, unit
 from pitotbench.calibration.options import Accuracies
 from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimation.restricted_likelihood import (
@@ -22,28 +22,11 @@ from pitotbench.estimation.restricted_likelihood import (
     solutions,
     solve,
 )
+from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records.legs import CardLeg, ReadingSteps
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
 _ROUNDING = 1.0 / np.sqrt(12.0)  # 1σ of an error that is uniform over one step, in steps
-
-
-@dataclass(frozen=True, slots=True)
-class LegArrays:
-    """The legs of a card as arrays (n,) [SI]: what was read.
-
-    `toward` (n, 2) is the unit vector of the track, or of the heading where `by_heading`.
-    """
-
-    air: LegAir
-    ground_speed: Array
-    toward: Array
-    by_heading: NDArray[np.bool_]
-
-
-def unit(vectors: Array) -> Array:
-    """Return vectors (n, 2) with a length of one."""
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-3))
 
 
 def at_right_angles(along: Array) -> Array:
@@ -51,19 +34,21 @@ def at_right_angles(along: Array) -> Array:
     return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
 
-def leg_arrays(legs: Sequence[CardLeg]) -> LegArrays:
-    """Return legs as arrays."""
-    track = np.array([leg.track for leg in legs])
+def rows_of(legs: Sequence[CardLeg]) -> Legs:
+    """Return the legs of a card as rows, each a leg."""
+    track, number = np.array([leg.track for leg in legs]), np.arange(len(legs))
     indicated = LegAir(
         np.asarray(air.impact_pressure(np.array([leg.indicated_airspeed for leg in legs]))),
         np.asarray(air.standard_pressure(np.array([leg.pressure_altitude for leg in legs]))),
         np.array([leg.air_temperature for leg in legs]),
     )
-    return LegArrays(
+    return Legs(
         indicated,
+        number.astype(np.float64),
         np.array([leg.ground_speed for leg in legs]),
         np.stack([np.cos(track), np.sin(track)], axis=1),
         np.array([leg.by_heading for leg in legs]),
+        number,
     )
 
 
@@ -72,16 +57,14 @@ def leg_arrays(legs: Sequence[CardLeg]) -> LegArrays:
 # linear in small changes of the wind and of the correction ΔV: y = u·w + s ΔV + temperature +
 # noise. It is the calibration's own problem (estimation.restricted_likelihood). The noise is white,
 # the steps of the readings and what a gust leaves in one leg, plus a wind that is a Gauss-Markov
-# process; the wind takes a further step where another point begins. The regressors are the curves:
-# Δp/q_c of a configuration is a constant, a slope in ln V and a smooth departure from both
-# (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, ch. 2.7), whose size and
-# length are rival priors. Beside its equation each leg has two outputs that nobody observed, the
+# process; the wind takes a further step where another point begins. The regressors are the smooth
+# curves, one a configuration (pressure_error.models), whose departures have rival priors. Beside its equation each leg has two outputs that nobody observed, the
 # wind across u and the correction. What the others say of all three is what they predict for a leg
 # that is read otherwise.
 
 _ANY_WIND = 25.0  # m/s, 1σ of a component of the wind
 _ON_LEG = 1.0 / 3.0  # of the time from leg to leg, during which its numbers are read
-_CONSTANT, _SLOPE = 0.08, 0.08  # 1σ of Δp/q_c and of its change over a factor e of airspeed
+_LEVEL = 0.08  # 1σ of Δp/q_c
 _MOST_WIND = 75.0  # m/s, of a component
 _MOST_CORRECTION = 0.3  # of the indicated airspeed
 _OTHER_FLIGHT = 12.0 * KNOT  # step of the wind to another flight
@@ -91,15 +74,9 @@ _POINTS = 3  # before and after it
 USUAL_NOISE = np.log(KNOT * np.array([0.5, 2.5, 0.6]))
 NOISE_SPREAD = np.log([2.5, 2.5, 2.2])
 _ANY_FLIGHT = USUAL_NOISE + np.log([1.0, 4.0, 1.0])  # in which a step to another flight shows
-# No static source follows a straight line within 0.2 % of the airspeed (0.004 of q_c) over a whole
-# envelope.
-_DEPARTURES = (0.004, 0.012, 0.03)
-_LENGTHS = (0.2, 0.45)  # of ln V, over which the departure changes: factors 1.2 and 1.6 of airspeed
-_KNOT_DISTANCE = 0.5  # lengths between two knots of the departure
-_JITTER = 1e-9  # of a variance at the knots: keeps their covariance regular
-_NONE = 1e-6  # 1σ of a coefficient that is none
+_NO_ERROR = 1e-6  # K: a thermometer that is stated to be right
 _UNHEARD = 1e6  # (m/s)², variance of a number that says nothing
-_REFERENCE = 100.0 * KNOT  # m/s, where the slope in ln V is zero
+_REFERENCE = float(air.impact_pressure(100.0 * KNOT))  # Pa, of the curve's abscissa
 _APART = 32  # legs, between which one says nothing of the other's wind
 
 
@@ -117,7 +94,7 @@ class LinearLegs:
     reading: Array
 
 
-def linear_legs(legs: LegArrays, wind: Array, correction: Array, steps: ReadingSteps) -> LinearLegs:
+def linear_legs(legs: Legs, wind: Array, correction: Array, steps: ReadingSteps) -> LinearLegs:
     """Return the equations of legs near winds (n, 2) and corrections (n,) [m/s].
 
     A step of the track moves the tip of the ground velocity across itself, one of the heading that
@@ -160,7 +137,7 @@ class CardModel:
         self.legs, self.steps, self.stated = tuple(legs), steps, stated
         self.struck_rows = struck
         self.struck = np.array([leg.row in struck for leg in legs])
-        self.arrays = leg_arrays(legs)
+        self.arrays = rows_of(legs)
         self.speed = self.arrays.air.indicated_airspeed
         names = list(dict.fromkeys(leg.configuration for leg in legs))
         self.configurations = {name: number for number, name in enumerate(names)}
@@ -168,7 +145,8 @@ class CardModel:
         self._new = np.array(
             [a.point != b.point for a, b in zip(legs, [*legs[1:], legs[-1]], strict=True)]
         )
-        self._departures = [_Departure(self.speed, length) for length in _LENGTHS]
+        impact = self.arrays.air.impact_pressure / _REFERENCE
+        self._law = SMOOTH.spread_over(float(impact.min()), float(impact.max()))
         self._basis = self.basis(self.speed, self.own)
         self._other_flight = np.zeros(len(legs), dtype=np.bool_)
         wind, correction = np.zeros((len(legs), 2)), np.zeros(len(legs))
@@ -188,9 +166,8 @@ class CardModel:
 
         A small Δp/q_c moves the airspeed by q_c dV/dq_c times itself.
         """
-        place, impact = np.log(speed / _REFERENCE), air.impact_pressure(speed)
-        smooth = [departure.columns(place) for departure in self._departures]
-        columns = np.column_stack([np.ones_like(place), place, *smooth])
+        impact = air.impact_pressure(speed)
+        columns = self._law.basis(impact / _REFERENCE)
         every = np.zeros((len(speed), len(self.configurations), columns.shape[1]))
         scale = impact * air.calibrated_airspeed_slope(impact)
         every[np.arange(len(speed)), own] = columns * scale[:, None]
@@ -200,23 +177,11 @@ class CardModel:
         """The equations of the legs under each rival prior of the departure."""
         linear = self.linear
         columns = np.column_stack([linear.slope[:, None] * self._basis, linear.warmth])
-        probe = max(0.5 * self.stated.temperature_k, _NONE)  # wrong on every leg alike
-        deviations = [
-            [*one * len(self.configurations), probe]
-            for size, length in product(_DEPARTURES, self._departures)
-            for one in [
-                [
-                    _CONSTANT,
-                    _SLOPE,
-                    *(
-                        size if each is length else _NONE
-                        for each in self._departures
-                        for _ in each.knots
-                    ),
-                ]
-            ]
-        ]
-        return Regression(linear.observed, columns, columns, np.array(deviations) ** -2.0)
+        probe = max(0.5 * self.stated.temperature_k, _NO_ERROR)  # wrong on every leg alike
+        curve = np.tile(np.maximum(self._law.precisions, _LEVEL**-2.0), len(self.configurations))
+        thermometer = np.full((len(curve), 1), probe**-2.0)
+        precisions = np.column_stack([curve, thermometer])
+        return Regression(linear.observed, columns, columns, precisions)
 
     def white(self, noise: Array) -> Array:
         """Return the variance of each leg without wind, (n,) [(m/s)²]."""
@@ -358,7 +323,7 @@ class CardModel:
         precision[:, 2, 2] = 1.0 / _UNHEARD
         columns = np.moveaxis(pulled[:, :, 1:], 0, 1)
         precision -= columns @ spread @ np.swapaxes(columns, 1, 2)
-        covariances = np.linalg.inv(precision)
+        covariances = np.asarray(np.linalg.inv(precision), dtype=np.float64)
         left = pulled[:, :, 0].T - columns @ curves
         means = -np.einsum("nom,nm->no", covariances, left)
         means[:, 0] += problem.response
@@ -419,7 +384,7 @@ class Others:
         axes = np.concatenate([along[None], at_right_angles(along[None])])
         equation, across, correction = self.means[place]
         wind = np.array([equation - slope * correction, across]) @ axes
-        arrays = leg_arrays(legs)
+        arrays = rows_of(legs)
         here = model.basis(model.speed[[place]], own[:1])
         elsewhere = (model.basis(arrays.air.indicated_airspeed, own) - here) @ self.curves[:-1]
         linear = linear_legs(
@@ -430,23 +395,3 @@ class Others:
         variance = np.einsum("mo,op,mp->m", seen, self.covariances[place], seen)
         error = linear.observed - linear.along @ wind - linear.slope * (correction + elsewhere)
         return error, variance + linear.reading + self.alone
-
-
-class _Departure:
-    """Columns of a smooth departure over ln V: independent sizes of 1 give it a squared exponential
-    covariance.
-    """
-
-    def __init__(self, speed: MetersPerSecond, length: float) -> None:
-        place = np.log(speed / _REFERENCE)
-        count = 2 + int(np.ptp(place) / (_KNOT_DISTANCE * length))
-        self.length, self.knots = length, np.linspace(place.min(), place.max() + 1e-6, count)
-        covariance = self._kernel(self.knots) + _JITTER * np.eye(count)
-        self._root = np.linalg.inv(np.linalg.cholesky(covariance)).T
-
-    def _kernel(self, place: Array) -> Array:
-        return np.asarray(np.exp(-0.5 * (place[:, None] - self.knots) ** 2 / self.length**2))
-
-    def columns(self, place: Array) -> Array:
-        """Return the columns at ln V of (c,), (c, knots)."""
-        return np.asarray(self._kernel(place) @ self._root)

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.card_model import CardModel, leg_arrays
+from pitotbench.calibration.card_model import CardModel, rows_of
 from pitotbench.calibration.card_slips import find_slips
 from pitotbench.calibration.leg_air import LegAir
-from pitotbench.calibration.leg_methods import LegGroup, by_track, solve_group, wind_from
+from pitotbench.calibration.leg_methods import by_track, solve_group, wind_from
 from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.estimation.restricted_likelihood import half_width
 from pitotbench.records import BadInputError, NoAnswerError
@@ -106,23 +106,25 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
             f"{len(used)} leg{'' if len(used) == 1 else 's'} left: no point, but used for the curve"
         )
         return replace(point, remark="; ".join([*remarks, few]))
-    group = _group(legs)
+    rows = rows_of(legs)
+    if len(set(number := by_track(rows.track % (2.0 * np.pi)))) > 2:  # else too near, or all around
+        rows = replace(rows, leg=number)
     try:
-        solved = solve_group(group)
+        solved = solve_group(rows)
     except NoAnswerError as error:
         return replace(point, remark=str(error))
+    indicated = float(solved.air.indicated_airspeed)
     true, sigmas = float(solved.answer[0]), model.deviations(used, solved.gain[:, 0])[:, None]
     (width,) = half_width(model.weights, np.zeros_like(sigmas), sigmas)
-    correction, two_sigma = group.air.corrected(true, float(width), stated)
+    correction, two_sigma = solved.air.corrected(true, float(width), stated)
     if two_sigma > _TOO_WIDE:
         return replace(
             point, remark="the tracks are too near each other: fly them at least 60° apart"
         )
-    height, per_speed = map(
-        float, _height(group.air, np.asarray(indicated), np.asarray(correction))
-    )
+    height, per_speed = map(float, _height(rows.air, np.asarray(indicated), np.asarray(correction)))
     return replace(
         point,
+        indicated_airspeed=indicated,
         calibrated_airspeed=indicated + correction,
         correction=correction,
         two_sigma=two_sigma,
@@ -133,27 +135,6 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
         wind_speed=float(np.hypot(*solved.answer[1:])),
         wind_from=wind_from(solved.answer[1:]),
         remark="; ".join(remarks) or None,
-    )
-
-
-def _group(legs: Sequence[CardLeg]) -> LegGroup:
-    arrays, each = leg_arrays(legs), leg_arrays(legs).air
-    number = by_track(np.arctan2(arrays.toward[:, 1], arrays.toward[:, 0]))
-    if number.max() < 2:  # tracks all around, or too near each other
-        number = np.arange(len(legs))
-    mean = LegAir(
-        air.impact_pressure(each.indicated_airspeed.mean()),
-        each.static_pressure.mean(),
-        each.probe_temperature.mean(),
-    )
-    return LegGroup(
-        mean,
-        np.arange(len(legs), dtype=np.float64),
-        each.true_airspeed(),
-        arrays.ground_speed,
-        arrays.toward,
-        arrays.by_heading,
-        number,
     )
 
 
@@ -183,7 +164,7 @@ def _curve(configuration: str, model: CardModel) -> ErrorCurve:
     mean = model.weights @ means
     bound = half_width(model.weights, means, np.sqrt(variances))
     impact, true = air.impact_pressure(at), air.impact_pressure(at + mean)
-    height, per_speed = _height(leg_arrays(own).air, at, mean)
+    height, per_speed = _height(rows_of(own).air, at, mean)
     relative = 1.0 / (impact * air.calibrated_airspeed_slope(impact))
     return ErrorCurve(
         indicated_airspeed=at,

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
-from pitotbench.units import Array, Kelvin, MetersPerSecond, Pascal
+from pitotbench.units import Array, Booleans, Kelvin, MetersPerSecond, Pascal
 
 _PART = 1e-3  # of a stated accuracy, the step of the difference: a zero offset may exceed q_c
 _STEP = 0.05  # m/s, of the difference by which airspeeds are differentiated
@@ -29,6 +30,15 @@ class LegAir:
     probe_heating: float = 0.0
     static_error: bool = True
     standard_day: bool = False
+
+    def at(self, rows: Booleans | NDArray[np.intp]) -> "LegAir":
+        """The chosen rows."""
+        return replace(
+            self,
+            impact_pressure=self.impact_pressure[rows],
+            static_pressure=self.static_pressure[rows],
+            probe_temperature=self.probe_temperature[rows],
+        )
 
     @property
     def indicated_airspeed(self) -> MetersPerSecond:

@@ -1,20 +1,21 @@
 """Fixed-speed methods: one true airspeed and one wind from legs or a turn at one airspeed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibration.leg_air import LegAir
+from pitotbench.calibration.leg_air import LegAir, impact_ratio
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.units import DEGREE, Array, MetersPerSecond, Radians, Seconds
+from pitotbench.units import DEGREE, Array, Booleans, MetersPerSecond, Radians, Seconds
 
 # Three legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four
 # three-leg answers. Their spread (standard deviation) is a measure of how steady wind and airspeed
 # were. A turn and more legs: a circle.
 
 _ILL_CONDITIONED = 1e6  # condition number: beyond it the tracks are practically the same
+_LEAST_SPEED = 1e-3  # m/s, below which a velocity has no direction
 _STEPS = 6  # of Gauss-Newton, which converges in three or four
 _METHODS = {3: "three_leg", 4: "four_leg"}
 _ROUNDS, _SETTLED = 40, 1e-9  # at most; m/s
@@ -97,16 +98,16 @@ def leg_gain(velocity: Array, answer: Array) -> Array:
     if len(velocity) > max(_METHODS):
         return circle_gain(velocity, answer)
     three, gain = _triples(len(velocity)), np.zeros((len(velocity), 3))
-    along = direction(velocity[three], _three_leg_answers(velocity)[:, None, 1:])
+    along = unit(velocity[three] - _three_leg_answers(velocity)[:, None, 1:])
     jacobian = np.concatenate([np.ones((*three.shape, 1)), along], axis=2)
     np.add.at(gain, three, np.swapaxes(np.linalg.inv(jacobian), 1, 2) / len(three))
     return gain
 
 
-def direction(velocity: Array, wind: Array) -> Array:
-    """Return the unit vectors of the flight path, (..., 2), for ground velocities and a wind."""
-    through_air = velocity - wind
-    return np.asarray(through_air / np.linalg.norm(through_air, axis=-1, keepdims=True))
+def unit(vectors: Array) -> Array:
+    """Return vectors (..., 2) with a length of one."""
+    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(size, _LEAST_SPEED))
 
 
 def horseshoe(ground_speed: MetersPerSecond) -> float:
@@ -150,7 +151,7 @@ def circle_fit(velocity: Array) -> Array:
     answer = np.array([np.sqrt(rest + north**2 + east**2), north, east])
     for _ in range(_STEPS):
         left = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
-        jacobian = np.column_stack([np.ones(len(velocity)), direction(velocity, answer[1:])])
+        jacobian = np.column_stack([np.ones(len(velocity)), unit(velocity - answer[1:])])
         answer = answer + np.linalg.lstsq(jacobian, left)[0]
     return answer
 
@@ -163,7 +164,7 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
     the gradient of the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight
     path, remains zero. A step along u changes r alone.
     """
-    along = direction(velocity, answer[1:])
+    along = unit(velocity - answer[1:])
     distance = np.linalg.norm(velocity - answer[1:], axis=1)
     jacobian = np.column_stack([np.ones(len(velocity)), along])
     curvature = jacobian.T @ jacobian
@@ -190,27 +191,19 @@ def by_track(track: Radians) -> NDArray[np.intp]:
     return leg
 
 
-def means_by_leg(data: Array, leg: NDArray[np.intp]) -> Array:
-    """Means of (n,) or (n, k) data over each leg, (legs,) or (legs, k)."""
-    return np.stack([data[leg == number].mean(axis=0) for number in range(int(leg.max()) + 1)])
-
-
 @dataclass(frozen=True, slots=True)
-class LegGroup:
-    """Rows (n,) flown at about one airspeed, in the order of `time`: seconds of a log, or legs of a
-    card.
+class Legs:
+    """Rows (n,) in the order of `time`: seconds of a log, or legs of a card.
 
-    `air` is the mean air, `airspeed` [m/s] the indicated true airspeed of each row. `toward` (n, 2)
-    is the unit vector of the track, or of the heading where `by_heading`. `leg` is the number of
-    each row's leg; a turn is one leg.
+    `air` is that of each row. `toward` (n, 2) is the unit vector of the track, or of the heading
+    where `by_heading`. `leg` is the number of each row's leg or piece of flight; a turn is one leg.
     """
 
     air: LegAir
     time: Seconds
-    airspeed: MetersPerSecond
     ground_speed: MetersPerSecond
     toward: Array
-    by_heading: NDArray[np.bool_]
+    by_heading: Booleans
     leg: NDArray[np.intp]
     turning: bool = False
 
@@ -219,14 +212,49 @@ class LegGroup:
         """The number of legs."""
         return int(self.leg.max()) + 1
 
+    @property
+    def track(self) -> Radians:
+        """The track or heading without jumps [rad], (n,)."""
+        return np.unwrap(np.arctan2(self.toward[:, 1], self.toward[:, 0]))
+
+    def at(self, rows: Booleans | NDArray[np.intp]) -> "Legs":
+        """The chosen rows."""
+        return replace(
+            self,
+            air=self.air.at(rows),
+            time=self.time[rows],
+            ground_speed=self.ground_speed[rows],
+            toward=self.toward[rows],
+            by_heading=self.by_heading[rows],
+            leg=self.leg[rows],
+        )
+
+    def pieces(self) -> list["Legs"]:
+        """The rows of each number of `leg`, in the order of the numbers."""
+        order = np.argsort(self.leg, kind="stable")
+        first = np.flatnonzero(np.diff(self.leg[order], prepend=-1))
+        return [self.at(rows) for rows in np.split(order, first[1:])] if len(order) else []
+
     def leg_means(self, data: Array) -> Array:
         """Means of (n,) or (n, k) data over each leg, (legs,) or (legs, k)."""
-        return means_by_leg(data, self.leg)
+        return np.stack([data[self.leg == number].mean(axis=0) for number in range(self.legs)])
+
+    def mean_air(self) -> LegAir:
+        """The mean air. Every leg has the same weight, as in the methods' airspeed."""
+        channels = self.air.true_airspeed(), self.air.static_pressure, self.air.probe_temperature
+        airspeed, pressure, probe = (self.leg_means(each).mean() for each in channels)
+        impact = pressure * impact_ratio(airspeed, probe, self.air.probe_heating)
+        return replace(
+            self.air,
+            impact_pressure=impact,
+            static_pressure=pressure,
+            probe_temperature=probe,
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class SolvedGroup:
-    """A group with its answer [V, W_N, W_E] [m/s].
+    """A group at about one airspeed, its mean air, and its answer [V, W_N, W_E] [m/s].
 
     `velocity` (n, 2) [m/s] is brought to one airspeed, `along` (n, 2) the flight path, `residual`
     (n,) [m/s] that of ground velocity against airspeed and wind. `gain` (n, 3) is the change of the
@@ -234,7 +262,8 @@ class SolvedGroup:
     answers of four legs, or of the residual for a turn and for more legs.
     """
 
-    group: LegGroup
+    group: Legs
+    air: LegAir
     method: str
     velocity: Array
     answer: Array
@@ -244,20 +273,19 @@ class SolvedGroup:
     gain: Array
 
 
-def solve_group(group: LegGroup) -> SolvedGroup:
+def solve_group(group: Legs) -> SolvedGroup:
     """Solve a group by the method of its number of legs. Raises NoAnswerError for tracks that do
     not determine the wind.
     """
-    off = (group.airspeed - group.air.true_airspeed())[:, None]
+    air, airspeed = group.mean_air(), group.air.true_airspeed()
+    off = (airspeed - air.true_airspeed())[:, None]
     velocity = group.ground_speed[:, None] * group.toward
-    answer, spread = np.array([float(group.airspeed.mean()), 0.0, 0.0]), None
+    answer, spread = np.array([float(airspeed.mean()), 0.0, 0.0]), None
     for _ in range(_ROUNDS):
         drifted = (answer[0] + off) * group.toward + answer[1:]
-        path = np.where(
-            group.by_heading[:, None], direction(drifted, 0.0 * answer[1:]), group.toward
-        )
+        path = np.where(group.by_heading[:, None], unit(drifted), group.toward)
         moved = group.ground_speed[:, None] * path
-        velocity = moved - off * direction(moved, answer[1:])
+        velocity = moved - off * unit(moved - answer[1:])
         before = answer
         answer, spread = (
             (circle_fit(velocity), None)
@@ -266,15 +294,15 @@ def solve_group(group: LegGroup) -> SolvedGroup:
         )
         if np.max(np.abs(answer - before)) < _SETTLED:
             break
-    along = direction(velocity, answer[1:])
+    along = unit(velocity - answer[1:])
     residual = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
     if group.turning:
         method, gain = "turn", circle_gain(velocity, answer)
     else:
         method, legs = _METHODS.get(group.legs, "many_leg"), group.leg_means(velocity)
-        share = np.sum(along * direction(legs, answer[1:])[group.leg], axis=1)
+        share = np.sum(along * unit(legs - answer[1:])[group.leg], axis=1)
         share = share / np.bincount(group.leg)[group.leg]
         gain = share[:, None] * leg_gain(legs, answer)[group.leg]
     if group.turning or group.legs > max(_METHODS):
         spread = float(residual.std(ddof=3))
-    return SolvedGroup(group, method, velocity, answer, spread, along, residual, gain)
+    return SolvedGroup(group, air, method, velocity, answer, spread, along, residual, gain)

@@ -240,12 +240,12 @@ def _point(
     """The point, with the doubt about the location of the error in its correction and its bound."""
     group, true = one.group, float(one.answer[0])
     (static, static_bound), (total, total_bound) = (
-        replace(group.air, static_error=where).corrected(true, float(bound[0]), stated)
+        replace(one.air, static_error=where).corrected(true, float(bound[0]), stated)
         for where in (True, False)
     )
     correction = total + place.static * (static - total)
     likely_bound = static_bound if place.static >= 0.5 else total_bound
-    indicated = float(group.air.indicated_airspeed)
+    indicated = float(one.air.indicated_airspeed)
     return FixedSpeedPoint(
         method=one.method,
         legs=group.legs,

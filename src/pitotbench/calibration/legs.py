@@ -1,18 +1,17 @@
 """Steady legs and turns in a log, grouped by airspeed, and the likely location of the error."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench import air
-from pitotbench.calibration.leg_air import LegAir, impact_ratio
-from pitotbench.calibration.leg_methods import LegGroup, by_track, means_by_leg
+from pitotbench.calibration.leg_air import LegAir
+from pitotbench.calibration.leg_methods import Legs, by_track, unit
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
-from pitotbench.units import DEGREE, KNOT, Array, Booleans, Kelvin, MetersPerSecond, Pascal, Seconds
+from pitotbench.units import DEGREE, KNOT, Array, Seconds
 
 # A log as one-second means over uninterrupted runs, for the search for steady legs and turns.
 
@@ -20,68 +19,39 @@ SECOND = 1.0  # s, length of a block: short against a gust, long against the sam
 _WHOLE = 0.8  # share of a block's rows that must be present
 
 
-@dataclass(frozen=True, slots=True)
-class SteadyBlocks:
-    """Block means, (n,), in SI units. `time` [s] is the middle of the block.
-
-    `indicated_true_airspeed` [m/s] is the true airspeed without a correction of the pressure error.
-    `piece` is the number of the piece of flight to which the block belongs.
-    """
-
-    time: Seconds
-    north: MetersPerSecond
-    east: MetersPerSecond
-    indicated_true_airspeed: MetersPerSecond
-    static_pressure: Pascal
-    probe_temperature: Kelvin
-    piece: NDArray[np.intp]
-
-    def __len__(self) -> int:
-        return len(self.time)
-
-    @property
-    def velocity(self) -> Array:
-        """Ground velocity toward north and east [m/s], (n, 2)."""
-        return np.stack([self.north, self.east], axis=1)
-
-    @property
-    def track(self) -> Array:
-        """Ground track without jumps [rad]."""
-        return np.unwrap(np.arctan2(self.east, self.north))
-
-    def at(self, rows: Booleans | NDArray[np.intp]) -> "SteadyBlocks":
-        """The chosen blocks."""
-        return SteadyBlocks(*(getattr(self, field.name)[rows] for field in fields(self)))
-
-    def pieces(self) -> list["SteadyBlocks"]:
-        """Split the blocks into pieces, in the order of their numbers."""
-        order = np.argsort(self.piece, kind="stable")
-        first = np.flatnonzero(np.diff(self.piece[order], prepend=-1))
-        return [self.at(rows) for rows in np.split(order, first[1:])] if len(order) else []
-
-
 def labeled(log: FlightLog) -> bool:
     """Whether the log marks any row as on condition."""
     return log.on_condition is not None and bool(log.on_condition.any())
 
 
-def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
+def block_means(log: FlightLog, obs: Observations) -> Legs:
     """Average the log's rows in blocks; where the log marks rows as on condition, those alone. A
-    run is a piece.
+    run is a piece; `time` [s] is the middle of the block.
     """
     run = _runs(log, obs)
-    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
-    airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
     north, east = obs.velocity_north, obs.velocity_east
     channels = np.stack(
-        [north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)]
+        [
+            obs.impact_pressure,
+            obs.static_pressure,
+            obs.probe_temperature,
+            np.hypot(north, east),  # the mean of a turning vector is too short
+            north,
+            east,
+        ]
     )
     rows_a_block = SECOND / float(np.median(np.diff(obs.time)))
     rows = np.flatnonzero(run >= 0)
     table = _means(obs.time[rows], channels[:, rows], rows_a_block, run[rows])
-    table[1:3] *= table[6] / np.hypot(*table[1:3])  # the mean of a turning vector is too short
-    time, north, east, airspeed, pressure, temperature, _, number = table
-    return SteadyBlocks(time, north, east, airspeed, pressure, temperature, number.astype(np.intp))
+    time, impact, pressure, temperature, speed, north, east, number = table
+    return Legs(
+        LegAir(impact, pressure, temperature, obs.probe_heating, standard_day=obs.standard_day),
+        time,
+        speed,
+        unit(np.stack([north, east], axis=1)),
+        np.zeros(len(time), dtype=np.bool_),
+        number.astype(np.intp),
+    )
 
 
 def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
@@ -146,61 +116,42 @@ _DRIFT = (
 _LEVEL = 0.01  # of static pressure, about 300 ft: limit between the halves of a piece and between neighbors
 
 
-def steady_groups(log: FlightLog, obs: Observations) -> tuple[LegGroup, ...]:
+def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
     """Find full turns, and groups of straight legs on three tracks or more, sorted by airspeed."""
     blocks = block_means(log, obs)
-    pieces = blocks.pieces() if labeled(log) else _found(blocks)
-    long = [piece for piece in pieces if len(piece) * SECOND >= _SHORTEST and _holds(piece)]
+    if not labeled(log):
+        blocks = _stretches(blocks)
+    long = [p for p in blocks.pieces() if len(p.time) * SECOND >= _SHORTEST and _holds(p)]
     turns = [
-        _group(p, np.zeros(len(p), np.intp), obs, turning=True)
-        for p in long
-        if np.ptp(p.track) >= _FULL_TURN
+        replace(piece, leg=0 * piece.leg, turning=True)
+        for piece in long
+        if np.ptp(piece.track) >= _FULL_TURN
     ]
     straight = [
         piece for piece in long if abs(float(np.diff(_halves(piece.track))[0])) <= _STRAIGHT
     ]
-    groups = [_group(*_as_legs(pieces), obs) for pieces in _by_airspeed(straight)]
+    groups = [_as_legs(blocks, pieces) for pieces in _by_airspeed(straight)]
     useful = [*turns, *(group for group in groups if group.legs >= 3)]
-    return tuple(sorted(useful, key=lambda group: float(group.airspeed.mean())))
+    return tuple(sorted(useful, key=_airspeed))
 
 
-def _group(
-    blocks: SteadyBlocks, leg: NDArray[np.intp], obs: Observations, turning: bool = False
-) -> LegGroup:
-    """Make a group of blocks with the numbers of their legs. Every leg has the same weight in the
-    mean air, as in the methods' airspeed.
-    """
-    order = np.argsort(blocks.time)
-    blocks, leg = blocks.at(order), leg[order]
-    channels = (blocks.indicated_true_airspeed, blocks.static_pressure, blocks.probe_temperature)
-    airspeed, pressure, probe = (means_by_leg(channel, leg).mean() for channel in channels)
-    impact = pressure * impact_ratio(airspeed, probe, obs.probe_heating)
-    indicated = LegAir(impact, pressure, probe, obs.probe_heating, standard_day=obs.standard_day)
-    speed = np.hypot(blocks.north, blocks.east)
-    return LegGroup(
-        indicated,
-        blocks.time,
-        blocks.indicated_true_airspeed,
-        speed,
-        blocks.velocity / speed[:, None],
-        np.zeros(len(leg), dtype=np.bool_),
-        leg,
-        turning,
-    )
+def _airspeed(piece: Legs) -> float:
+    """The mean indicated true airspeed [m/s]."""
+    return float(piece.air.true_airspeed().mean())
 
 
-def _found(blocks: SteadyBlocks) -> list[SteadyBlocks]:
-    """Find straight and turning stretches in runs without labels."""
-    stretches = []
-    for run in blocks.pieces():
-        if len(run) <= 2 * _WINDOW:
+def _stretches(blocks: Legs) -> Legs:
+    """Return the blocks of straight and turning stretches in runs without labels, each a piece."""
+    number, steady = np.zeros(len(blocks.time), dtype=np.intp), np.zeros(len(blocks.time), np.bool_)
+    for run in np.unique(blocks.leg):
+        own = np.flatnonzero(blocks.leg == run)
+        if len(own) <= 2 * _WINDOW:
             continue
-        turning = np.abs(_rate(run.track)) > _TURN_RATE
-        steady = turning | (np.abs(_rate(np.hypot(run.north, run.east))) < _ACCELERATION)
-        changed = (np.diff(turning) != 0) | (np.diff(steady) != 0)
-        stretch = np.concatenate([[0], np.cumsum(changed)])
-        stretches += replace(run, piece=stretch).at(steady).pieces()
-    return stretches
+        turning = np.abs(_rate(blocks.at(own).track)) > _TURN_RATE
+        steady[own] = turning | (np.abs(_rate(blocks.ground_speed[own])) < _ACCELERATION)
+        changed = (np.diff(turning) != 0) | (np.diff(steady[own]) != 0)
+        number[own] = number.max() + 1 + np.concatenate([[0], np.cumsum(changed)])
+    return replace(blocks, leg=number).at(steady)
 
 
 def _rate(values: Array) -> Array:
@@ -210,11 +161,11 @@ def _rate(values: Array) -> Array:
     return np.asarray((values[ahead] - values[behind]) / ((ahead - behind) * SECOND))
 
 
-def _holds(piece: SteadyBlocks) -> bool:
+def _holds(piece: Legs) -> bool:
     """Whether airspeed and height are constant: in the means of the halves gusts average out, and
     drifts do not.
     """
-    airspeed, pressure = _halves(piece.indicated_true_airspeed), _halves(piece.static_pressure)
+    airspeed, pressure = _halves(piece.air.true_airspeed()), _halves(piece.air.static_pressure)
     return bool(np.ptp(airspeed) <= _DRIFT and np.ptp(pressure) <= _LEVEL * pressure[0])
 
 
@@ -223,26 +174,20 @@ def _halves(values: Array) -> Array:
     return np.array([values[:middle].mean(), values[middle:].mean()])
 
 
-def _by_airspeed(pieces: list[SteadyBlocks]) -> list[list[SteadyBlocks]]:
+def _by_airspeed(pieces: list[Legs]) -> list[list[Legs]]:
     """Group pieces by height, then by airspeed. No chain of neighbors spans more than twice the
     limit.
     """
-    levels = _chains(
-        pieces, [float(np.log(piece.static_pressure.mean())) for piece in pieces], _LEVEL
-    )
+    heights = [float(np.log(piece.air.static_pressure.mean())) for piece in pieces]
     return [
         chain
-        for level in levels
-        for chain in _chains(
-            level, [float(piece.indicated_true_airspeed.mean()) for piece in level], _DRIFT
-        )
+        for level in _chains(pieces, heights, _LEVEL)
+        for chain in _chains(level, [_airspeed(piece) for piece in level], _DRIFT)
     ]
 
 
-def _chains(
-    pieces: list[SteadyBlocks], values: list[float], step: float
-) -> list[list[SteadyBlocks]]:
-    chains: list[list[SteadyBlocks]] = []
+def _chains(pieces: list[Legs], values: list[float], step: float) -> list[list[Legs]]:
+    chains: list[list[Legs]] = []
     first = last = -np.inf
     for place in np.argsort(values):
         value = values[place]
@@ -254,19 +199,13 @@ def _chains(
     return chains
 
 
-def _as_legs(pieces: list[SteadyBlocks]) -> tuple[SteadyBlocks, NDArray[np.intp]]:
-    """Join pieces on one track to one leg. Return the blocks and the number of the leg of each, by
-    track.
-    """
-    leg = by_track(np.array([np.arctan2(p.east.mean(), p.north.mean()) for p in pieces]))
-    return _joined(pieces), np.repeat(leg, [len(piece) for piece in pieces])
-
-
-def _joined(pieces: list[SteadyBlocks]) -> SteadyBlocks:
-    names = SteadyBlocks.__slots__
-    return SteadyBlocks(
-        *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in names)
-    )
+def _as_legs(blocks: Legs, pieces: list[Legs]) -> Legs:
+    """Join pieces of the blocks, those on one track to one leg. The legs are numbered by track."""
+    leg = by_track(np.array([np.arctan2(*(p.ground_speed @ p.toward)[::-1]) for p in pieces]))
+    leg_of = np.full(int(blocks.leg.max()) + 1, -1)
+    leg_of[[piece.leg[0] for piece in pieces]] = leg
+    joined = replace(blocks, leg=leg_of[blocks.leg])
+    return joined.at(joined.leg >= 0)
 
 
 # The location of the pressure error for the fixed-speed methods, as a fit of the curve judges it.

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibration.covering import GUST_LENGTH, GUST_SCALE, WHITE_SCALE
+from pitotbench.calibration.covering import GUST_LENGTH, GUST_SCALE, WHITE_SCALE, WindNoise
 from pitotbench.calibration.leg_methods import SolvedGroup, horseshoe_of_legs, solve_group
 from pitotbench.calibration.legs import (
     SECOND,
@@ -20,7 +20,7 @@ from pitotbench.calibration.legs import (
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies, CalibrationOptions, accuracies_of
 from pitotbench.calibration.reduction import one_thread
-from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.noise import Intervals
 from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
@@ -96,18 +96,15 @@ class LegLikelihood:
     def __init__(self, groups: Sequence[SolvedGroup]) -> None:
         lengths = [len(group.group.time) for group in groups]
         self._first = np.cumsum([0, *lengths[:-1]])
-        self._along = np.concatenate([group.along for group in groups])
-        self._intervals = _intervals(groups, self._first)
-        self._airspeed = np.empty(len(self._intervals.edges))
-        for side in (
-            1,
-            0,
-        ):  # the left edges last: a shared edge has the airspeed of the block that begins there
-            self._airspeed[self._intervals.left + side] = np.repeat(
-                [group.answer[0] for group in groups], lengths
-            )
+        along = np.concatenate([group.along for group in groups])
+        intervals = _intervals(groups, self._first)
+        airspeed = np.repeat([group.answer[0] for group in groups], lengths)
+        sensor = np.zeros(len(along))  # in the white part
+        self._noise_of = WindNoise(
+            intervals, intervals.at_edges(airspeed), along[None], sensor, drifting=False
+        )
         residual = np.concatenate([group.residual for group in groups])
-        self._data = np.column_stack([np.ones(len(residual)), self._along, residual])
+        self._data = np.column_stack([np.ones(len(residual)), along, residual])
 
     def of(self, noise: Array) -> float:
         """The restricted log-likelihood (Harville 1974), up to a constant.
@@ -115,11 +112,7 @@ class LegLikelihood:
         `noise` (3,) is ln(gust deviation [m/s], gust length [m], white deviation [m/s]).
         Raises numpy.linalg.LinAlgError where the legs do not determine airspeed and wind.
         """
-        deviation, length, white = np.exp(noise)
-        gust = MarkovProcess(deviation, length / self._airspeed, self._along)
-        factored = MarkovNoise(
-            self._intervals, np.full(len(self._data), white**2 + _FLOOR**2), [gust]
-        )
+        factored = self._noise_of(noise)
         weighed = factored.weigh(self._data)
         products = np.add.reduceat(self._data[:, :, None] * weighed[:, None, :], self._first)
         scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))

@@ -11,6 +11,7 @@ from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
 from pitotbench.units import Array, Booleans, Kelvin, MetersPerSecond, Pascal
 
 _PART = 1e-3  # of a stated accuracy, the step of the difference: a zero offset may exceed q_c
+_LEAST_STATIC = 0.1  # of the indicated pressure: a wild correction leaves the air some
 _STEP = 0.05  # m/s, of the difference by which airspeeds are differentiated
 
 
@@ -52,7 +53,8 @@ class LegAir:
         """
         impact = air.impact_pressure(self.indicated_airspeed + correction)
         moved = self.impact_pressure - impact if self.static_error else 0.0
-        mach = air.mach_from_impact_pressure(impact, self.static_pressure + moved)
+        static = np.maximum(self.static_pressure + moved, _LEAST_STATIC * self.static_pressure)
+        mach = air.mach_from_impact_pressure(impact, static)
         heating = 1.0 + self.probe_heating * mach**2
         return np.asarray(mach * air.sound_speed(self.probe_temperature / heating))
 

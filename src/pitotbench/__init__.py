@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pitotbench.bench.questions import inspect as inspect
     from pitotbench.bench.questions import reconcile as reconcile
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
-    from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
+    from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
     from pitotbench.catalog import UnknownNameError as UnknownNameError
     from pitotbench.logbook.formats import write_log as write_log
@@ -57,7 +57,7 @@ _MODULES = {
     "UnknownNameError": "catalog",
     "Verdict": "records.verdict",
     "calibrate": "bench.questions",
-    "fixed_speed": "calibration.leg_points",
+    "fixed_speed": "calibration.leg_methods",
     "fly": "simulation.sortie",
     "inspect": "bench.questions",
     "plan": "bench.planner",

@@ -4,13 +4,12 @@ import csv
 import json
 import re
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from tests.calibration.hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
 
-from pitotbench.calibration.card_model import TYPICAL_SIZES, CardModel
+from pitotbench.calibration.card_model import USUAL_NOISE, CardModel
 from pitotbench.calibration.card_slips import find_slips
 from pitotbench.calibration.hand_card import reduce_card
 from pitotbench.calibration.options import USUAL
@@ -105,10 +104,10 @@ def test_ten_slips_of_the_pencil():
         card = make_card(seed)
         right = round(getattr(card.legs[row - 1], field) / units[field])
         wrong = spoil(card, row, **{field: slip(right)})
-        kept, found = find_slips(wrong.legs, STEPS, USUAL)
+        model, found = find_slips(wrong.legs, STEPS, USUAL)
         named += [each.row for each in found] == [row]
         meant += any(each.row == row and f" {right}" in each.probably for each in found)
-        assert len(kept) == len(card.legs) - len(found)
+        assert model.struck.sum() == len(found)
     assert named >= 9
     assert meant >= 6
 
@@ -131,27 +130,46 @@ def test_slips_are_found_in_any_order_of_the_tracks():
 
 
 def test_the_likelihood_of_a_card_is_that_of_its_covariance():
-    """Winds and curves eliminated by their banded precision, and by the dense covariance of the
-    legs, say the same; so does a leg left out.
+    """Noise and curves by the calibration's own algebra, and by the dense covariance of the legs,
+    say the same; so does a leg left out.
     """
     legs = make_card(4001).legs
-    model, sizes = CardModel(legs, STEPS, USUAL), TYPICAL_SIZES
-    linear, columns = model.linear, model.regressors(model.linear, sizes.length)
-    new = np.array([0.0, *(a.point != b.point for a, b in pairwise(legs))])
-    passed = np.cumsum(new * sizes.point_step**2 + (1.0 - new) * sizes.leg_step**2)
-    passed -= passed[0]
-    wind = 25.0**2 + np.minimum(passed[:, None], passed)
-    dense = wind * (linear.along @ linear.along.T)
-    dense += (columns * model.deviations(sizes) ** 2) @ columns.T
-    dense += np.diag(linear.reading + (0.5 * sizes.leg_step) ** 2)
-    _, size = np.linalg.slogdet(dense)
-    solved = np.linalg.solve(dense, linear.observed)
-    expected = -0.5 * (linear.observed @ solved + size)
-    assert model.solve(sizes).log_likelihood == pytest.approx(expected, abs=1e-6)
-    surprise = solved / np.sqrt(np.diag(np.linalg.inv(dense)))
-    assert model.others(sizes).surprise == pytest.approx(surprise, abs=1e-6)
-    alone = CardModel(legs, STEPS, USUAL, unheard=7).others(sizes).of(7, legs[7])[1]
-    assert alone == pytest.approx(surprise[7], abs=0.01)
+    model = CardModel(legs, STEPS, USUAL)
+    linear, columns = model.linear, model.problem.regressors[: len(legs)]
+    passed = model.wandered(USUAL_NOISE)
+    assert passed[[0, 3, 4, 19]] == pytest.approx(KT**2 * np.array([0.0, 0.75, 7.25, 29.75]))
+    wind = 25.0**2 * np.exp(-np.abs(passed[:, None] - passed) / (2.0 * 25.0**2))
+    dense = wind * (linear.along @ linear.along.T) + np.diag(model.white(USUAL_NOISE))
+    everyone = [dense + (columns / precision) @ columns.T for precision in model.problem.rivals]
+    heights = [
+        -0.5
+        * (np.linalg.slogdet(each)[1] + linear.observed @ np.linalg.solve(each, linear.observed))
+        for each in everyone
+    ]
+    likeliest = everyone[int(np.argmax(heights))]
+    solved = np.linalg.solve(likeliest, linear.observed)
+    surprise = solved / np.sqrt(np.diag(np.linalg.inv(likeliest)))
+    assert model.others(USUAL_NOISE).surprise == pytest.approx(surprise, abs=0.03)
+    struck = CardModel(legs, STEPS, USUAL, frozenset({legs[7].row}))
+    assert struck.others(USUAL_NOISE).surprise[7] == pytest.approx(surprise[7], abs=0.05)
+    gust = USUAL_NOISE + np.array([0.0, 0.0, 1.0])
+    rougher = [
+        each + (np.exp(2.0) - 1.0) * np.exp(2.0 * USUAL_NOISE[2]) * np.eye(20) for each in everyone
+    ]
+    change = np.logaddexp.reduce(
+        [
+            -0.5
+            * (
+                np.linalg.slogdet(each)[1]
+                + linear.observed @ np.linalg.solve(each, linear.observed)
+            )
+            for each in rougher
+        ]
+    ) - np.logaddexp.reduce(heights)
+    prior = -0.5 / np.log(2.2) ** 2
+    assert model.log_evidence(gust) - model.log_evidence(USUAL_NOISE) == pytest.approx(
+        change + prior, abs=0.1
+    )
 
 
 def test_a_card_without_points_is_grouped_by_airspeed(tmp_path):

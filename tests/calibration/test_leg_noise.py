@@ -12,13 +12,13 @@ from tests.calibration.test_fixed_speed_points import RATE, circle_path, legs_pa
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from pitotbench.calibration import leg_points
-from pitotbench.calibration.leg_points import (
-    LegLikelihood,
-    answer_variances,
+from pitotbench.calibration.leg_methods import (
+    answer_of_legs,
     circle_fit,
     circle_gain,
-    two_sigma,
+    solve_group,
 )
+from pitotbench.calibration.leg_points import LegLikelihood, answer_variances, two_sigma
 from pitotbench.calibration.legs import steady_groups
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import CalibrationOptions
@@ -27,24 +27,18 @@ from pitotbench.estimation.restricted_likelihood import half_width, weighted_noi
 NOISES = np.log([[0.8, 533.0, 0.2], [0.1, 200.0, 0.4], [2.0, 1500.0, 0.05]])
 
 
-def solved(path, seed=1):
-    log = fixture.fly(path, RATE, RATE, fixture.Air(), seed)
-    return [
-        leg_points._solve(group) for group in steady_groups(log, observe(log, CalibrationOptions()))
-    ]
-
-
 def groups_of(path, seed=1):
-    return [one.linearized.in_order() for one in solved(path, seed)]
+    log = fixture.fly(path, RATE, RATE, fixture.Air(), seed)
+    return [solve_group(group) for group in steady_groups(log, observe(log, CalibrationOptions()))]
 
 
 def dense_covariance(groups, noise):
     """Of the means over all pairs of seconds, by the double integral of exp(−|t − s|/τ) in closed
     form; the airspeed, which changes a little from group to group, is the mean of the pair's."""
     deviation, length, white = np.exp(noise)
-    time = np.concatenate([group.time for group in groups])
+    time = np.concatenate([group.group.time for group in groups])
     along = np.concatenate([group.along for group in groups])
-    airspeed = np.concatenate([np.full(len(group.time), group.airspeed) for group in groups])
+    airspeed = np.concatenate([np.full(len(group.along), group.answer[0]) for group in groups])
     a = 0.5 * (airspeed[:, None] + airspeed) / length
     apart = np.abs(time[:, None] - time)
     mean = np.where(
@@ -57,11 +51,11 @@ def dense_covariance(groups, noise):
 
 def dense_likelihood(groups, covariance):
     """Harville (1974), with an airspeed and a wind for each group, by explicit inverses."""
-    lengths = [len(group.time) for group in groups]
+    lengths = [len(group.along) for group in groups]
     regressors = np.zeros((sum(lengths), 3 * len(groups)))
     for number, (group, first) in enumerate(zip(groups, np.cumsum([0, *lengths]), strict=False)):
-        columns = np.column_stack([np.ones(len(group.time)), group.along])
-        regressors[first : first + len(group.time), 3 * number : 3 * number + 3] = columns
+        columns = np.column_stack([np.ones(len(group.along)), group.along])
+        regressors[first : first + len(group.along), 3 * number : 3 * number + 3] = columns
     residual = np.concatenate([group.residual for group in groups])
     inverse = np.linalg.inv(covariance)
     normal = regressors.T @ inverse @ regressors
@@ -112,17 +106,22 @@ def test_gusts_that_two_groups_share_move_no_bound_by_a_percent(seed):
         np.testing.assert_allclose(bound, expected, rtol=0.01)
 
 
-COLUMNS = ("time", "residual", "along", "gain")
+def at(one, time, gain=1.0):
+    """A group whose rows are repeated, at other times [s], with another gain."""
+    rows = np.arange(len(time)) % len(one.along)
+    return replace(
+        one,
+        group=replace(one.group, time=time),
+        along=one.along[rows],
+        residual=one.residual[rows],
+        gain=gain * one.gain[rows],
+    )
 
 
-def test_the_order_in_which_legs_are_joined_does_not_matter():
-    groups, rng = groups_of(legs_path(0, 90, 180, 270)), np.random.default_rng(1)
-    orders = [rng.permutation(len(group.time)) for group in groups]
-    mixed = [
-        replace(group, **{name: getattr(group, name)[order] for name in COLUMNS})
-        for group, order in zip(groups, orders, strict=True)
-    ]
-    np.testing.assert_allclose(two_sigma(mixed), two_sigma(groups), rtol=1e-12)
+def test_the_seconds_of_a_group_are_in_order():
+    """Legs are joined by track; the noise goes by time."""
+    for group in groups_of(legs_path(0, 90, 180, 270)):
+        assert np.all(np.diff(group.group.time) > 0.0)
 
 
 @pytest.mark.parametrize(
@@ -135,12 +134,16 @@ def test_the_order_in_which_legs_are_joined_does_not_matter():
     ],
 )
 def test_the_gain_is_what_a_second_moved_along_its_path_does_to_the_answer(path):
-    for one in solved(path):
-        along, gain = one.linearized.along, one.linearized.gain
+    for one in groups_of(path):
+        along, gain = one.along, one.gain
         for second in range(0, len(along), 7):
             step = 1e-3 * (np.arange(len(along)) == second)[:, None] * along
+            moved = (one.velocity + sign * step for sign in (1, -1))
             ahead, behind = (
-                leg_points._answer(one.group, one.velocity + sign * step)[0] for sign in (1, -1)
+                circle_fit(each)
+                if one.group.turning
+                else answer_of_legs(one.group.leg_means(each))[0]
+                for each in moved
             )
             np.testing.assert_allclose(gain[second], (ahead - behind) / 2e-3, rtol=1e-4, atol=1e-7)
 
@@ -181,19 +184,14 @@ def peak_memory(groups):
 def test_memory_grows_with_the_number_of_groups_and_not_with_its_square():
     """Copies of one turn, an hour apart."""
     (one,) = groups_of(circle_path())
-    copies = [replace(one, time=one.time + 3600.0 * hour) for hour in range(40)]
+    copies = [at(one, one.group.time + 3600.0 * hour) for hour in range(40)]
     assert peak_memory(copies) <= 5.0 * peak_memory(copies[:10])
 
 
 def test_a_long_turn_needs_no_matrix_of_all_its_pairs_of_seconds():
     """Two hours of circling in gusts: 7,200² numbers are 415 MB."""
     (one,) = groups_of(circle_path())
-    columns = {
-        name: np.resize(getattr(one, name), (7200, *getattr(one, name).shape[1:]))
-        for name in COLUMNS
-    }
-    columns |= {"time": np.arange(7200.0), "gain": columns["gain"] * len(one.time) / 7200.0}
-    assert peak_memory([replace(one, **columns)]) < 40e6
+    assert peak_memory([at(one, np.arange(7200.0), len(one.along) / 7200.0)]) < 40e6
 
 
 def test_points_are_found_on_one_thread(monkeypatch):

@@ -383,7 +383,7 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
     with ground speeds and tracks alone the true airspeed and the wind.
     """
     from pitotbench.calibration.hand_card import reduce_card
-    from pitotbench.calibration.leg_points import fixed_speed
+    from pitotbench.calibration.leg_methods import fixed_speed
     from pitotbench.calibration.options import accuracies_of, parse_accuracies
     from pitotbench.logbook.csv import read_csv
     from pitotbench.logbook.points_table import is_points_table, read_points

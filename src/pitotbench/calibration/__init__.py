@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from numpy.linalg import LinAlgError
 
 from pitotbench.broken import BROKEN
-from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
-from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
+from pitotbench.calibration.leg_methods import FixedSpeedResult as FixedSpeedResult
+from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.reduction import one_thread

@@ -4,14 +4,13 @@ from itertools import product
 
 import numpy as np
 
-from pitotbench.calibration.card_model import SIZES, CardModel
+from pitotbench.calibration.card_model import CardModel
 from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.records.legs import CardLeg, HandPlan, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, KNOT
 
-# The card's own model, before a leg is flown. The
-# bound of a curve depends on speeds, tracks and reading steps alone, and on how much the wind
-# wanders, which is averaged over the sizes that the card's model takes for possible.
+# The card's own model, before a leg is flown. The bound of a curve depends on speeds, tracks and
+# reading steps alone, and on how much the wind wanders: as much as on a usual day.
 
 DISPLAY = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 LEG_MINUTES = 1.5  # 30 s on the leg, and the turn to the next
@@ -54,9 +53,7 @@ def _plan(
         for leg in range(legs)
     ]
     model = CardModel(card, DISPLAY, stated)
-    weights = np.exp([sizes.log_weight for sizes in SIZES])
-    _, variances = model.curves(np.linspace(low, high, _SPEEDS), "", SIZES)
-    variance = float(weights @ variances.mean(axis=1) / weights.sum())
+    variance = model.expected_variance(np.linspace(low, high, _SPEEDS))
     minutes = len(card) * LEG_MINUTES + len(order) * POINT_MINUTES
     return HandPlan(legs, tuple(map(float, speeds)), times, minutes, 2.0 * float(np.sqrt(variance)))
 

@@ -1,39 +1,41 @@
 """Find slips of the pencil on a card: legs that cannot be, and what was probably meant."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+from scipy.special import logsumexp
 
-from pitotbench.calibration.card_model import (
-    SIZES,
-    TYPICAL_SIZES,
-    CardModel,
-    Others,
-    Sizes,
-    by_point,
-)
+from pitotbench.calibration.card_model import USUAL_NOISE, CardModel, Others
 from pitotbench.calibration.options import Accuracies
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, ReadingSteps, Slip
-from pitotbench.units import DEGREE, KNOT, Array
+from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
-# A leg is judged by what all other legs of the card predict for it. Where it cannot be, each slip
-# that a hand makes is tried, and the one with which the card fits best is named.
+# A leg is right or a slip, and a slip is one of those that a hand makes, or of no known kind. Each
+# leg is judged by the odds of these hypotheses: by what all other legs predict for its equation,
+# and by the airspeed and the tracks that are usual on the card. Legs are struck out until no other
+# is more probably a slip than not; one that the others then predict comes back.
 
-_IMPOSSIBLE = 4.5  # standard deviations: one leg in 100,000 departs so far by chance
+_SLIPS = 0.03  # of the legs of a card
+_KINDS = 5.0  # alike likely: three columns with a wrong digit, a reciprocal or exchanged, unknown
+_ELSEWHERE = -10.0  # ln of the density, per peak, of legs flown apart from the others: 1 in 500
+_OUT_OF_TURN = 1.5  # ln of how much less usual a track is where most points fly another in its turn
+_UNKNOWN = 20.0 * KNOT  # 1σ of a slip of no known kind
+_LOOKED_AT = 4.0  # ln of how unlikely a leg must be before other readings of it are tried
 _FITS = 2.5  # standard deviations within which the corrected leg must lie
-_FULL_TURN = 360.0
-_OFF_TRACK = 20.0 * DEGREE  # from the track that the other points fly
-_TRACK_SPREAD = 6.0 * DEGREE  # 1σ of a pilot's tracks about the one meant
-_AIRSPEED_SPREAD = 3.0 * KNOT  # 1σ of a pilot's airspeeds about that of the point
-_LEAST_STEP = 0.6 * KNOT  # m/s: the wind wanders by so much even where the card does not show it
+_ROUNDS = 30  # at most
+_NEIGHBORS = 4  # rows within which one leg is struck out at a time
 _NEAR = (0.4, 2.5)  # times the usual speed of the card, within which a speed may have been meant
 _CAN_BE = (0.15, 4.0)  # times the usual speed, beyond which a speed cannot be
-_CLEARLY = 2.0  # log odds by which a leg out of its usual turn must be more probable
+_BACK = 2.0  # log odds less, at which a leg that is struck out comes back
 _FEWEST = 3  # legs of a card below which nothing can be judged
+_FULL_TURN = 360.0
+_TIGHT = 12  # degrees from the middle of a track
+_SHOWN_BY, _SHARE = 3, 0.5  # points that fly a common track: more than so many, and of all points
+_LEAST_SPREADS = 5.0 * DEGREE, 2.0 * KNOT  # 1σ of a pilot's tracks and airspeeds about those meant
+_QUARTILE = 0.6745  # of a normal deviation: half of all are within
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,213 +52,224 @@ class _Reading:
     most: float
 
 
-_TRACK = _Reading("track", DEGREE, "a", "track", "°", _FULL_TURN)
 _SPEEDS = (
     _Reading("ground_speed", KNOT, "a", "ground speed", " kt", 700.0),
     _Reading("indicated_airspeed", KNOT, "an", "indicated airspeed", " kt", 700.0),
 )
-_READINGS = (_TRACK, *_SPEEDS)
+_READINGS = (_Reading("track", DEGREE, "a", "track", "°", _FULL_TURN), *_SPEEDS)
 
 
 def find_slips(
     legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
-) -> tuple[list[CardLeg], tuple[Slip, ...]]:
-    """Return the legs that can be, and the slips. Raises BadInputError where no three legs remain."""
-    usual = _usual_speeds(legs)
-    card = _Card(legs, usual, expected_tracks(legs), steps, stated)
-    kept, slips = legs_that_can_be(legs), []
-    if len(kept) < _FEWEST:
+) -> tuple[CardModel, tuple[Slip, ...]]:
+    """Return the model of a card without its slips, and the slips. Raises BadInputError where no
+    three legs can be.
+    """
+    card = _Card(legs)
+    if len(legs) - len(card.refused) < _FEWEST:
         raise BadInputError("fewer than three legs of the card can be: correct it")
-    others = card.others(kept)
-    for leg in legs:
-        if words := _refusal(leg, usual):
-            slips.append(_slip(leg, words, card.meant(leg, kept, others.sizes)))
-    for leg in [leg for leg in kept if card.off_track(leg) > _OFF_TRACK]:
-        if leg not in kept:  # it was the wrong one of two on another track
-            continue
-        wrong, meant = card.on_wrong_track(leg, kept, others.sizes)
-        if meant is not None and len(kept) > _FEWEST:
-            kept.remove(wrong)
-            words = f"a {_of(wrong)} of {wrong.track / DEGREE:.0f}° is not that of the other points"
-            slips.append(_slip(wrong, words, meant))
-    if len(kept) < len(others.model.legs):
-        others = card.others(kept)
-    while len(kept) > _FEWEST and (found := card.impossible(others)) is not None:
-        leg, meant = found
-        kept.remove(leg)
-        slips.append(_slip(leg, "does not fit the other legs of the card", meant))
-        others = card.others(kept)
-    return kept, tuple(sorted(slips, key=lambda slip: slip.row))
+    heard = [card.usual(leg) if leg.row in card.refused else leg for leg in legs]
+    model = CardModel(heard, steps, stated, frozenset(card.refused))
+    # A rough day is no slip: half of all legs depart by no more than they should.
+    rough = float(np.median(np.abs(model.others(USUAL_NOISE).surprise))) / _QUARTILE
+    model, _ = card.without_slips(model, USUAL_NOISE + np.log(max(rough, 1.0)))
+    model, found = card.without_slips(model, model.likeliest_noise)
+    slips = [
+        Slip(legs[place].row, legs[place].point, each.words, each.probably)
+        for place, each in found.items()
+    ]
+    return model, tuple(slips)
 
 
-def legs_that_can_be(legs: Sequence[CardLeg]) -> list[CardLeg]:
-    """Return the legs that can be, whatever the others are."""
-    usual = _usual_speeds(legs)
-    return [leg for leg in legs if not _refusal(leg, usual)]
+@dataclass(frozen=True, slots=True)
+class _Suspicion:
+    """The log odds that a leg is a slip, what is wrong, and what was probably meant."""
+
+    odds: float
+    words: str
+    probably: str
 
 
-def _usual_speeds(legs: Sequence[CardLeg]) -> dict[str, float]:
-    return {r.field: float(np.median([getattr(leg, r.field) for leg in legs])) for r in _SPEEDS}
+class _Card:
+    """What is usual on a card, in whatever order it is flown: speeds, tracks, and how closely both
+    are kept.
+    """
 
+    def __init__(self, legs: Sequence[CardLeg]) -> None:
+        self.legs = legs
+        self._usual = {
+            r.field: float(np.median([getattr(leg, r.field) for leg in legs])) for r in _SPEEDS
+        }
+        self.refused = {leg.row: words for leg in legs if (words := self._refusal(leg))}
+        points, turns = dict[str, list[int]](), list[int]()
+        for place, leg in enumerate(legs):
+            own = points.setdefault(leg.point, [])
+            turns.append(len(own))
+            own.append(place)
+        self._points = {name: np.array(own) for name, own in points.items()}
+        self._turns = np.array(turns)
+        self._tracks = np.array([leg.track for leg in legs])
+        self._speeds = np.array([leg.indicated_airspeed for leg in legs])
+        self._middles = _common_tracks(self._tracks, len(self._points))
+        in_turn = [self._tracks[self._turns == turn] for turn in range(max(turns) + 1)]
+        self._usual_tracks = [_common_tracks(tracks, len(tracks)) for tracks in in_turn]
+        off = np.abs(turn_between(self._tracks[:, None], self._middles))
+        slower = [self._speeds[own] - np.median(self._speeds[own]) for own in self._points.values()]
+        kept = off[off < _TIGHT * DEGREE], np.abs(np.concatenate(slower))
+        self._spreads = [
+            max(least, float(np.median([*each, 0.0])) / _QUARTILE)
+            for least, each in zip(_LEAST_SPREADS, kept, strict=True)
+        ]
+        nobody = np.zeros(len(legs), dtype=np.bool_)
+        self._oddness = np.array([-self._habit(i, [leg], nobody)[0] for i, leg in enumerate(legs)])
 
-def _refusal(leg: CardLeg, usual: Mapping[str, float]) -> str:
-    """Why a leg cannot be, whatever the others are; empty for one that can."""
-    if not 0.0 <= leg.track <= _FULL_TURN * DEGREE * (1.0 + 1e-9):
-        return f"a {_of(leg)} of {leg.track / DEGREE:.0f}° cannot be"
-    for each in _SPEEDS:
-        value = getattr(leg, each.field)
-        if not _CAN_BE[0] < value / usual[each.field] < _CAN_BE[1]:
-            return f"{each.article} {each.name} of {value / each.si:.0f} kt cannot be"
-    return ""
+    def usual(self, leg: CardLeg) -> CardLeg:
+        """Return a leg with usual numbers in the place of one that cannot be."""
+        numbers: dict[str, Any] = {"track": 0.0, **self._usual}
+        return replace(leg, **numbers)
+
+    def without_slips(
+        self, model: CardModel, noise: Array
+    ) -> tuple[CardModel, dict[int, _Suspicion]]:
+        """Strike out legs one by one in each neighborhood, and take those back that the others
+        predict. Return the model of the rest, and the suspicions by place.
+        """
+        found: dict[int, _Suspicion] = {}
+        for _ in range(_ROUNDS):
+            found = self._suspicions(model.others(noise))
+            struck = {place for place in found if model.struck[place]}
+            new = list[int]()
+            for place in sorted(found.keys() - struck, key=lambda each: -found[each].odds):
+                near = [
+                    abs(other - place) <= _NEIGHBORS
+                    or self.legs[other].point == self.legs[place].point
+                    for other in new
+                ]
+                if not any(near) and len(self.legs) - len(struck) - len(new) > _FEWEST:
+                    new.append(place)
+            rows = frozenset(self.legs[place].row for place in [*struck, *new])
+            if rows == model.struck_rows:
+                break
+            model = CardModel(model.legs, model.steps, model.stated, rows)
+        return model, {place: each for place, each in found.items() if model.struck[place]}
+
+    def _suspicions(self, others: Others) -> dict[int, _Suspicion]:
+        """Return the legs that are more probably slips than not, by place."""
+        struck = others.model.struck
+        unlikely = 0.5 * others.surprise**2 + self._oddness
+        found = {}
+        for place in np.flatnonzero(struck | (unlikely > _LOOKED_AT)).tolist():
+            each = self._suspicion(place, others)
+            if each.odds > (-_BACK if struck[place] else 0.0):
+                found[place] = each
+        return found
+
+    def _suspicion(self, place: int, others: Others) -> _Suspicion:
+        """Weigh a leg as it was written against the slips that may have made it."""
+        leg, struck = self.legs[place], others.model.struck
+        refusal = self.refused.get(leg.row, "")
+        written = others.model.legs[place]
+        words, priors, readings = [], list[float](), [written]
+        for kind in _kinds(leg):
+            possible = [each for each in kind if self._may_be_meant(each[1])]
+            words += [each[0] for each in possible]
+            readings += [each[1] for each in possible]
+            priors += [_SLIPS / _KINDS / len(kind)] * len(possible)
+        error, variance = others.of(place, readings)
+        habit = self._habit(place, readings, struck)
+        fit = -0.5 * (error**2 / variance + np.log(variance)) + habit
+        wide = variance[0] + _UNKNOWN**2
+        unknown = -0.5 * (error[0] ** 2 / wide + np.log(wide)) + habit[0] + np.log(_SLIPS / _KINDS)
+        meant = fit[1:] + np.log(priors)
+        if refusal:
+            odds = np.inf
+        else:
+            odds = float(logsumexp([*meant, unknown]) - fit[0] - np.log(1.0 - _SLIPS))
+        probably = ""
+        if len(meant):
+            best = int(np.argmax(meant))
+            if error[best + 1] ** 2 <= _FITS**2 * variance[best + 1]:
+                probably = words[best]
+        strange = -habit[0] > 0.5 * error[0] ** 2 / variance[0]
+        off = f"a {_of(leg)} of {leg.track / DEGREE:.0f}° is not that of the other points"
+        fits_not = "does not fit the other legs of the card"
+        return _Suspicion(
+            odds,
+            refusal or (off if strange and probably.startswith(_of(leg)) else fits_not),
+            probably,
+        )
+
+    def _habit(self, place: int, readings: Sequence[CardLeg], struck: Booleans) -> Array:
+        """Return ln of how usual readings (m,) in the place of a leg are, (m,): their airspeed, and
+        their track, which is one that no other leg of the point has.
+        """
+        own = self._points[self.legs[place].point]
+        others = own[(own != place) & ~struck[own]]
+        off, late = np.zeros((2, len(readings))), np.zeros(len(readings), dtype=np.bool_)
+        tracks = np.array([each.track for each in readings])
+        taken = np.abs(turn_between(self._middles[:, None], self._tracks[others])) < _TIGHT * DEGREE
+        free = self._middles[~taken.any(axis=1)]
+        if len(free) and taken.any(axis=0).all():
+            off[0] = np.min(np.abs(turn_between(tracks[:, None], free)), axis=1)
+        if len(others):
+            speeds = np.array([each.indicated_airspeed for each in readings])
+            off[1] = speeds - np.median(self._speeds[others])
+        for usual in self._usual_tracks[self._turns[place]][:1]:
+            late = np.abs(turn_between(tracks, usual)) > _TIGHT * DEGREE
+        departures = off / np.array(self._spreads)[:, None]
+        usual = np.logaddexp(_ELSEWHERE, -0.5 * departures**2).sum(axis=0)
+        return np.asarray(usual - _OUT_OF_TURN * late)
+
+    def _refusal(self, leg: CardLeg) -> str:
+        """Why a leg cannot be, whatever the others are; empty for one that can."""
+        if not 0.0 <= leg.track <= _FULL_TURN * DEGREE * (1.0 + 1e-9):
+            return f"a {_of(leg)} of {leg.track / DEGREE:.0f}° cannot be"
+        for each in _SPEEDS:
+            value = getattr(leg, each.field)
+            if not _CAN_BE[0] < value / self._usual[each.field] < _CAN_BE[1]:
+                return f"{each.article} {each.name} of {value / each.si:.0f} kt cannot be"
+        return ""
+
+    def _may_be_meant(self, leg: CardLeg) -> bool:
+        """Whether a leg is near the usual speeds."""
+        ratios = [getattr(leg, field) / usual for field, usual in self._usual.items()]
+        return all(_NEAR[0] < ratio < _NEAR[1] for ratio in ratios) and not self._refusal(leg)
 
 
 def _of(leg: CardLeg) -> str:
     return "heading" if leg.by_heading else "track"
 
 
-def _slip(leg: CardLeg, words: str, meant: "Meant | None") -> Slip:
-    return Slip(leg.row, leg.point, words, "" if meant is None else meant.words)
-
-
-@dataclass(frozen=True, slots=True)
-class Meant:
-    """What was probably meant by a leg, and what the card's log-likelihood gains by it."""
-
-    words: str
-    gain: float
-
-
-@dataclass(frozen=True, slots=True)
-class _Card:
-    """What all judgments share: the legs in the order of their rows, the tracks meant, the steps
-    and accuracies.
-    """
-
-    legs: Sequence[CardLeg]
-    usual: Mapping[str, float]
-    tracks: Mapping[int, float]
-    steps: ReadingSteps
-    stated: Accuracies
-
-    def off_track(self, leg: CardLeg) -> float:
-        """How far a leg is from the track meant [rad]; 0 where the other points show none."""
-        meant = self.tracks.get(leg.row)
-        return 0.0 if meant is None else abs(float(turn_between(leg.track, meant)))
-
-    def may_be_meant(self, leg: CardLeg) -> bool:
-        """Whether a leg is near the usual speeds and on the track meant."""
-        ratios = [getattr(leg, each.field) / self.usual[each.field] for each in _SPEEDS]
-        near = all(_NEAR[0] < ratio < _NEAR[1] for ratio in ratios)
-        return near and not _refusal(leg, self.usual) and self.off_track(leg) <= _OFF_TRACK
-
-    def oddness(self, leg: CardLeg) -> float:
-        """How far a leg is from the track and the airspeed that were meant, as minus the logarithm
-        of a probability.
-        """
-        own = [o.indicated_airspeed for o in self.legs if o.point == leg.point and o.row != leg.row]
-        slower = leg.indicated_airspeed - float(np.median(own)) if own else 0.0
-        off = self.off_track(leg) / _TRACK_SPREAD, slower / _AIRSPEED_SPREAD
-        return 0.5 * float(np.sum(np.square(off)))
-
-    def others(self, kept: Sequence[CardLeg]) -> Others:
-        """What all other legs predict for each, with the sizes that the card shows.
-
-        How much the wind wanders is taken from the card without its worst leg, which would make
-        every wind plausible.
-        """
-        rows = {leg.row for leg in kept}
-        model = CardModel([leg for leg in self.legs if leg.row in rows], self.steps, self.stated)
-        worst = int(np.argmax(np.abs(model.others(TYPICAL_SIZES).surprise)))
-        rest = [leg for place, leg in enumerate(model.legs) if place != worst]
-        without = CardModel(rest, self.steps, self.stated)
-        sizes = SIZES[int(np.argmax(without.weights()))]
-        return model.others(replace(sizes, leg_step=max(sizes.leg_step, _LEAST_STEP)))
-
-    def on_wrong_track(
-        self, leg: CardLeg, kept: Sequence[CardLeg], sizes: Sizes
-    ) -> tuple[CardLeg, Meant | None]:
-        """Of the legs of a point on the track of a leg that should be on another, the one that is
-        wrong, with what was meant: this one, unless another is clearly more probable.
-        """
-        best, meant = leg, self.meant(leg, kept, sizes, (_TRACK,))
-        least = -np.inf if meant is None else meant.gain + _CLEARLY
-        for other in kept:
-            near = abs(turn_between(other.track, leg.track)) <= _OFF_TRACK
-            if other is leg or other.point != leg.point or not near:
-                continue
-            tracks = {other.row: self.tracks[leg.row], leg.row: self.tracks[other.row]}
-            exchanged = replace(self, tracks={**self.tracks, **tracks})
-            found = exchanged.meant(other, kept, sizes, (_TRACK,))
-            if found is not None and found.gain > least:
-                best, meant, least = other, found, found.gain
-        return best, meant
-
-    def impossible(self, others: Others) -> tuple[CardLeg, Meant | None] | None:
-        """A leg that cannot be, with what was probably meant; None for a card without a slip.
-
-        It is one of the point of the worst leg: that with the best correction.
-        """
-        legs, surprise = others.model.legs, np.abs(others.surprise)
-        worst = int(np.argmax(surprise))
-        if surprise[worst] < _IMPOSSIBLE:
-            return None
-        suspects = [leg for leg in legs if leg.point == legs[worst].point]
-        found = [(leg, self.meant(leg, legs, others.sizes)) for leg in suspects]
-        known = [(leg, meant) for leg, meant in found if meant is not None]
-        return max(known, key=lambda each: each[1].gain, default=(legs[worst], None))
-
-    def meant(
-        self,
-        leg: CardLeg,
-        kept: Sequence[CardLeg],
-        sizes: Sizes,
-        readings: Sequence[_Reading] = _READINGS,
-    ) -> Meant | None:
-        """What was meant by a leg that all others contradict; None where no slip explains it."""
-        rows = {other.row for other in kept} | {leg.row}
-        legs = [other for other in self.legs if other.row in rows]
-        place = legs.index(leg)
-        usual: dict[str, Any] = dict(self.usual)
-        legs[place] = replace(leg, track=0.0, **usual)  # unheard: any that can be
-        others = CardModel(legs, self.steps, self.stated, unheard=place).others(sizes)
-        refused = bool(_refusal(leg, self.usual))
-        written = 0.0 if refused else others.of(place, leg)[0] - self.oddness(leg)
-        best: Meant | None = None
-        for words, corrected in _corrections(leg, readings):
-            if not self.may_be_meant(corrected):
-                continue
-            density, surprise = others.of(place, corrected)
-            gain = density - self.oddness(corrected) - written
-            if abs(surprise) <= _FITS and (best is None or gain > best.gain):
-                best = Meant(words, gain)
-        return best
-
-
-def _corrections(leg: CardLeg, readings: Sequence[_Reading]) -> Iterator[tuple[str, CardLeg]]:
-    """Yield what may have been meant by a leg, in words and as a leg."""
+def _kinds(leg: CardLeg) -> Iterator[list[tuple[str, CardLeg]]]:
+    """Yield what may have been meant by a leg, in words and as a leg, by the kind of the slip."""
     direction = _of(leg)
-    for reading in readings:
+    for reading in _READINGS:
         written = getattr(leg, reading.field) / reading.si
-        for number in _meant(f"{written:.0f}", reading.most):
-            name = direction if reading is _TRACK else reading.name
-            words = f"{name} {number:.0f}{reading.unit}, not {written:.0f}{reading.unit}"
-            changed: dict[str, Any] = {reading.field: number * reading.si}
-            yield words, replace(leg, **changed)
+        name = direction if reading is _READINGS[0] else reading.name
+        yield [
+            (
+                f"{name} {number:.0f}{reading.unit}, not {written:.0f}{reading.unit}",
+                _changed(leg, {reading.field: number * reading.si}),
+            )
+            for number in _meant(f"{written:.0f}", reading.most)
+        ]
     track, speed = leg.track / DEGREE, leg.ground_speed / KNOT
-    yield (
-        f"{direction} {(track + 180.0) % 360.0:.0f}°, not its reciprocal {track:.0f}°",
-        replace(leg, track=(track + 180.0) % 360.0 * DEGREE),
-    )
-    if track > _FULL_TURN:
-        yield (
-            f"{direction} {track % _FULL_TURN:.0f}°, not {track:.0f}°",
-            replace(leg, track=leg.track % (_FULL_TURN * DEGREE)),
-        )
-    if speed <= _FULL_TURN and len(readings) > 1:
-        yield (
+    back, once = (track + 180.0) % _FULL_TURN, track % _FULL_TURN
+    turned = [
+        (f"{direction} {back:.0f}°, not its reciprocal {track:.0f}°", {"track": back * DEGREE}),
+        (f"{direction} {once:.0f}°, not {track:.0f}°", {"track": once * DEGREE}),
+        (
             f"ground speed {track:.0f} kt and {direction} {speed:.0f}°, exchanged",
-            replace(leg, track=speed * DEGREE, ground_speed=track * KNOT),
-        )
+            {"track": speed * DEGREE, "ground_speed": track * KNOT},
+        ),
+    ]
+    yield [
+        (words, _changed(leg, fields)) for words, fields in turned if fields["track"] != leg.track
+    ]
+
+
+def _changed(leg: CardLeg, fields: dict[str, Any]) -> CardLeg:
+    return replace(leg, **fields)
 
 
 def _meant(written: str, most: float) -> list[float]:
@@ -278,64 +291,20 @@ def _meant(written: str, most: float) -> list[float]:
     return sorted(number for number in numbers if 0.0 < number <= most)
 
 
-# The tracks that a card was meant to be flown on, in whatever order: those that most points fly. In
-# little wind a wrong track leaves the airspeeds as they are; beside the other points it shows.
-
-_SHOWN_BY = 3  # other points that fly a track, at least
-_SHARE = 0.5  # of all points
-_TURN = 8.0 * DEGREE  # of a leg that is not flown in its usual turn: decides between equals
-_TIGHT = 12.0 * DEGREE  # from the middle of a track
-
-
-def expected_tracks(legs: Sequence[CardLeg]) -> dict[int, float]:
-    """Return the track [rad] that a leg was meant to be flown on, by row.
-
-    A leg has one where all other legs of its point are on tracks that most points fly, and one of
-    these is left for it.
-    """
-    points = {name: [legs[i] for i in places] for name, places in by_point(legs).items()}
-    middles = _common_tracks(legs, len(points))
-    found: dict[int, float] = {}
-    usual = _usual_places(points.values(), middles)
-    for own in points.values():
-        if len(middles) < len(own):
-            continue
-        away = np.abs(turn_between(np.array([leg.track for leg in own])[:, None], middles))
-        out_of_turn = np.arange(len(own))[:, None] != usual
-        rows, columns = linear_sum_assignment(np.minimum(away, _OFF_TRACK) + _TURN * out_of_turn)
-        on = away[rows, columns] <= _TIGHT
-        if np.count_nonzero(~on) <= 1:
-            found |= {own[i].row: float(middles[k]) for i, k in zip(rows, columns, strict=True)}
-    return found
-
-
-def _usual_places(points: Collection[Sequence[CardLeg]], middles: Array) -> Array:
-    """The place in its point at which each track is flown most often: of two legs on one track it
-    tells which is wrong.
-    """
-    seen = np.zeros((len(middles), max(map(len, points))))
-    for own in points:
-        for place, leg in enumerate(own):
-            seen[:, place] += np.abs(turn_between(leg.track, middles)) <= _TIGHT
-    return np.asarray(np.argmax(seen, axis=1))
-
-
-def _common_tracks(legs: Sequence[CardLeg], points: int) -> Array:
-    """The tracks that most points fly [rad], the most frequent first."""
-    tracks = np.array([leg.track for leg in legs]) % (2.0 * np.pi)
+def _common_tracks(tracks: Array, points: int) -> Array:
+    """Return the tracks [rad] that most points fly, in whatever order, the most frequent first."""
     middles = list[float]()
-    while len(tracks):
-        ordered = np.sort(tracks)
-        turned = np.concatenate([ordered - 2.0 * np.pi, ordered, ordered + 2.0 * np.pi])
-        first = np.searchsorted(turned, ordered - _TIGHT)
-        last = np.searchsorted(turned, ordered + _TIGHT, side="right")
-        best = int(np.argmax(last - first))
-        near = turned[first[best] : last[best]]
-        if len(near) <= max(_SHOWN_BY, _SHARE * points):
-            break
-        middles.append(float(near.mean()) % (2.0 * np.pi))
-        tracks = tracks[np.abs(turn_between(tracks, middles[-1])) > 2.0 * _TIGHT]
-    return np.array(middles)
+    while True:
+        counts = np.bincount(np.rint(tracks / DEGREE).astype(int) % 360, minlength=360)
+        best = DEGREE * int(
+            np.argmax(sum(np.roll(counts, turn) for turn in range(-_TIGHT, _TIGHT + 1)))
+        )
+        off = turn_between(tracks, best)
+        near = np.abs(off) <= _TIGHT * DEGREE
+        if np.count_nonzero(near) <= max(_SHOWN_BY, _SHARE * points):
+            return np.array(middles)
+        middles.append(best + float(off[near].mean()))
+        tracks = tracks[np.abs(turn_between(tracks, middles[-1])) > 2.0 * _TIGHT * DEGREE]
 
 
 def turn_between(one: Array | float, other: Array | float) -> Array:

@@ -146,7 +146,7 @@ def linearize(
     first = structure.model.error_count
     seen = -regressors[None, :, first : first + 2]
     kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
-    at_edges = blocks.at_edges(airspeed)
+    at_edges = blocks.intervals.at_edges(airspeed)
     noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
     problem = Linearized(regression, noise_of, sensor, kernel)
     return (

@@ -6,22 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.card_model import (
-    SIZES,
-    CardModel,
-    LegArrays,
-    Sizes,
-    by_point,
-    leg_arrays,
-    unit,
-)
-from pitotbench.calibration.card_slips import find_slips, legs_that_can_be
-from pitotbench.calibration.leg_points import (
-    circle_fit,
-    circle_gain,
-    three_leg_answers,
-    three_leg_gain,
-)
+from pitotbench.calibration.card_model import CardModel, rows_of
+from pitotbench.calibration.card_slips import find_slips
+from pitotbench.calibration.leg_air import LegAir
+from pitotbench.calibration.leg_methods import by_track, solve_group, wind_from
 from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.estimation.restricted_likelihood import half_width
 from pitotbench.records import BadInputError, NoAnswerError
@@ -30,13 +18,11 @@ from pitotbench.records.legs import CardLeg, CardPoint, HandCard, ReadingSteps, 
 from pitotbench.units import KNOT, Array
 
 _SPEEDS = 13  # airspeeds of a curve
-_LIGHT = 1e-2  # of the weights: sizes that are as unlikely are left out
-# The unequal airspeeds are referred to their mean along flight paths, which depend on the wind.
-_ROUNDS, _SETTLED = 40, 1e-9  # at most; m/s
 _STEP = 1e-3  # m/s
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
-# Log odds from which headings were written for tracks, a thousand to one. A slip less is as much.
-_CLEARLY = 7.0
+# Log odds from which headings were written for tracks, thirty to one: no right card of 340 of one to
+# five points reaches them. A slip less is as much.
+_CLEARLY = 3.5
 
 
 def reduce_card(
@@ -54,207 +40,131 @@ def reduce_card(
     if len(legs) < 3:
         raise BadInputError("a card needs at least three legs")
     model, slips, warnings = _as_meant(legs, steps, stated)
-    heavy = _heavy(model.weights())
-    named = {slip.row for slip in slips}
-    written, used = by_point(legs), by_point(model.legs)
-    points = tuple(
-        _point([legs[i] for i in places], used.get(name, []), model, heavy, stated, named)
-        for name, places in written.items()
-    )
-    configurations = dict.fromkeys(leg.configuration for leg in model.legs)
-    curves = {name: _curve(name, model, heavy) for name in configurations}
+    places: dict[str, list[int]] = {}
+    for place, leg in enumerate(legs):
+        places.setdefault(leg.point, []).append(place)
+    heard = [leg for leg, struck in zip(model.legs, model.struck, strict=True) if not struck]
     left_out = tuple(
         f"row {slip.row}, point {slip.point}: {slip.words}"
         + (f"; probably {slip.probably}" if slip.probably else "")
         + ": left out"
         for slip in slips
     )
-    return HandCard(points, curves, slips, (*warnings, *left_out))
+    return HandCard(
+        tuple(_point(own, model, stated) for own in places.values()),
+        {name: _curve(name, model) for name in dict.fromkeys(leg.configuration for leg in heard)},
+        slips,
+        (*warnings, *left_out),
+    )
 
 
 def _as_meant(
     legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
 ) -> tuple[CardModel, tuple[Slip, ...], tuple[str, ...]]:
-    """The model of the legs that can be, the slips and a warning, with the directions as tracks or
-    as headings.
+    """The model of the card, its slips and a warning, with the directions as tracks or as headings.
 
     They are what the card says, unless the other makes the same legs clearly more probable.
     """
-    kept, slips = find_slips(legs, steps, stated)
-    said = CardModel(legs_that_can_be(legs), steps, stated)
-    model = CardModel(kept, steps, stated) if slips else said
-    if _odds_of_turning(said) <= 0.0:
+    model, slips = find_slips(legs, steps, stated)
+    other = CardModel(_turned(model.legs), steps, stated, model.struck_rows)
+    noise = model.likeliest_noise
+    if other.log_evidence(noise) <= model.log_evidence(noise):
         return model, slips, ()
-    others, fewer = find_slips(_turned(legs), steps, stated)
-    shared = {leg.row for leg in others}
-    both = CardModel([leg for leg in kept if leg.row in shared], steps, stated)
-    if _odds_of_turning(both) + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
+    other, fewer = find_slips(_turned(legs), steps, stated)
+    struck = model.struck_rows | other.struck_rows
+    here, there = (
+        each.log_evidence(each.likeliest_noise)
+        for each in (CardModel(one.legs, steps, stated, struck) for one in (model, other))
+    )
+    if there - here + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
         return model, slips, ()
     names = ("tracks", "track_deg"), ("headings", "heading_deg")
-    (wrong, _), (right, column) = names if others[0].by_heading else names[::-1]
+    (wrong, _), (right, column) = names if other.legs[0].by_heading else names[::-1]
     words = f"the {wrong} of the card fit as {right}, and are read so: name the column {column}"
-    return CardModel(others, steps, stated), fewer, (words,)
+    return other, fewer, (words,)
 
 
 def _turned(legs: Sequence[CardLeg]) -> list[CardLeg]:
     return [replace(leg, by_heading=not leg.by_heading) for leg in legs]
 
 
-def _odds_of_turning(said: CardModel) -> float:
-    """The log odds of headings in the place of tracks, or of tracks in that of headings."""
-    turned = CardModel(_turned(said.legs), said.steps, said.stated)
-    return turned.log_evidence - said.log_evidence
-
-
-def _point(
-    own: Sequence[CardLeg],
-    rows: Sequence[int],
-    model: CardModel,
-    heavy: tuple[list[Sizes], Array],
-    stated: Accuracies,
-    wrong: set[int],
-) -> CardPoint:
-    """The answer of one point from its legs `own`, of which the model has those in places `rows`."""
-    used = [model.legs[place] for place in rows]
-    indicated = float(np.mean([leg.indicated_airspeed for leg in used or own]))
-    lost = [leg.row for leg in own if leg.row in wrong]
-    remark = (
-        f"without row{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}" if lost else None
-    )
-    empty = CardPoint(
-        point=own[0].point,
-        configuration=own[0].configuration,
+def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoint:
+    """The answer of one point from its legs in the places `own`."""
+    used = [place for place in own if not model.struck[place]]
+    legs = [model.legs[place] for place in used or own]
+    lost = [str(model.legs[place].row) for place in own if model.struck[place]]
+    remarks = [f"without row{'s' if len(lost) > 1 else ''} {', '.join(lost)}"] if lost else []
+    indicated = float(np.mean([leg.indicated_airspeed for leg in legs]))
+    point = CardPoint(
+        point=legs[0].point,
+        configuration=legs[0].configuration,
         legs=len(used),
         indicated_airspeed=indicated,
     )
     if len(used) < 3:
-        left = (
+        few = (
             f"{len(used)} leg{'' if len(used) == 1 else 's'} left: no point, but used for the curve"
         )
-        return replace(empty, remark=f"{remark}; {left}" if remark else left)
-    arrays = leg_arrays(used)
+        return replace(point, remark="; ".join([*remarks, few]))
+    rows = rows_of(legs)
+    if len(set(number := by_track(rows.track % (2.0 * np.pi)))) > 2:  # else too near, or all around
+        rows = replace(rows, leg=number)
     try:
-        answer, spread, velocity = _answer(arrays, indicated)
-        gain = (  # of the true airspeed, per change of each leg along its flight path
-            circle_gain(velocity, answer)[:, 0] if len(velocity) > 4 else three_leg_gain(velocity)
-        )
+        solved = solve_group(rows)
     except NoAnswerError as error:
-        return replace(empty, remark=str(error))
-    true = answer[0]
-    correction, slope, per_kelvin = _correction(arrays, indicated, true)
-    sigmas = np.array([np.sqrt(gain @ model.leg_noise(rows, sizes) @ gain) for sizes in heavy[0]])
-    width = float(half_width(heavy[1], np.zeros((len(sigmas), 1)), sigmas[:, None])[0])
-    two_sigma = float(np.hypot(slope * width, per_kelvin * stated.temperature_k))
+        return replace(point, remark=str(error))
+    indicated = float(solved.air.indicated_airspeed)
+    true, sigmas = float(solved.answer[0]), model.deviations(used, solved.gain[:, 0])[:, None]
+    (width,) = half_width(model.weights, np.zeros_like(sigmas), sigmas)
+    correction, two_sigma = solved.air.corrected(true, float(width), stated)
     if two_sigma > _TOO_WIDE:
         return replace(
-            empty, remark="the tracks are too near each other: fly them at least 60° apart"
+            point, remark="the tracks are too near each other: fly them at least 60° apart"
         )
-    height, per_speed = _height(arrays, indicated, correction)
+    height, per_speed = map(float, _height(rows.air, np.asarray(indicated), np.asarray(correction)))
     return replace(
-        empty,
+        point,
+        indicated_airspeed=indicated,
         calibrated_airspeed=indicated + correction,
         correction=correction,
         two_sigma=two_sigma,
         altitude_correction=height,
         altitude_two_sigma=abs(per_speed) * two_sigma,
         true_airspeed=true,
-        spread=spread,
-        wind_speed=float(np.hypot(*answer[1:])),
-        wind_from=float(np.arctan2(-answer[2], -answer[1]) % (2.0 * np.pi)),
-        remark=remark,
+        spread=solved.spread,
+        wind_speed=float(np.hypot(*solved.answer[1:])),
+        wind_from=wind_from(solved.answer[1:]),
+        remark="; ".join(remarks) or None,
     )
 
 
-def _heavy(weights: Array) -> tuple[list[Sizes], Array]:
-    """Return the sizes that count, and their weights."""
-    places = np.flatnonzero(weights > _LIGHT * weights.max())
-    return [SIZES[place] for place in places], weights[places] / weights[places].sum()
-
-
-def _referred(arrays: LegArrays, indicated: float, answer: Array) -> Array:
-    """Return the ground velocities (n, 2) [m/s] as they would be at one indicated airspeed and in
-    one air, near an airspeed and a wind [m/s], (3,).
-    """
-    speeds = arrays.true_airspeed(0.0)
-    common = float(_mean_air(arrays, indicated).true_airspeed(0.0)[0])
-    velocity = arrays.ground_velocity(answer[0] + speeds - common, answer[1:])
-    return np.asarray(velocity - (speeds - common)[:, None] * unit(velocity - answer[1:]))
-
-
-def _mean_air(arrays: LegArrays, indicated: float) -> LegArrays:
-    return LegArrays(
-        np.array([indicated]),
-        np.array([arrays.static_pressure.mean()]),
-        np.array([arrays.air_temperature.mean()]),
-        arrays.ground_speed[:1],
-        arrays.toward[:1],
-        arrays.by_heading[:1],
-    )
-
-
-def _answer(arrays: LegArrays, indicated: float) -> tuple[Array, float | None, Array]:
-    """Return [V, W_N, W_E] [m/s] of legs, the spread of four, and the ground velocities at one
-    airspeed (n, 2).
-    """
-    answer, spread, velocity = np.zeros(3), None, np.zeros((0, 2))
-    answer[0] = float(arrays.true_airspeed(0.0).mean())
-    for _ in range(_ROUNDS):
-        velocity = _referred(arrays, indicated, answer)
-        before, (answer, spread) = answer, _solved(velocity)
-        if np.max(np.abs(answer - before)) < _SETTLED:
-            break
-    return answer, spread, velocity
-
-
-def _solved(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of ground velocities at one airspeed, (n, 2), by the published
-    method, and the spread of four.
-    """
-    if len(velocity) > 4:
-        return circle_fit(velocity), None
-    answers = three_leg_answers(velocity)
-    return answers.mean(axis=0), float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
-
-
-def _correction(arrays: LegArrays, indicated: float, true: float) -> tuple[float, float, float]:
-    """Return the correction [m/s] for a true airspeed, its change per that, and per kelvin [m/s].
-
-    The static source errs: p (1 + q_c/p) is the total pressure, which is right.
-    """
-    here = _mean_air(arrays, indicated)
-    pressure, temperature = float(here.static_pressure[0]), float(here.air_temperature[0])
-    ratio = float(air.impact_pressure_from_true_airspeed(true, 1.0, temperature))
-    static = (pressure + float(air.impact_pressure(indicated))) / (1.0 + ratio)
-    correction = float(air.calibrated_airspeed(static * ratio)) - indicated
-    slope = 1.0 / float(here.slope(correction)[0])
-    return correction, slope, slope * float(here.warmth(correction)[0])
-
-
-def _height(arrays: LegArrays, indicated: float, correction: float) -> tuple[float, float]:
-    """Return the altitude correction [m], true minus indicated, and its change per m/s of the
-    correction.
+def _height(here: LegAir, indicated: Array, correction: Array) -> tuple[Array, Array]:
+    """Return the altitude corrections [m], true minus indicated, and their change per m/s of the
+    corrections.
     """
 
-    def of(change: float) -> float:
+    def of(change: Array) -> Array:
         moved = air.impact_pressure(indicated) - air.impact_pressure(indicated + change)
-        pressure = float(arrays.static_pressure.mean())
-        return float(air.pressure_altitude(pressure + moved) - air.pressure_altitude(pressure))
+        return np.asarray(air.pressure_altitude(pressure + moved)) - air.pressure_altitude(pressure)
 
+    pressure = float(np.mean(here.static_pressure))
     return of(correction), (of(correction + _STEP) - of(correction)) / _STEP
 
 
-def _curve(configuration: str, model: CardModel, heavy: tuple[list[Sizes], Array]) -> ErrorCurve:
-    own = [leg for leg in model.legs if leg.configuration == configuration]
+def _curve(configuration: str, model: CardModel) -> ErrorCurve:
+    own = [
+        leg
+        for leg, struck in zip(model.legs, model.struck, strict=True)
+        if leg.configuration == configuration and not struck
+    ]
     speeds = np.array([leg.indicated_airspeed for leg in own])
     low, high = float(speeds.min()), float(speeds.max())
     at = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
-    means, variances = model.curves(at, configuration, heavy[0])
-    mean = heavy[1] @ means
-    bound = half_width(heavy[1], means, np.sqrt(variances))
-    impact = air.impact_pressure(at)
-    true = air.impact_pressure(at + mean)
-    arrays = leg_arrays(own)
-    heights = np.array([_height(arrays, float(v), float(c)) for v, c in zip(at, mean, strict=True)])
+    means, variances = model.curves(at, configuration)
+    mean = model.weights @ means
+    bound = half_width(model.weights, means, np.sqrt(variances))
+    impact, true = air.impact_pressure(at), air.impact_pressure(at + mean)
+    height, per_speed = _height(rows_of(own).air, at, mean)
     relative = 1.0 / (impact * air.calibrated_airspeed_slope(impact))
     return ErrorCurve(
         indicated_airspeed=at,
@@ -264,8 +174,8 @@ def _curve(configuration: str, model: CardModel, heavy: tuple[list[Sizes], Array
         white_two_sigma=bound,
         normalized_pressure_error=(true - impact) / true,
         normalized_two_sigma=bound * relative,
-        altitude_correction=heights[:, 0],
-        altitude_two_sigma=np.abs(heights[:, 1]) * bound,
+        altitude_correction=height,
+        altitude_two_sigma=np.abs(per_speed) * bound,
         altitude_assumed=True,
         highest=max(leg.pressure_altitude for leg in own),
     )

@@ -500,15 +500,6 @@ class Blocks:
             return np.asarray(np.bincount(self.index, data, len(self.count)) / self.count)
         return np.stack([self.mean(column) for column in data.T], axis=1)
 
-    def at_edges(self, block_values: Array) -> Array:
-        """Assign block values (n,) to the intervals' edges, (s,); a shared edge has that of the
-        later block.
-        """
-        edges = np.empty(len(self.intervals.edges))
-        edges[self.intervals.left + 1] = block_values
-        edges[self.intervals.left] = block_values
-        return edges
-
 
 def block_length(obs: Observations) -> float:
     """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4."""

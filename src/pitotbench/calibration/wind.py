@@ -498,7 +498,7 @@ def _triangle_noise(
 ) -> MarkovNoise:
     """The noise of the triangle's rows: white, and gusts along the path."""
     deviation, length, white = np.exp(phi[:3])
-    gusts = MarkovProcess(float(deviation), length / blocks.at_edges(airspeed), along)
+    gusts = MarkovProcess(float(deviation), length / blocks.intervals.at_edges(airspeed), along)
     return MarkovNoise(blocks.intervals, triangle.sensor + white**2 + _FLOOR, [gusts])
 
 

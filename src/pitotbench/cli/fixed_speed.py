@@ -152,7 +152,7 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 
 def _of_legs(options: argparse.Namespace) -> None:
-    from pitotbench.calibration.leg_points import fixed_speed
+    from pitotbench.calibration.leg_methods import fixed_speed
     from pitotbench.show.legs import legs_json, legs_tree
     from pitotbench.units import DEGREE, KNOT
 

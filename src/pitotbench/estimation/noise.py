@@ -47,6 +47,15 @@ class Intervals:
         """The length of each interval [s], (n,)."""
         return self.edges[self.left + 1] - self.edges[self.left]
 
+    def at_edges(self, values: Array) -> Array:
+        """Assign values of the intervals, (n,), to the edges, (s,); a shared edge has that of the
+        later one.
+        """
+        edges = np.empty(len(self.edges))
+        edges[self.left + 1] = values
+        edges[self.left] = values
+        return edges
+
 
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:

@@ -1,0 +1,308 @@
+"""Fixed-speed methods: one true airspeed and one wind from legs or a turn at one airspeed."""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.calibration.leg_air import LegAir, impact_ratio
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.units import DEGREE, Array, Booleans, MetersPerSecond, Radians, Seconds
+
+# Three legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four
+# three-leg answers. Their spread (standard deviation) is a measure of how steady wind and airspeed
+# were. A turn and more legs: a circle.
+
+_ILL_CONDITIONED = 1e6  # condition number: beyond it the tracks are practically the same
+_LEAST_SPEED = 1e-3  # m/s, below which a velocity has no direction
+_STEPS = 6  # of Gauss-Newton, which converges in three or four
+_METHODS = {3: "three_leg", 4: "four_leg"}
+_ROUNDS, _SETTLED = 40, 1e-9  # at most; m/s
+_SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
+_RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
+
+
+@dataclass(frozen=True, slots=True)
+class FixedSpeedResult:
+    """True airspeed [m/s] and wind.
+
+    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs.
+    `wind_speed` is in m/s, and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
+    """
+
+    true_airspeed: float
+    spread: float | None
+    wind_speed: float
+    wind_from: float
+
+
+def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResult:
+    """Solve three or four legs flown at one true airspeed.
+
+    Parameters: ground speed [m/s] and true track [rad] of each leg, shape (3,) or (4,). Raises
+    BadInputError for another number of legs or non-positive speeds, NoAnswerError for tracks that
+    are too similar.
+    """
+    speed, angle = np.asarray(ground_speed, dtype=np.float64), np.asarray(track, dtype=np.float64)
+    if speed.shape != angle.shape or speed.shape not in ((3,), (4,)):
+        raise BadInputError(
+            f"give three or four legs, a speed and a track each; got {speed.size} and {angle.size}"
+        )
+    if not np.all(np.isfinite(speed) & np.isfinite(angle)) or not np.all(speed > 0.0):
+        raise BadInputError("ground speeds must be positive numbers and tracks numbers")
+    velocity = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
+    (airspeed, *wind), spread = answer_of_legs(velocity)
+    return FixedSpeedResult(float(airspeed), spread, float(np.hypot(*wind)), wind_from(wind))
+
+
+def wind_from(wind: Array | list[float]) -> float:
+    """Return the direction from which a wind (north, east) comes [rad, 0 to 2π]."""
+    return float(np.arctan2(-wind[1], -wind[0]) % (2.0 * np.pi))
+
+
+def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
+    """Return [V, W_N, W_E] [m/s] of the ground velocities of legs, (n, 2), by the method of their
+    number, and the spread of the answers of three among four.
+    """
+    if len(velocity) > max(_METHODS):
+        return circle_fit(velocity), None
+    answers = _three_leg_answers(velocity)
+    spread = float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
+    return answers.mean(axis=0), spread
+
+
+def _triples(count: int) -> NDArray[np.intp]:
+    """The legs of each answer of three among some, (m, 3)."""
+    return np.array(list(combinations(range(count), 3)))
+
+
+def _three_leg_answers(velocity: Array) -> Array:
+    """Return the true airspeed and the wind north and east, (m, 3) [m/s], of every three ground
+    velocities among (n, 2): the circle through their tips.
+
+    Raises NoAnswerError for tracks that are too similar.
+    """
+    three = velocity[_triples(len(velocity))]
+    chords, squares = three[:, 1:] - three[:, :1], np.sum(three**2, axis=2)
+    if np.any(np.linalg.cond(chords) > _ILL_CONDITIONED):
+        raise NoAnswerError("the legs do not determine the wind: fly tracks at least 60° apart")
+    wind = np.linalg.solve(chords, 0.5 * (squares[:, 1:] - squares[:, :1])[..., None])[..., 0]
+    return np.column_stack([np.linalg.norm(three[:, 0] - wind, axis=1), wind])
+
+
+def leg_gain(velocity: Array, answer: Array) -> Array:
+    """Change of the answer of `answer_of_legs` per 1 m/s along the flight path in each ground
+    velocity, (n, 3) [-].
+    """
+    if len(velocity) > max(_METHODS):
+        return circle_gain(velocity, answer)
+    three, gain = _triples(len(velocity)), np.zeros((len(velocity), 3))
+    along = unit(velocity[three] - _three_leg_answers(velocity)[:, None, 1:])
+    jacobian = np.concatenate([np.ones((*three.shape, 1)), along], axis=2)
+    np.add.at(gain, three, np.swapaxes(np.linalg.inv(jacobian), 1, 2) / len(three))
+    return gain
+
+
+def unit(vectors: Array) -> Array:
+    """Return vectors (..., 2) with a length of one."""
+    size = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(size, _LEAST_SPEED))
+
+
+def horseshoe(ground_speed: MetersPerSecond) -> float:
+    """True airspeed [m/s] from three legs on ground tracks 90° apart, the middle one second.
+
+    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. The
+    formula is exact for tracks. Where headings are held instead, a wind w along the middle leg
+    makes the answer w²/V too high. Raises BadInputError for ground speeds that are not positive.
+    """
+    first, second, third = (float(v) for v in ground_speed)
+    if min(first, second, third) <= 0.0:
+        raise BadInputError("ground speeds must be positive")
+    return 0.5 * float(np.sqrt(first**2 + second**2 + third**2 + (first * third / second) ** 2))
+
+
+def horseshoe_of_legs(velocity: Array) -> float | None:
+    """The true airspeed [m/s] by the horseshoe, of the ground velocities of three legs (3, 2) whose
+    tracks are nearly 90° apart; None for others.
+    """
+    track = np.arctan2(velocity[:, 1], velocity[:, 0])
+    for middle in range(3):
+        sides = [other for other in range(3) if other != middle]
+        turns = (track[sides] - track[middle] + np.pi) % (2.0 * np.pi) - np.pi
+        if np.prod(turns) < 0.0 and np.all(np.abs(np.abs(turns) - 0.5 * np.pi) < _RIGHT_ANGLE_OFF):
+            order = [sides[0], middle, sides[1]]
+            return horseshoe(np.linalg.norm(velocity[order], axis=1))
+    return None
+
+
+def circle_fit(velocity: Array) -> Array:
+    """Fit a circle to ground velocities (n, 2) at one airspeed: true airspeed and wind [V, W_N,
+    W_E] [m/s].
+
+    Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa
+    1976). Raises NoAnswerError where the velocities are too similar.
+    """
+    columns = np.column_stack([2.0 * velocity, np.ones(len(velocity))])
+    if len(velocity) < 3 or np.linalg.cond(columns) > _ILL_CONDITIONED:
+        raise NoAnswerError("the turn does not determine the wind: fly a full one")
+    north, east, rest = np.linalg.lstsq(columns, np.sum(velocity**2, axis=1))[0]
+    answer = np.array([np.sqrt(rest + north**2 + east**2), north, east])
+    for _ in range(_STEPS):
+        left = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
+        jacobian = np.column_stack([np.ones(len(velocity)), unit(velocity - answer[1:])])
+        answer = answer + np.linalg.lstsq(jacobian, left)[0]
+    return answer
+
+
+def circle_gain(velocity: Array, answer: Array) -> Array:
+    """Change of the answer of `circle_fit` per 1 m/s along the flight path in each ground velocity,
+    (n, 3) [-].
+
+    Parameters: velocity (n, 2) [m/s]; answer [V, W_N, W_E] [m/s]. By the implicit function theorem:
+    the gradient of the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight
+    path, remains zero. A step along u changes r alone.
+    """
+    along = unit(velocity - answer[1:])
+    distance = np.linalg.norm(velocity - answer[1:], axis=1)
+    jacobian = np.column_stack([np.ones(len(velocity)), along])
+    curvature = jacobian.T @ jacobian
+    bend = (distance - answer[0]) / distance  # the residuals turn the unit vectors a little
+    curvature[1:, 1:] += bend.sum() * np.eye(2) - (along * bend[:, None]).T @ along
+    return np.linalg.solve(curvature, jacobian.T).T
+
+
+# Legs of a log, a second a row, and legs of a card, a leg a row, are one problem. The airspeed
+# varies a little within a group. The difference of the indicated true airspeed from the group's
+# mean is subtracted from each ground velocity, along the flight path. Then the methods' formulas
+# apply as published.
+
+
+def by_track(track: Radians) -> NDArray[np.intp]:
+    """Return the numbers of the legs, (n,), of pieces on tracks (n,): pieces on one track are one
+    leg, and the legs are numbered by track.
+    """
+    order = np.argsort(track)
+    leg = np.empty(len(track), dtype=np.intp)
+    leg[order] = np.concatenate([[0], np.cumsum(np.diff(track[order]) > _SAME_TRACK)])
+    if track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK:  # on both sides of south
+        leg[leg == leg.max()] = 0
+    return leg
+
+
+@dataclass(frozen=True, slots=True)
+class Legs:
+    """Rows (n,) in the order of `time`: seconds of a log, or legs of a card.
+
+    `air` is that of each row. `toward` (n, 2) is the unit vector of the track, or of the heading
+    where `by_heading`. `leg` is the number of each row's leg or piece of flight; a turn is one leg.
+    """
+
+    air: LegAir
+    time: Seconds
+    ground_speed: MetersPerSecond
+    toward: Array
+    by_heading: Booleans
+    leg: NDArray[np.intp]
+    turning: bool = False
+
+    @property
+    def legs(self) -> int:
+        """The number of legs."""
+        return int(self.leg.max()) + 1
+
+    @property
+    def track(self) -> Radians:
+        """The track or heading without jumps [rad], (n,)."""
+        return np.unwrap(np.arctan2(self.toward[:, 1], self.toward[:, 0]))
+
+    def at(self, rows: Booleans | NDArray[np.intp]) -> "Legs":
+        """The chosen rows."""
+        return replace(
+            self,
+            air=self.air.at(rows),
+            time=self.time[rows],
+            ground_speed=self.ground_speed[rows],
+            toward=self.toward[rows],
+            by_heading=self.by_heading[rows],
+            leg=self.leg[rows],
+        )
+
+    def pieces(self) -> list["Legs"]:
+        """The rows of each number of `leg`, in the order of the numbers."""
+        order = np.argsort(self.leg, kind="stable")
+        first = np.flatnonzero(np.diff(self.leg[order], prepend=-1))
+        return [self.at(rows) for rows in np.split(order, first[1:])] if len(order) else []
+
+    def leg_means(self, data: Array) -> Array:
+        """Means of (n,) or (n, k) data over each leg, (legs,) or (legs, k)."""
+        return np.stack([data[self.leg == number].mean(axis=0) for number in range(self.legs)])
+
+    def mean_air(self) -> LegAir:
+        """The mean air. Every leg has the same weight, as in the methods' airspeed."""
+        channels = self.air.true_airspeed(), self.air.static_pressure, self.air.probe_temperature
+        airspeed, pressure, probe = (self.leg_means(each).mean() for each in channels)
+        impact = pressure * impact_ratio(airspeed, probe, self.air.probe_heating)
+        return replace(
+            self.air,
+            impact_pressure=impact,
+            static_pressure=pressure,
+            probe_temperature=probe,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedGroup:
+    """A group at about one airspeed, its mean air, and its answer [V, W_N, W_E] [m/s].
+
+    `velocity` (n, 2) [m/s] is brought to one airspeed, `along` (n, 2) the flight path, `residual`
+    (n,) [m/s] that of ground velocity against airspeed and wind. `gain` (n, 3) is the change of the
+    answer per residual of each row [-]. `spread` [m/s] is the standard deviation of the three-leg
+    answers of four legs, or of the residual for a turn and for more legs.
+    """
+
+    group: Legs
+    air: LegAir
+    method: str
+    velocity: Array
+    answer: Array
+    spread: float | None
+    along: Array
+    residual: Array
+    gain: Array
+
+
+def solve_group(group: Legs) -> SolvedGroup:
+    """Solve a group by the method of its number of legs. Raises NoAnswerError for tracks that do
+    not determine the wind.
+    """
+    air, airspeed = group.mean_air(), group.air.true_airspeed()
+    off = (airspeed - air.true_airspeed())[:, None]
+    velocity = group.ground_speed[:, None] * group.toward
+    answer, spread = np.array([float(airspeed.mean()), 0.0, 0.0]), None
+    for _ in range(_ROUNDS):
+        drifted = (answer[0] + off) * group.toward + answer[1:]
+        path = np.where(group.by_heading[:, None], unit(drifted), group.toward)
+        moved = group.ground_speed[:, None] * path
+        velocity = moved - off * unit(moved - answer[1:])
+        before = answer
+        answer, spread = (
+            (circle_fit(velocity), None)
+            if group.turning
+            else answer_of_legs(group.leg_means(velocity))
+        )
+        if np.max(np.abs(answer - before)) < _SETTLED:
+            break
+    along = unit(velocity - answer[1:])
+    residual = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
+    if group.turning:
+        method, gain = "turn", circle_gain(velocity, answer)
+    else:
+        method, legs = _METHODS.get(group.legs, "many_leg"), group.leg_means(velocity)
+        share = np.sum(along * unit(legs - answer[1:])[group.leg], axis=1)
+        share = share / np.bincount(group.leg)[group.leg]
+        gain = share[:, None] * leg_gain(legs, answer)[group.leg]
+    if group.turning or group.legs > max(_METHODS):
+        spread = float(residual.std(ddof=3))
+    return SolvedGroup(group, air, method, velocity, answer, spread, along, residual, gain)

@@ -388,6 +388,40 @@ def test_a_child_that_exceeds_its_limits_ends_and_another_answers() -> None:
     asyncio.run(run())
 
 
+LIMITED = """
+import asyncio, resource
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+from tests.browser import questions
+from pitotbench.browser.workers import Workers
+
+async def run():
+    workers = Workers(1)
+    try:
+        print([reply async for reply in workers.ask(questions.echo, "heard")])
+    finally:
+        workers.close()
+
+if __name__ == "__main__":
+    asyncio.run(run())
+"""
+
+
+def test_a_child_answers_where_the_system_allows_less_than_its_limit(tmp_path: Path) -> None:
+    pytest.importorskip("resource", reason="this system has no limits for processes")
+    script = tmp_path / "limited.py"
+    script.write_text(LIMITED, encoding="utf-8")
+    root = Path(__file__).parents[2]
+    path = os.pathsep.join([str(root), str(root / "src")])
+    told = subprocess.run(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert told == "[('text', 'heard')]\n"
+
+
 def test_a_canceled_question_ends_its_child() -> None:
     async def run() -> None:
         workers = Workers(1)

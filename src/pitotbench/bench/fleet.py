@@ -140,7 +140,8 @@ class Limits:
         if self.memory is not None:
             soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
             allowed = self.memory if hard == resource.RLIM_INFINITY else min(self.memory, hard)
-            resource.setrlimit(resource.RLIMIT_DATA, (allowed, hard))
+            with suppress(ValueError, OSError):  # macOS refuses one below what is in use
+                resource.setrlimit(resource.RLIMIT_DATA, (allowed, hard))
             undone.callback(resource.setrlimit, resource.RLIMIT_DATA, (soft, hard))
 
 

@@ -5,6 +5,7 @@ import struct
 import zlib
 from collections.abc import Callable
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -408,3 +409,80 @@ def test_a_mat_file_is_looked_through_before_the_reader_of_scipy_which_may_die_o
     kept.write_bytes(file)
     with pytest.raises(BadInputError, match=r"not a complete \.mat file: dimensions of 10 bytes"):
         read_log(kept)
+
+
+def _variable(kind: int, flags: int, size: int, *parts: tuple[int, bytes]) -> bytes:
+    """A variable of a .mat file of one row of `size`, without a name."""
+    head = [
+        (6, struct.pack("<II", flags << 8 | kind, 0)),
+        (5, struct.pack("<ii", 1, size)),
+        (1, b""),
+    ]
+    elements = (
+        struct.pack("<II", made, len(data)) + data.ljust(-(-len(data) // 8) * 8, b"\0")
+        for made, data in (*head, *parts)
+    )
+    return b"".join(elements)
+
+
+NUMBER = (9, bytes(8))
+NESTED = _variable(6, 0, 1, NUMBER)
+for _ in range(2000):  # of Python's own depth is 1,000
+    NESTED = _variable(1, 0, 1, (14, NESTED))
+KILLERS = {  # what SciPy's reader dies of, or reads beyond its end
+    "no imaginary part": (_variable(6, 8, 1, NUMBER), "1 parts of a variable that has 2"),
+    "no numbers": (_variable(6, 0, 1), "0 parts of a variable that has 1"),
+    "a cell too few": (_variable(1, 0, 2, (14, _variable(6, 0, 1, NUMBER))), "1 parts"),
+    "fields without names": (_variable(2, 0, 1), "0 parts"),
+    "a letter too few": (_variable(4, 0, 2, (16, b"a")), "1 bytes for [1, 2] letters"),
+    "letters of no kind": (_variable(4, 0, 2, (14, b"kt")), "2 bytes for [1, 2] letters"),
+    "sparse": (_variable(5, 0, 1, (5, bytes(4)), (5, bytes(8)), NUMBER), "sparse matrix"),
+    "nested": (NESTED, "nested more than 50 deep"),
+}
+
+
+@pytest.mark.parametrize("name", list(KILLERS))
+def test_a_mat_file_that_kills_the_reader_of_scipy_is_refused(tmp_path, name):
+    variable, words = KILLERS[name]
+    head = b"MATLAB 5.0".ljust(124) + b"\0\1IM"
+    path = tmp_path / "log.mat"
+    path.write_bytes(head + struct.pack("<II", 14, len(variable)) + variable)
+    with pytest.raises(BadInputError, match=re.escape(words)):
+        read_log(path)
+
+
+def _wide(file):
+    file.create_dataset("time_s", shape=(1,), dtype="S2000000000", chunks=(1,))
+
+
+def _shared_text(file):
+    """A text of a million letters in the file once, and in each of a thousand rows."""
+    texts = file.create_dataset("label", shape=(1000,), dtype=h5py.string_dtype())
+    texts[0] = "q" * 1_000_000
+    file.flush()
+    place = texts.id.get_offset()
+    with open(file.filename, "rb+") as raw:
+        raw.seek(place)
+        reference = raw.read(16)
+        raw.seek(place)
+        raw.write(reference * 1000)
+
+
+def _fan(file):
+    """Forty groups, each by two names in the next: 2 to the 40th ways to one dataset."""
+    last = file.create_dataset("x", data=np.arange(5.0))
+    for number in range(40):
+        group = file.create_group(f"g{number}")
+        group["a"], group["b"] = last, last
+        last = group
+
+
+@pytest.mark.parametrize(
+    ("write", "words"),
+    [(_wide, "would unpack to"), (_shared_text, "would unpack to"), (_fan, "by two names")],
+)
+def test_a_small_file_of_version_7_3_that_fills_the_memory_is_refused(tmp_path, write, words):
+    with h5py.File(tmp_path / "log.mat", "w") as file:
+        write(file)
+    with pytest.raises(BadInputError, match=words):
+        read_log(tmp_path / "log.mat")

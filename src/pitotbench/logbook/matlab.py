@@ -2,6 +2,7 @@
 header as text. Files of version 7.3 are HDF5. Written are files of version 5.
 """
 
+import math
 import struct
 import zlib
 from collections.abc import Mapping
@@ -18,18 +19,20 @@ from pitotbench.records import BadInputError
 
 _HEADER = "header"
 _IDENTIFICATION = "fdata"
-_MATRIX, _COMPRESSED = (
-    14,
-    15,
-)  # miMATRIX and miCOMPRESSED: kinds of a variable, which holds further elements
-_KINDS = {
-    *range(1, 8),
-    9,
-    *range(12, 19),
-}  # of the elements of a file: SciPy's reader dies of another
+# Kinds of an element, and how many bytes a number or a letter of each has.
+_WIDTHS = {
+    kind: struct.calcsize(code) for kind, code in enumerate(" bBhHiIf d  qQ  BHI") if code.strip()
+}
+_MATRIX, _COMPRESSED, _UTF_8 = 14, 15, 16  # a variable, which holds further elements; UTF-8
+_KINDS = {*_WIDTHS, _MATRIX, _COMPRESSED}  # SciPy's reader dies of another
 _DIMENSIONS = 5  # miINT32: the kind of the element that holds the dimensions of a variable
 _NUMERIC = range(6, 16)  # classes of a variable: double to unsigned integers of 64 bits
-_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of a number of each kind
+_CELL, _STRUCTS = 1, (2, 3)  # classes of a list of variables, and of variables by name
+_TEXT = 4  # class of a text
+_LETTERS = {1, 2, 4, *(kind for kind in _WIDTHS if kind >= _UTF_8)}  # kinds of a text
+_SPARSE = 5  # class of a matrix whose indices SciPy's reader does not check
+_COMPLEX = 0x800  # the flag of a variable of complex numbers
+_DEEPEST = 50  # variables within one another
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 _RATES = ("rate", "samplerate", "sample_rate", "fs")  # its samples a second
 _ROUNDING = 1e-6  # of a sample
@@ -147,12 +150,17 @@ def _require_readable(path: Path) -> None:
                 _require_whole(elements, order)
 
 
-def _require_whole(elements: bytes, order: str) -> None:
+def _require_whole(elements: bytes, order: str, depth: int = 0) -> None:
     """Raise BadInputError for the elements of a variable that SciPy's reader would die of.
 
-    Those are an element of no kind, one that ends behind its variable, and numbers of another count
-    than their dimensions tell. A small element holds its data in its tag.
+    Those are an element of no kind, one that ends behind its variable, numbers of another count
+    than their dimensions tell, a part too few, sparse matrices, and variables without an end.
     """
+    if depth > _DEEPEST:
+        raise BadInputError(
+            f"a .mat file whose variables are nested more than {_DEEPEST} deep: save each channel "
+            "as a vector of numbers"
+        )
     place, held = 0, list[tuple[int, bytes]]()
     while len(tag := elements[place : place + 8]) == 8 and any(tag):
         kind, size = struct.unpack(f"{order}II", tag)
@@ -166,28 +174,54 @@ def _require_whole(elements: bytes, order: str) -> None:
                 "; copy it again from its source"
             )
         if kind == _MATRIX:
-            _require_whole(data, order)
+            _require_whole(data, order, depth + 1)
         held.append((kind, data))
         place += 8 if small else 8 + -(-size // 8) * 8
-    if (
-        len(held) < 3
-        or len(held[0][1]) != 8
-        or (made := struct.unpack(f"{order}I", held[0][1][:4])[0] & 0xFF) > 16
-    ):
-        return  # no variable, or one of a class of MATLAB's own
+    if len(held) < 3 or len(held[0][1]) != 8:
+        return  # no variable
+    flags = struct.unpack(f"{order}I", held[0][1][:4])[0]
+    if (made := flags & 0xFF) > 16:
+        return  # one of a class of MATLAB's own
+    if made == _SPARSE:
+        raise BadInputError("a .mat file with a sparse matrix: save it as full(x)")
     kind, data = held[1]
     if kind != _DIMENSIONS or len(data) % 4 or len(data) < 8:
         raise BadInputError(
             f"not a complete .mat file: dimensions of {len(data)} bytes; copy it again"
         )
     dimensions = np.frombuffer(data, f"{order}i4")
-    if made in _NUMERIC and len(held) > 3:
-        kind, data = held[3]
-        if len(data) != np.prod(dimensions, dtype=float) * _BYTES.get(kind, 0):
+    parts = held[3:]
+    if len(parts) < (
+        needed := _parts_needed(made, flags, np.prod(dimensions, dtype=float), parts, order)
+    ):
+        raise BadInputError(
+            f"not a complete .mat file: {len(parts)} parts of a variable that has {needed:,.0f}"
+            "; copy it again from its source"
+        )
+    kinds = _LETTERS if made == _TEXT else {kind for kind in _WIDTHS if kind < _MATRIX}
+    for kind, data in parts[: int(needed)] if made == _TEXT or made in _NUMERIC else ():
+        count = len(data.decode("utf-8", "replace")) if kind == _UTF_8 else len(data)
+        if kind not in kinds or count != np.prod(dimensions, dtype=float) * _WIDTHS[kind]:
             raise BadInputError(
-                f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} numbers"
-                "; copy it again from its source"
+                f"not a complete .mat file: {len(data)} bytes for {dimensions.tolist()} "
+                f"{'letters' if made == _TEXT else 'numbers'}; copy it again from its source"
             )
+
+
+def _parts_needed(
+    made: int, flags: int, size: float, parts: list[tuple[int, bytes]], order: str
+) -> float:
+    """Return how many elements follow the name of a variable of a class and a size."""
+    if made == _CELL:
+        return float(size)
+    if made in _STRUCTS:
+        first = made - _STRUCTS[0]  # an object has the name of its class before the names of fields
+        if len(parts) < first + 2 or len(parts[first][1]) != struct.calcsize("i"):
+            return math.inf
+        (width,) = struct.unpack(f"{order}i", parts[first][1])
+        names = len(parts[first + 1][1]) // max(1, width)
+        return float(first + 2 + size * names)
+    return 2 if made in _NUMERIC and flags & _COMPLEX else 1
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:

@@ -50,6 +50,15 @@ def test_changelog_citation_and_code_name_one_version_below_1() -> None:
     assert __version__.startswith("0.")
 
 
+def test_the_workflow_of_each_system_gives_the_commands_of_the_readme() -> None:
+    """Those without make, in the environment that the system brings in place of `.venv`."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, *commands = readme.partition("Without `make`:\n\n```\n")[2].partition("```")[0].splitlines()
+    workflow = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    given = re.findall(r"- run: (.+)", workflow)
+    assert given == [command.removeprefix(".venv/bin/") for command in commands]
+
+
 def test_every_picture_is_shown() -> None:
     shown = {(page.parent / link).resolve() for page in PAGES for link in links(page)}
     assert set(DOCS.rglob("*.png")) <= shown

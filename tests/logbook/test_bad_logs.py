@@ -7,7 +7,9 @@ from collections.abc import Callable
 
 import h5py
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 from scipy.io import savemat
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import GOOD, NEEDED, TIME, Table, put, scale, with_decimal_commas
@@ -477,9 +479,51 @@ def _fan(file):
         last = group
 
 
+def test_a_parquet_file_whose_table_of_contents_tells_too_little_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("pitotbench.logbook.damage._MANY", 1000)
+    path = tmp_path / "log.parquet"
+    parquet.write_table(pa.table({"label": ["q" * 2_000_000]}), path, compression="zstd")
+    size = parquet.read_metadata(path).row_group(0).total_byte_size
+    path.write_bytes(path.read_bytes().replace(_varint(size, 4), _varint(100, 4)))
+    assert parquet.read_metadata(path).row_group(0).total_byte_size == 100
+    with pytest.raises(BadInputError, match="would unpack to"):
+        read_log(path)
+
+
+def _varint(number: int, width: int) -> bytes:
+    """A number as Parquet's table of contents writes it, with `width` bytes."""
+    bits = [(2 * number >> 7 * place) & 127 for place in range(width)]
+    return bytes([*(each | 128 for each in bits[:-1]), bits[-1]])
+
+
+def test_a_parquet_file_that_contradicts_its_statistics_is_refused(tmp_path):
+    """Of a column that may be empty, the statistics tell how often it is. PyArrow ended the program
+    where the table of contents denied that it may.
+    """
+    path = write_log(sample.log(), tmp_path / "log.parquet")
+    whole = path.read_bytes()
+    optional, required = b"\x25\x02\x18\x06time_s", b"\x25\x00\x18\x06time_s"
+    assert whole.count(optional) == 1
+    path.write_bytes(whole.replace(optional, required))
+    with pytest.raises(BadInputError, match="not a complete Parquet file"):
+        read_log(path)
+
+
+def test_a_column_of_lists_is_left_out_with_a_word(tmp_path):
+    path = write_log(sample.log(), tmp_path / "log.parquet")
+    table = parquet.read_table(path)
+    lists = pa.array([[1.0, 2.0]] * len(table))
+    parquet.write_table(table.append_column("spectrum", lists), path)
+    assert "column 'spectrum' holds lists: it is left out" in read_log(path).header["warnings"]
+
+
 @pytest.mark.parametrize(
     ("write", "words"),
-    [(_wide, "would unpack to"), (_shared_text, "would unpack to"), (_fan, "by two names")],
+    [
+        (_wide, "would unpack to"),
+        (_shared_text, "texts or lists of any length"),
+        (_fan, "by two names"),
+    ],
 )
 def test_a_small_file_of_version_7_3_that_fills_the_memory_is_refused(tmp_path, write, words):
     with h5py.File(tmp_path / "log.mat", "w") as file:

@@ -21,7 +21,6 @@ ZIP = ".zip"
 _MOST_BYTES = 2 << 30  # of an unpacked .zip: more fits no card's month of flights
 _MOST_FILES = 500  # of a folder that are read
 _MOST_MEMBERS = 10_000  # of a .zip
-_BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError)
 
 
 def is_bundle(path: Path) -> bool:
@@ -80,7 +79,10 @@ def unpack(packed: Path, folder: Path) -> None:
         ) from error
     # RuntimeError: a password, or a method of packing that is not known.
     # ValueError and IndexError: a name that is no text, or none.
-    except (*_BROKEN, RuntimeError, ValueError, IndexError) as error:
+    except (
+        *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError),
+        *(RuntimeError, ValueError, IndexError),
+    ) as error:
         raise BadInputError(
             "not a complete .zip file, or one with a password: unpack it, and give the folder"
         ) from error

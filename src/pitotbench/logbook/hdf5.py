@@ -14,7 +14,6 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
 _CHARACTERS = b"char"
 _NUMBER = np.dtype(np.float64).itemsize  # bytes
-_TEXTS = 100  # rows of text that are read at a time
 
 
 def is_hdf5(path: Path) -> bool:
@@ -39,68 +38,43 @@ def load_hdf5(path: Path) -> dict[str, Any]:
         ) from error
     try:
         with h5py.File(path, "r") as file:
-            return _Reading(path, file).fields(file)
+            sizes = [0]
+            file.visititems(lambda _, item: sizes.append(getattr(item, "nbytes", 0)))
+            require_unpackable(sum(sizes) / _NUMBER, path)
+            return _fields(file, h5py, {file})
     except BadInputError:
         raise
     except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
         raise BadInputError(f"not a complete .mat file of version 7.3{AGAIN}") from error
 
 
-class _Reading:
-    """Reads the objects of a file, each once, while they fit into the memory."""
+def _fields(group: Any, h5py: Any, seen: set[Any]) -> dict[str, Any]:
+    """Return what a group itself holds: a link of another kind may lead into another file. What was
+    `seen` is not read again.
+    """
+    return {
+        name: _value(group[name], h5py, seen)
+        for name in group
+        if not name.startswith("#") and isinstance(group.get(name, getlink=True), h5py.HardLink)
+    }
 
-    def __init__(self, path: Path, file: Any) -> None:
-        self._path, self._seen = path, {file}
-        self._bytes = 0.0  # of what was read
 
-    def fields(self, group: Any) -> dict[str, Any]:
-        """Return what a group itself holds: a link of another kind may lead into another file."""
-        import h5py
-
-        names = [name for name in group if not name.startswith("#")]
-        return {
-            name: self._value(group[name])
-            for name in names
-            if isinstance(group.get(name, getlink=True), h5py.HardLink)
-        }
-
-    def _value(self, item: Any) -> Any:
-        """Return the value of a dataset, or of a group (a struct) by field."""
-        if item in self._seen:  # groups within themselves, or one by a million names
-            raise BadInputError(f"{item.name!r} is there by two names; save each variable once")
-        self._seen.add(item)
-        if hasattr(item, "items"):
-            return self.fields(item)
-        if item.external or item.is_virtual:
-            raise BadInputError(f"{item.name!r} lies in another file; save the variables in one")
-        found = self._read(item)
-        array = np.asarray(found)
-        if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:
-            return "".join(map(chr, array.ravel()))
-        if array.dtype.kind in "SO" and array.ndim == 0:
-            return (
-                found.decode("utf-8", errors="replace") if isinstance(found, bytes) else str(found)
-            )
-        return array.T  # MATLAB stores column by column
-
-    def _read(self, item: Any) -> Any:
-        """Return the content of a dataset."""
-        import h5py
-
-        self._require_room(item.size * max(item.dtype.itemsize, _NUMBER))
-        text = h5py.check_string_dtype(item.dtype)
-        if text is None and (
-            h5py.check_vlen_dtype(item.dtype) or (item.dtype.names and item.dtype.hasobject)
-        ):
-            raise BadInputError(f"{item.name!r} holds lists; save each channel as a vector")
-        if text is None or text.length is not None or not item.ndim:
-            return item[()]
-        rows = list[Any]()  # texts of any length, which many rows may share in the file
-        for begin in range(0, len(item), _TEXTS):
-            rows += (part := item[begin : begin + _TEXTS]).tolist()
-            self._require_room(sum(map(len, part.ravel())))
-        return np.array(rows, dtype=object)
-
-    def _require_room(self, size: float) -> None:
-        self._bytes += size
-        require_unpackable(self._bytes / _NUMBER, self._path)
+def _value(item: Any, h5py: Any, seen: set[Any]) -> Any:
+    """Return the value of a dataset, or of a group (a struct) by field."""
+    if item in seen:  # a group within itself, or one thing by a million names
+        raise BadInputError(f"{item.name!r} is there by two names; save each variable once")
+    seen.add(item)
+    if hasattr(item, "items"):
+        return _fields(item, h5py, seen)
+    if item.external or item.is_virtual:
+        raise BadInputError(f"{item.name!r} lies in another file; save the variables in one")
+    # The rows of a column of texts may be one text in the file, which then fills the memory.
+    if item.ndim and item.dtype.hasobject and not h5py.check_ref_dtype(item.dtype):
+        raise BadInputError(f"{item.name!r} holds texts or lists of any length; leave it out")
+    found = item[()]
+    array = np.asarray(found)
+    if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:
+        return "".join(map(chr, array.ravel()))
+    if array.dtype.kind in "SO" and array.ndim == 0:
+        return found.decode("utf-8", errors="replace") if isinstance(found, bytes) else str(found)
+    return array.T  # MATLAB stores column by column

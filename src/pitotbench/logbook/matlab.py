@@ -192,7 +192,7 @@ def _require_whole(elements: bytes, order: str, depth: int = 0) -> None:
     dimensions = np.frombuffer(data, f"{order}i4")
     parts = held[3:]
     if len(parts) < (
-        needed := _parts_needed(made, flags, np.prod(dimensions, dtype=float), parts, order)
+        needed := _parts_needed(made, flags, float(np.prod(dimensions, dtype=float)), parts, order)
     ):
         raise BadInputError(
             f"not a complete .mat file: {len(parts)} parts of a variable that has {needed:,.0f}"
@@ -212,16 +212,14 @@ def _parts_needed(
     made: int, flags: int, size: float, parts: list[tuple[int, bytes]], order: str
 ) -> float:
     """Return how many elements follow the name of a variable of a class and a size."""
-    if made == _CELL:
-        return float(size)
-    if made in _STRUCTS:
-        first = made - _STRUCTS[0]  # an object has the name of its class before the names of fields
-        if len(parts) < first + 2 or len(parts[first][1]) != struct.calcsize("i"):
-            return math.inf
-        (width,) = struct.unpack(f"{order}i", parts[first][1])
-        names = len(parts[first + 1][1]) // max(1, width)
-        return float(first + 2 + size * names)
-    return 2 if made in _NUMERIC and flags & _COMPLEX else 1
+    if made not in _STRUCTS:
+        return size if made == _CELL else 1.0 + (made in _NUMERIC and flags & _COMPLEX > 0)
+    first = made - _STRUCTS[0]  # an object has the name of its class before the names of fields
+    fields = [data for _, data in parts[first : first + 2]]
+    if [len(data) for data in fields[:1]] != [struct.calcsize("i")] or len(fields) == 1:
+        return math.inf
+    width: int = struct.unpack(f"{order}i", fields[0])[0]
+    return first + 2 + size * (len(fields[1]) // max(1, width))
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:

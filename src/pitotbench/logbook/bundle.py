@@ -78,10 +78,10 @@ def unpack(packed: Path, folder: Path) -> None:
             f"cannot be unpacked: {error.strerror or error}; unpack it, and give the folder"
         ) from error
     # RuntimeError: a password, or a method of packing that is not known.
-    # ValueError and IndexError: a name that is no text, or none.
+    # UnicodeError and IndexError: a name that is no text, or none.
     except (
         *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError),
-        *(RuntimeError, ValueError, IndexError),
+        *(RuntimeError, UnicodeError, IndexError),
     ) as error:
         raise BadInputError(
             "not a complete .zip file, or one with a password: unpack it, and give the folder"

@@ -164,7 +164,7 @@ def _require_whole(elements: bytes, order: str, depth: int = 0) -> None:
     place, held = 0, list[tuple[int, bytes]]()
     while len(tag := elements[place : place + 8]) == 8 and any(tag):
         kind, size = struct.unpack(f"{order}II", tag)
-        if small := kind >> 16:
+        if small := kind >> 16:  # it holds its data in its tag
             kind, size, data = kind & 0xFFFF, small, tag[4 : 4 + small]
         else:
             data = elements[place + 8 : place + 8 + size]

@@ -5,8 +5,9 @@ BIN := $(VENV)/bin
 # Each process that the tests start would compile the package, and each worker every test, were nothing kept.
 unexport PYTHONDONTWRITEBYTECODE
 STAMP := $(VENV)/.installed
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test test-product test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint clean
+.PHONY: demo test test-product test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint lock clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
@@ -45,7 +46,6 @@ lint: $(STAMP)
 
 # The site of docs/ in out/docs; a warning, also of a link that leads nowhere, is an error.
 docs: $(STAMP)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[docs]'
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs out/docs
 	@cp out/docs/README.html out/docs/index.html
 	@echo "open out/docs/index.html"
@@ -62,7 +62,7 @@ lab-verify: $(STAMP)
 
 # The wheel in a fresh environment outside the checkout, used as a user does.
 wheel-check: $(STAMP)
-	$(BIN)/python -m tests.wheel
+	$(BIN)/python -m tests.wheel --python $(PYTHON)
 
 SEED ?= 900000
 JOBS ?= 2
@@ -79,8 +79,16 @@ lab-blind: $(STAMP)
 $(STAMP): pyproject.toml requirements.lock src/pitotbench/__init__.py
 	@$(PYTHON) -c 'import sys; sys.exit("pitotbench needs Python 3.11 or newer; set PYTHON=...") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[test]'
+	$(PIP) --require-hashes -r requirements.lock
+	$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
+
+# Every package with the hashes of all its files, for each Python and system: needs uv. What is locked stays as it is
+# while it fits pyproject.toml: `make lock LOCK=--upgrade` takes the newest of all, LOCK='--upgrade-package numpy' of one.
+lock:
+	$(PYTHON) -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"], sep="\n")' \
+	  | uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-annotate --no-header --no-emit-index-url \
+	  --extra test --extra docs $(LOCK) --output-file requirements.lock pyproject.toml -
 
 clean:
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache

@@ -50,6 +50,23 @@ def test_changelog_citation_and_code_name_one_version_below_1() -> None:
     assert __version__.startswith("0.")
 
 
+def test_the_workflow_of_each_system_gives_the_commands_of_the_readme() -> None:
+    """Those without make, in the environment that the system brings in place of `.venv`."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, *commands = readme.partition("Without `make`:\n\n```\n")[2].partition("```")[0].splitlines()
+    workflow = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    given = re.findall(r"- run: (.+)", workflow)
+    assert given == [command.removeprefix(".venv/bin/") for command in commands]
+
+
+def test_every_number_of_the_paper_is_one_of_the_page_of_numbers() -> None:
+    number = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")
+    page = re.sub("<!--.*?-->", "", (DOCS / "how-good-is-it.md").read_text(encoding="utf-8"))
+    paper = (DOCS / "paper.md").read_text(encoding="utf-8").partition("## References")[0]
+    plain = re.sub(r"\b(19|20)\d\d\b|±2σ", "", paper)  # without the years of what is cited
+    assert set(number.findall(plain)) <= set(number.findall(page))
+
+
 def test_every_picture_is_shown() -> None:
     shown = {(page.parent / link).resolve() for page in PAGES for link in links(page)}
     assert set(DOCS.rglob("*.png")) <= shown

@@ -1,7 +1,8 @@
-"""Install the wheel in a fresh environment outside the checkout, and use it there as a user does.
-Prints the times.
+"""Build wheel and sdist, install the wheel in a fresh environment outside the checkout, and use it
+there as a user does. Prints the times.
 
-    python -m tests.wheel               # build, install, fly, calibrate, plan, reconcile
+    python -m tests.wheel               # build, install, fly, calibrate, plan, reconcile, open
+    python -m tests.wheel --python python3.13
     python -m tests.wheel --clone       # instead: a fresh clone of this checkout, and `make demo`
     in it
 
@@ -14,8 +15,10 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from shutil import unpack_archive
 from tempfile import TemporaryDirectory
 from time import perf_counter
+from urllib.request import HTTPCookieProcessor, build_opener
 from zipfile import ZipFile
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -43,72 +46,99 @@ def main() -> None:
     parser.add_argument(
         "--clone", action="store_true", help="from a clone to the first report, by README"
     )
+    parser.add_argument("--python", default=sys.executable, help="the Python that it is tried with")
     parser.add_argument("--all", action="store_true", help="also what takes minutes")
     options = parser.parse_args()
     with TemporaryDirectory(prefix="pitotbench-wheel-") as place:
-        (_clone if options.clone else _wheel)(Path(place), options.all)
+        (_clone if options.clone else _wheel)(Path(place), options)
 
 
-def _clone(place: Path, _: bool) -> None:
+def _clone(place: Path, options: argparse.Namespace) -> None:
     begun = perf_counter()
     _step(["git", "clone", "--quiet", str(ROOT), "copy"], place)
-    _step(["make", "demo", f"PYTHON={sys.executable}"], place / "copy")
+    _step(["make", "demo", f"PYTHON={options.python}"], place / "copy")
     pages = list((place / "copy" / "out").rglob("report.html"))
     if not pages:
         raise SystemExit("no report was written")
     print(f"from the clone to the first report: {perf_counter() - begun:.0f} s")
 
 
-def _wheel(place: Path, everything: bool) -> None:
-    _step(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(place), str(ROOT)],
-        place,
-    )
-    (wheel,) = place.glob("*.whl")
-    foreign = [name for name in ZipFile(wheel).namelist() if not name.startswith("pitotbench")]
-    if foreign:
-        raise SystemExit(f"not of the product: {', '.join(foreign)}")
-    _step([sys.executable, "-m", "venv", "fresh"], place)
+def _wheel(place: Path, options: argparse.Namespace) -> None:
+    wheel = _built(place / "dist")
     programs = place / "fresh" / ("Scripts" if os.name == "nt" else "bin")
-    pip = [
-        str(programs / "python"),
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ]
-    _step([*pip, "-c", str(ROOT / "requirements.lock"), str(wheel)], place)
+    python = str(programs / "python")
+    _step([options.python, "-m", "venv", "fresh"], place)
+    # As a user does: the newest of all that the wheel asks for, and nothing that a test brings along.
+    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    _step([*pip, str(wheel)], place)
     work = place / "work"
     work.mkdir()
     (work / "case.toml").write_text(CASE, encoding="utf-8")
     (work / "late.toml").write_text(CASE + LATE, encoding="utf-8")
-    where = [str(programs / "python"), "-c", "import pitotbench; print(pitotbench.__file__)"]
+    where = [python, "-c", "import pitotbench; print(pitotbench.__file__)"]
     if str(place) not in _step(where, work):
         raise SystemExit("not the package of the fresh environment was imported")
-    for command in (*COMMANDS, *(LONG if everything else ())):
+    for command in (*COMMANDS, *(LONG if options.all else ())):
         _step([str(programs / "pitotbench"), *command.split()], work)
     missing = [name for name in WRITTEN if not (work / name).is_file()]
     if missing:
         raise SystemExit(f"not written: {', '.join(missing)}")
+    _step([*pip, f"{wheel}[open]"], place)
+    _open_page([python, "-m", "pitotbench", "open", "--no-browser", "--port", "0"], work)
     print("the wheel works outside the checkout")
+
+
+def _built(dist: Path) -> Path:
+    """Build wheel and sdist and return the wheel. The sdist makes the same wheel."""
+    dist.mkdir()
+    build = [sys.executable, "-m", "hatchling", "build", "-d"]
+    _step([*build, str(dist)], ROOT)
+    (wheel,), (sdist,) = dist.glob("*.whl"), dist.glob("*.tar.gz")
+    members = ZipFile(wheel).namelist()
+    foreign = [name for name in members if not name.startswith("pitotbench")]
+    if foreign:
+        raise SystemExit(f"not of the product: {', '.join(foreign)}")
+    unpack_archive(sdist, dist)
+    _step([*build, "again", "-t", "wheel"], dist / sdist.name.removesuffix(".tar.gz"))
+    (again,) = dist.glob("*/again/*.whl")
+    if different := set(members).symmetric_difference(ZipFile(again).namelist()):
+        raise SystemExit(f"of one of checkout and sdist alone: {', '.join(sorted(different))}")
+    return wheel
+
+
+def _open_page(command: list[str], folder: Path) -> None:
+    """Ask `pitotbench open` for its page."""
+    begun = perf_counter()
+    with subprocess.Popen(
+        command, cwd=folder, env=_plain(), stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    ) as server:
+        try:
+            assert server.stdout is not None
+            address = server.stdout.readline().split()[-1]
+            page = build_opener(HTTPCookieProcessor()).open(address, timeout=LIMIT).read()
+        finally:
+            server.terminate()
+    if b"<title>pitotbench" not in page:
+        raise SystemExit(f"open shows another page: {page[:200]!r}")
+    print(f"{perf_counter() - begun:7.1f} s: the page of open")
+
+
+def _plain() -> dict[str, str]:
+    """Environment without the checkout on the path."""
+    ours = ("PYTHONPATH", "PITOTBENCH_CACHE")
+    return {key: value for key, value in os.environ.items() if key not in ours}
 
 
 def _step(command: list[str], folder: Path) -> str:
     """Run a command in a folder, without the checkout on its path; print its times, return what it
     printed.
     """
-    plain = {
-        key: value
-        for key, value in os.environ.items()
-        if key not in ("PYTHONPATH", "PITOTBENCH_CACHE")
-    }
     own = Path(command[0]).stem == "pitotbench"
     before, cpu = perf_counter(), os.times()
     done = subprocess.run(
         command,
         cwd=folder,
-        env=plain | ({"PITOTBENCH_CACHE": str(folder / "cache")} if own else {}),
+        env=_plain() | ({"PITOTBENCH_CACHE": str(folder / "cache")} if own else {}),
         capture_output=True,
         text=True,
         encoding="utf-8",

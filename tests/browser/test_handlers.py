@@ -347,6 +347,31 @@ def test_what_is_no_choice_of_the_page_is_refused(choice: Any) -> None:
     with_server(visit)
 
 
+def test_a_choice_nested_without_end_is_refused() -> None:
+    async def visit(_server: PageServer, fetch: Visit) -> None:
+        answer = await fetch("/act", method="POST", body="[" * 200_000)
+        assert answer.code == 400
+
+    with_server(visit)
+
+
+@pytest.mark.parametrize("length", ["abc", "9" * 5000, "99999999999"])
+def test_a_file_without_a_length_that_is_taken_is_refused(length: str) -> None:
+    async def visit(server: PageServer, _fetch: Visit) -> None:
+        reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+        head = (
+            f"POST /upload HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+            f"Cookie: {server.access.cookie}={server.access.held}\r\n"
+            f"X-Name: a.csv\r\nContent-Length: {length}\r\n\r\n"
+        )
+        writer.write(head.encode())
+        line = await asyncio.wait_for(reader.readline(), 30)
+        assert b"413" in line
+        writer.close()
+
+    with_server(visit)
+
+
 def test_the_script_of_the_page_puts_texts_in_as_text() -> None:
     script = (PAGE / "page.js").read_text(encoding="utf-8")
     assert "textContent" in script
@@ -386,6 +411,40 @@ def test_a_child_that_exceeds_its_limits_ends_and_another_answers() -> None:
             workers.close()
 
     asyncio.run(run())
+
+
+LIMITED = """
+import asyncio, resource
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+from tests.browser import questions
+from pitotbench.browser.workers import Workers
+
+async def run():
+    workers = Workers(1)
+    try:
+        print([reply async for reply in workers.ask(questions.echo, "heard")])
+    finally:
+        workers.close()
+
+if __name__ == "__main__":
+    asyncio.run(run())
+"""
+
+
+def test_a_child_answers_where_the_system_allows_less_than_its_limit(tmp_path: Path) -> None:
+    pytest.importorskip("resource", reason="this system has no limits for processes")
+    script = tmp_path / "limited.py"
+    script.write_text(LIMITED, encoding="utf-8")
+    root = Path(__file__).parents[2]
+    path = os.pathsep.join([str(root), str(root / "src")])
+    told = subprocess.run(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert told == "[('text', 'heard')]\n"
 
 
 def test_a_canceled_question_ends_its_child() -> None:

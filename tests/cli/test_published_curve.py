@@ -60,6 +60,22 @@ def test_every_voice_compares_the_curve_with_the_handbook_alike(flown, tmp_path,
     assert f"at {curve.indicated_airspeed_kt[0]:.0f} KIAS it is" in sentence
 
 
+def test_a_name_of_a_handbook_is_no_formula_and_no_markup(flown, tmp_path):
+    path, book, _ = flown
+    rows = book.read_text(encoding="utf-8").splitlines()[1:]
+    name = r"$\bad{$ <script>"
+    named = tmp_path / "poh.csv"
+    named.write_text(
+        "\n".join(["configuration,KIAS,KCAS", *(f"{name},{row}" for row in rows)]), encoding="utf-8"
+    )
+    page = tmp_path / "page.html"
+    asked = ["calibrate", str(path), "--handbook", str(named), "--report", str(page)]
+    assert main(asked) == DONE
+    text = page.read_text(encoding="utf-8")
+    assert name not in text
+    assert name in unescape(text)
+
+
 def test_a_curve_without_a_handbook_has_no_word_of_one(flown, capsys):
     path, *_ = flown
     assert main(["calibrate", str(path), "--json"]) == DONE

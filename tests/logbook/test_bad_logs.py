@@ -5,8 +5,11 @@ import struct
 import zlib
 from collections.abc import Callable
 
+import h5py
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 from scipy.io import savemat
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import GOOD, NEEDED, TIME, Table, put, scale, with_decimal_commas
@@ -415,3 +418,123 @@ def test_a_mat_file_that_ends_the_reader_of_scipy_without_an_error_is_refused(
     path.write_bytes(file)
     with pytest.raises(BadInputError, match=r"not a complete \.mat file: it is damaged"):
         read_log(path)
+
+
+def _variable(kind: int, flags: int, size: int, *parts: tuple[int, bytes]) -> bytes:
+    """A variable of a .mat file of one row of `size`, without a name."""
+    head = [
+        (6, struct.pack("<II", flags << 8 | kind, 0)),
+        (5, struct.pack("<ii", 1, size)),
+        (1, b""),
+    ]
+    elements = (
+        struct.pack("<II", made, len(data)) + data.ljust(-(-len(data) // 8) * 8, b"\0")
+        for made, data in (*head, *parts)
+    )
+    return b"".join(elements)
+
+
+NUMBER = (9, bytes(8))
+NESTED = _variable(6, 0, 1, NUMBER)
+for _ in range(2000):  # of Python's own depth is 1,000
+    NESTED = _variable(1, 0, 1, (14, NESTED))
+KILLERS = {  # what SciPy's reader dies of, reads beyond its end, or fills the memory with
+    "no imaginary part": _variable(6, 8, 1, NUMBER),
+    "no numbers": _variable(6, 0, 1),
+    "a cell too few": _variable(1, 0, 2, (14, _variable(6, 0, 1, NUMBER))),
+    "a list without an end": _variable(1, 0, 2_000_000_000, (14, _variable(6, 0, 1, NUMBER))),
+    "fields without names": _variable(2, 0, 1),
+    "a letter too few": _variable(4, 0, 2, (16, b"a")),
+    "letters of no kind": _variable(4, 0, 2, (14, b"kt")),
+    "sparse": _variable(5, 0, 1, (5, bytes(4)), (5, bytes(8)), NUMBER),
+    "nested": NESTED,
+}
+
+
+@pytest.mark.parametrize("name", list(KILLERS))
+def test_a_mat_file_that_kills_the_reader_of_scipy_is_refused(tmp_path, name):
+    variable = KILLERS[name]
+    head = b"MATLAB 5.0".ljust(124) + b"\0\1IM"
+    path = tmp_path / "log.mat"
+    path.write_bytes(head + struct.pack("<II", 14, len(variable)) + variable)
+    with pytest.raises(BadInputError):
+        read_log(path)
+
+
+def _wide(file):
+    file.create_dataset("time_s", shape=(1,), dtype="S2000000000", chunks=(1,))
+
+
+def _shared_text(file):
+    """A text of a million letters in the file once, and in each of a thousand rows."""
+    texts = file.create_dataset("label", shape=(1000,), dtype=h5py.string_dtype())
+    texts[0] = "q" * 1_000_000
+    file.flush()
+    place = texts.id.get_offset()
+    with open(file.filename, "rb+") as raw:
+        raw.seek(place)
+        reference = raw.read(16)
+        raw.seek(place)
+        raw.write(reference * 1000)
+
+
+def _fan(file):
+    """Forty groups, each by two names in the next: 2 to the 40th ways to one dataset."""
+    last = file.create_dataset("x", data=np.arange(5.0))
+    for number in range(40):
+        group = file.create_group(f"g{number}")
+        group["a"], group["b"] = last, last
+        last = group
+
+
+def test_a_parquet_file_whose_table_of_contents_tells_too_little_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("pitotbench.logbook.damage._MANY", 1000)
+    path = tmp_path / "log.parquet"
+    parquet.write_table(pa.table({"label": ["q" * 2_000_000]}), path, compression="zstd")
+    size = parquet.read_metadata(path).row_group(0).total_byte_size
+    path.write_bytes(path.read_bytes().replace(_varint(size, 4), _varint(100, 4)))
+    assert parquet.read_metadata(path).row_group(0).total_byte_size == 100
+    with pytest.raises(BadInputError, match="would unpack to"):
+        read_log(path)
+
+
+def _varint(number: int, width: int) -> bytes:
+    """A number as Parquet's table of contents writes it, with `width` bytes."""
+    bits = [(2 * number >> 7 * place) & 127 for place in range(width)]
+    return bytes([*(each | 128 for each in bits[:-1]), bits[-1]])
+
+
+def test_a_parquet_file_that_contradicts_its_statistics_is_refused(tmp_path):
+    """Of a column that may be empty, the statistics tell how often it is. PyArrow ended the program
+    where the table of contents denied that it may.
+    """
+    path = write_log(sample.log(), tmp_path / "log.parquet")
+    whole = path.read_bytes()
+    optional, required = b"\x25\x02\x18\x06time_s", b"\x25\x00\x18\x06time_s"
+    assert whole.count(optional) == 1
+    path.write_bytes(whole.replace(optional, required))
+    with pytest.raises(BadInputError, match="not a complete Parquet file"):
+        read_log(path)
+
+
+def test_a_column_of_lists_is_left_out_with_a_word(tmp_path):
+    path = write_log(sample.log(), tmp_path / "log.parquet")
+    table = parquet.read_table(path)
+    lists = pa.array([[1.0, 2.0]] * len(table))
+    parquet.write_table(table.append_column("spectrum", lists), path)
+    assert "column 'spectrum' holds lists: it is left out" in read_log(path).header["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("write", "words"),
+    [
+        (_wide, "would unpack to"),
+        (_shared_text, "texts or lists of any length"),
+        (_fan, "by two names"),
+    ],
+)
+def test_a_small_file_of_version_7_3_that_fills_the_memory_is_refused(tmp_path, write, words):
+    with h5py.File(tmp_path / "log.mat", "w") as file:
+        write(file)
+    with pytest.raises(BadInputError, match=words):
+        read_log(tmp_path / "log.mat")

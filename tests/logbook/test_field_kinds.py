@@ -442,6 +442,28 @@ def test_a_broken_zip_is_refused(tmp_path):
         read_log(path)
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+def test_a_zip_of_another_method_with_damage_within_is_refused(tmp_path, method):
+    path = tmp_path / "card.zip"
+    with zipfile.ZipFile(path, "w", method) as file:
+        file.writestr("log.csv", ",".join(map(str, range(5000))))
+    whole = path.read_bytes()
+    path.write_bytes(whole[:80] + bytes(80) + whole[160:])
+    with pytest.raises(BadInputError, match=r"\.zip"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("name", [b"\xff\xfe\xfd", b""])
+def test_a_zip_whose_member_has_no_name_is_refused(tmp_path, name):
+    path = tmp_path / "card.zip"
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("\u20ac", "1,2")  # three bytes
+    whole = bytearray(path.read_bytes().replace("\u20ac".encode(), name.ljust(3, b"\0")))
+    path.write_bytes(whole)
+    with pytest.raises(BadInputError, match="card"):
+        read_log(path)
+
+
 def test_a_zip_with_damage_within_is_refused_and_a_full_disk_is_named(tmp_path, monkeypatch):
     path = tmp_path / "card.zip"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:

@@ -103,7 +103,17 @@ def test_a_second_airplane_is_not_loaded_unread(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["simulation/write-state-file", "/simulation[0]/reset", "simulation/do_simple_trim"]
+    "name",
+    [
+        "simulation/write-state-file",
+        "/simulation[0]/reset",
+        "simulation/do_simple_trim",
+        "simulation/jsbsim-debug",
+        # JSBSim takes these too; of the first it wrote a file a step, of the second it crashed.
+        "<x/>simulation/write-state-file",
+        "<x/>simulation/reset",
+        "simulation/write-state-file\nfcs/gain",
+    ],
 )
 def test_a_property_that_commands_the_simulator_is_refused(tmp_path, name):
     inside = f'<system name="a"><channel name="c"><pure_gain name="g"><output>{name}</output></pure_gain></channel></system>'

@@ -133,11 +133,12 @@ class Limits:
             yield
 
     def _limit_memory(self, undone: ExitStack) -> None:
-        try:
-            import resource
-        except ImportError:  # not a POSIX system: no limit
+        if self.memory is None:
             return
-        if self.memory is not None:
+        # Windows has no limits, and macOS refuses one below what is in use.
+        with suppress(ImportError, ValueError, OSError):
+            import resource
+
             soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
             allowed = self.memory if hard == resource.RLIM_INFINITY else min(self.memory, hard)
             resource.setrlimit(resource.RLIMIT_DATA, (allowed, hard))

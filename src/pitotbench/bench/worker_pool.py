@@ -1,6 +1,6 @@
 """An executor of spawned processes, in which a process that dies takes no other task with it.
 
-Each process has its own pipes and a thread that watches it. A pool whose processes share a pipe
+Each process has its own pipe and a thread that watches it. A pool whose processes share a pipe
 loses all of them where one is killed while it holds the lock of that pipe.
 """
 
@@ -18,6 +18,7 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from queue import Empty, SimpleQueue
+from tempfile import mkstemp
 from threading import Lock, Thread
 from typing import Any
 
@@ -167,40 +168,42 @@ class _Worker:
 
     def __init__(self) -> None:
         self.calls, theirs = _SPAWN.Pipe()
-        self.log, log = _SPAWN.Pipe(duplex=False)
-        self.process = _SPAWN.Process(target=_work, args=(theirs, log, os.getpid()))
+        # A file, and no pipe: the pipes of Windows have no descriptors that a process could write
+        # its standard output to.
+        try:
+            number, self._name = mkstemp(prefix="pitotbench-", suffix=".log")
+        except OSError as error:
+            raise BrokenExecutor(f"no process starts: {error}") from error
+        self.log = os.fdopen(number, "rb+", buffering=0)
+        self.process = _SPAWN.Process(target=_work, args=(theirs, self._name, os.getpid()))
         try:
             with _one_thread():
                 self.process.start()
         except (OSError, RuntimeError) as error:
+            self._close_log()
             # RuntimeError: this is a process of another pool, which has not loaded its modules yet.
             reason = (
                 _UNGUARDED if isinstance(error, RuntimeError) else f"no process starts: {error}"
             )
             raise BrokenExecutor(reason) from error
         theirs.close()
-        log.close()
-        os.set_blocking(self.log.fileno(), False)
         self.loaded = False  # whether it has taken a call
-        self.text = b""
 
     def perform(self, message: bytes, seconds: float | None) -> tuple[bool, Any]:
         """Return (true, result) or (false, error) of a call. Raises LostWorkError or
         BrokenExecutor.
         """
-        self.text = b""
+        self.log.truncate(0)
         longest = None if seconds is None else seconds + _GRACE
         late = time.monotonic() + _START
         with suppress(OSError):  # it has died, as is noticed below
             self.calls.send_bytes(message)
         while True:
             left = None if longest is None else max(0.0, late - time.monotonic())
-            ready = wait([self.calls, self.log, self.process.sentinel], left)
+            ready = wait([self.calls, self.process.sentinel], left)
             if not ready:
                 self.process.kill()
                 raise self._lost(f"it took longer than its limit of {seconds:g} s and did not end")
-            if self.log in ready and not self._read_log():
-                self.process.join(1.0)  # the log ends with the process
             if self.calls in ready:
                 try:
                     answer = self.calls.recv_bytes()
@@ -221,26 +224,19 @@ class _Worker:
         self.process.kill()
         self.process.join()
         self.calls.close()
-        self.log.close()
+        self._close_log()
         self.process.close()
 
-    def _read_log(self) -> bool:
-        """Read what the process has written. Return whether there can be more."""
-        try:
-            new = os.read(self.log.fileno(), 65536)
-        except BlockingIOError:
-            return True
-        except OSError:
-            return False
-        self.text = (self.text + new)[-_LOG_KEPT:]
-        return bool(new)
+    def _close_log(self) -> None:
+        self.log.close()
+        with suppress(OSError):  # the process has done it
+            os.unlink(self._name)
 
     def _lost(self, reason: str = "", seconds: float | None = None) -> Exception:
         """Return the error of a call whose process has ended, with what the process wrote last."""
         self.process.join(1.0)
-        while self.log.poll() and self._read_log():
-            pass
-        log = self.text.decode(errors="replace").strip()
+        self.log.seek(max(0, self.log.seek(0, os.SEEK_END) - _LOG_KEPT))
+        log = self.log.read().decode(errors="replace").strip()
         code = self.process.exitcode
         if not reason and seconds is not None and TIME_OVER in log:
             reason = f"it took longer than its limit of {seconds:g} s"
@@ -268,19 +264,22 @@ def _one_thread() -> Iterator[None]:
                 del os.environ[variable]
 
 
-def _work(calls: "Connection[Any, Any]", log: "Connection[Any, Any]", parent: int) -> None:
+def _work(calls: "Connection[Any, Any]", log: str, parent: int) -> None:
     """Perform the calls that arrive, one after the other, and send each result. End with the
     driver.
 
-    Everything that the process writes goes to `log`. `_BEGUN` is sent when a call begins, then its
-    result as (true, value) or its error as (false, error).
+    Everything that the process writes goes to the file `log`. `_BEGUN` is sent when a call begins,
+    then its result as (true, value) or its error as (false, error).
     """
     _end_with(parent)
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C goes to the whole group; the driver ends its workers
+    written = os.open(log, os.O_WRONLY | os.O_APPEND)
+    with suppress(OSError):  # nobody else needs its name; Windows keeps that of an open file
+        os.unlink(log)
     for stream in (1, 2):
-        os.dup2(log.fileno(), stream)
+        os.dup2(written, stream)
     faulthandler.enable(file=2)
     with suppress(EOFError, OSError):  # the driver is gone
         while True:

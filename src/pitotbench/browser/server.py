@@ -43,7 +43,7 @@ class Act(RequestHandler):
     def post(self) -> None:
         try:
             act(self.settings["desk"], json.loads(self.request.body))
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
             raise HTTPError(HTTPStatus.BAD_REQUEST, reason="no choice of this page") from error
 
 

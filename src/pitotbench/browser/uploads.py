@@ -110,7 +110,8 @@ class Upload(RequestHandler):
         """Refuse a body that is too large, or is no log, before it is read."""
         headers, most = self.request.headers, self.settings["most"]
         # Without a stated length nothing is taken; of a stated one Tornado reads no byte more.
-        if int(headers.get("Content-Length", most + 1)) > most:
+        length = headers.get("Content-Length", "")
+        if not length.isdecimal() or len(length) > len(str(most)) or int(length) > most:
             raise HTTPError(
                 HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
                 reason=f"more than {most >> 20:,} MB: cut the log",

@@ -54,8 +54,10 @@ def serve(pipe: Connection, limits: Limits) -> None:
 
 
 def _limit(name: str, most: int) -> None:
-    """Give this process a limit, which a later one may exceed. Windows has none."""
-    with suppress(ImportError):
+    """Give this process a limit, which a later one may exceed, where the system has one: Windows
+    has none, macOS refuses one of addresses, and its own may be lower.
+    """
+    with suppress(ImportError, ValueError, OSError):
         import resource
 
         limit = getattr(resource, name)
@@ -68,10 +70,11 @@ class Child:
     def __init__(self, limits: Limits) -> None:
         # Of a fresh interpreter, which holds no socket of the server; where the system can, of one
         # that has loaded what is needed.
-        context: Any = multiprocessing.get_context(
-            "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-        )
-        context.set_forkserver_preload([*NEEDED])
+        if "forkserver" in multiprocessing.get_all_start_methods():
+            context: Any = multiprocessing.get_context("forkserver")
+            context.set_forkserver_preload([*NEEDED])
+        else:
+            context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=serve, args=(theirs, limits), daemon=True)
         self._process.start()

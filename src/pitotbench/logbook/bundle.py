@@ -2,6 +2,7 @@
 flights these are.
 """
 
+import lzma
 import stat
 import zipfile
 import zlib
@@ -77,7 +78,11 @@ def unpack(packed: Path, folder: Path) -> None:
             f"cannot be unpacked: {error.strerror or error}; unpack it, and give the folder"
         ) from error
     # RuntimeError: a password, or a method of packing that is not known.
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
+    # UnicodeError and IndexError: a name that is no text, or none.
+    except (
+        *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError),
+        *(RuntimeError, UnicodeError, IndexError),
+    ) as error:
         raise BadInputError(
             "not a complete .zip file, or one with a password: unpack it, and give the folder"
         ) from error

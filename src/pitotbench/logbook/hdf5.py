@@ -13,6 +13,7 @@ from pitotbench.records import BadInputError
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
 _CHARACTERS = b"char"
+_NUMBER = np.dtype(np.float64).itemsize  # bytes
 
 
 def is_hdf5(path: Path) -> bool:
@@ -38,31 +39,38 @@ def load_hdf5(path: Path) -> dict[str, Any]:
     try:
         with h5py.File(path, "r") as file:
             sizes = [0]
-            file.visititems(lambda _, item: sizes.append(getattr(item, "size", 0) or 0))
-            require_unpackable(sum(sizes), path)
-            return _fields(file, h5py.HardLink)
+            file.visititems(lambda _, item: sizes.append(getattr(item, "nbytes", 0)))
+            require_unpackable(sum(sizes) / _NUMBER, path)
+            return _fields(file, h5py, {file})
     except BadInputError:
         raise
     except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
         raise BadInputError(f"not a complete .mat file of version 7.3{AGAIN}") from error
 
 
-def _fields(group: Any, held: type) -> dict[str, Any]:
-    """Return what a group itself holds: a link of another kind may lead into another file."""
-    names = [name for name in group if not name.startswith("#")]
+def _fields(group: Any, h5py: Any, seen: set[Any]) -> dict[str, Any]:
+    """Return what a group itself holds: a link of another kind may lead into another file. What was
+    `seen` is not read again.
+    """
     return {
-        name: _value(group[name], held)
-        for name in names
-        if isinstance(group.get(name, getlink=True), held)
+        name: _value(group[name], h5py, seen)
+        for name in group
+        if not name.startswith("#") and isinstance(group.get(name, getlink=True), h5py.HardLink)
     }
 
 
-def _value(item: Any, held: type) -> Any:
+def _value(item: Any, h5py: Any, seen: set[Any]) -> Any:
     """Return the value of a dataset, or of a group (a struct) by field."""
+    if item in seen:  # a group within itself, or one thing by a million names
+        raise BadInputError(f"{item.name!r} is there by two names; save each variable once")
+    seen.add(item)
     if hasattr(item, "items"):
-        return _fields(item, held)
+        return _fields(item, h5py, seen)
     if item.external or item.is_virtual:
         raise BadInputError(f"{item.name!r} lies in another file; save the variables in one")
+    # The rows of a column of texts may be one text in the file, which then fills the memory.
+    if item.ndim and item.dtype.hasobject and not h5py.check_ref_dtype(item.dtype):
+        raise BadInputError(f"{item.name!r} holds texts or lists of any length; leave it out")
     found = item[()]
     array = np.asarray(found)
     if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:

@@ -25,7 +25,11 @@ _IDENTIFICATION = "fdata"
 _COMPRESSED = 15  # miCOMPRESSED: the kind of a variable that is packed
 _READER = """
 import pickle, sys
+from contextlib import suppress
 from scipy.io import loadmat
+with suppress(ImportError, ValueError, OSError):  # where the system has such a limit
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, resource.getrlimit(resource.RLIMIT_AS)[1]))
 pickle.dump(loadmat(sys.argv[1], simplify_cells=True), sys.stdout.buffer)
 """
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel

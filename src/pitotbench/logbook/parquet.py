@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tomli_w
@@ -12,9 +12,13 @@ from pitotbench.logbook.csv import to_columns
 from pitotbench.logbook.damage import AGAIN, require_unpackable
 from pitotbench.records import BadInputError
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 _KEY = b"pitotbench"
 _TEXT = "BYTE_ARRAY"  # how Parquet stores values of no one width
 _NUMBER = np.dtype(np.float64).itemsize  # bytes
+_WIDEST = 16  # bytes of a decimal number
 
 
 def read_parquet(path: Path) -> Table:
@@ -27,33 +31,49 @@ def read_parquet(path: Path) -> Table:
     try:
         metadata = parquet.read_metadata(path)
         require_few_columns(metadata.num_columns)
-        require_unpackable(_numbers_in(metadata), path)
+        groups = map(metadata.row_group, range(metadata.num_row_groups))
+        told = max(
+            metadata.num_rows * metadata.num_columns,
+            sum(g.total_byte_size for g in groups) / _NUMBER,
+        )
+        require_unpackable(told, path)
+        leaves = [*map(metadata.schema.column, range(metadata.num_columns))]
         # Of a text that repeats, a file holds one: so does the memory then.
-        leaves = map(metadata.schema.column, range(metadata.num_columns))
         repeated = [leaf.path for leaf in leaves if _is_flat_text(leaf)]
         file = parquet.ParquetFile(path, memory_map=False, read_dictionary=repeated)
+        wide = {leaf.path.partition(".")[0] for leaf in leaves if _is_wide(leaf)}
         stored = (file.schema_arrow.metadata or {}).get(_KEY, b"")
-        names, columns = to_columns(file.read())
+        names, columns = to_columns(_table(file, wide, path))
     except BadInputError:
         raise
     except (pa.ArrowException, OSError, ValueError) as error:
         raise BadInputError(f"not a complete Parquet file{AGAIN}") from error
     header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
-    return Table(names, columns, header, tuple(warnings))
+    left_out = [f"column {name!r} holds lists: it is left out" for name in sorted(wide)]
+    return Table(names, columns, header, (*warnings, *left_out))
 
 
-def _numbers_in(metadata: Any) -> float:
-    """Return how many numbers of 8 bytes the columns of a file unpack to, by its own metadata: its
-    values, each as wide as its type, a text of a list as wide as all that its column holds.
+def _table(file: Any, wide: set[str], path: Path) -> "pa.Table":
+    """Return the table of a file without its wide columns, part by part while it is no larger than
+    it may be: a file's own table of contents may tell less than it unpacks to.
     """
-    size = 0
-    for group in map(metadata.row_group, range(metadata.num_row_groups)):
-        for place in range(group.num_columns):
-            chunk, leaf = group.column(place), metadata.schema.column(place)
-            bare = leaf.physical_type == _TEXT and not _is_flat_text(leaf)
-            width = chunk.total_uncompressed_size if bare else max(_NUMBER, leaf.length or 0)
-            size += max(chunk.num_values * width, chunk.total_uncompressed_size)
-    return size / _NUMBER
+    import pyarrow as pa
+
+    kept = pa.schema([field for field in file.schema_arrow if field.name not in wide])
+    batches, values, texts = list[Any](), 0, dict[int, int]()
+    for batch in file.iter_batches(columns=kept.names):
+        batches.append(batch)
+        values += batch.num_rows * batch.num_columns
+        held = [c.dictionary for c in batch.columns if pa.types.is_dictionary(c.type)]
+        # The parts of a column share its texts.
+        texts |= {part.address: part.size for each in held for part in each.buffers() if part}
+        require_unpackable(values + sum(texts.values()) / _NUMBER, path)
+    return pa.Table.from_batches(batches, batches[0].schema if batches else kept)
+
+
+def _is_wide(leaf: Any) -> bool:
+    """Return whether a column holds several values a row, or one of many bytes."""
+    return leaf.max_repetition_level > 0 or (leaf.length or 0) > _WIDEST
 
 
 def _is_flat_text(leaf: Any) -> bool:

@@ -132,6 +132,8 @@ def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:
         legend = figure.legend(
             [*named.values()], [*named], loc="outside upper left", ncols=columns, borderaxespad=0.1
         )
+        for name in legend.get_texts():
+            name.set_parse_math(False)  # one from a file may hold dollars
         if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()

@@ -59,7 +59,7 @@ NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
 BESIDE = ("engine", "engines", "systems")  # folders of parts beside that of the aircraft
 # Elements below a root through which JSBSim writes files, opens sockets or loads further airplanes.
 CLOSED = ("output", "input", "child")
-COMMANDS = re.compile(r"write-state-file|simulation.*(reset|trim)", re.IGNORECASE)
+COMMANDS = re.compile(r"write-state-file|jsbsim-debug|simulation.*(reset|trim)", re.IGNORECASE)
 PARTS = {
     "engine": ("Engines", ENGINES),
     "thruster": ("Engines", ENGINES),
@@ -292,13 +292,14 @@ class _Taking:
 
 def _require_no_command(name: str, root: ET.Element) -> None:
     """Raise BadInputError for a property by which an airplane would command the simulator: to write
-    its state into files, to begin anew, to trim.
+    its state into files, to begin anew, to trim, to print.
     """
-    texts = (text for e in root.iter() for text in (e.text, *e.attrib.values()) if text)
-    for text in (each.strip() for each in texts):
-        if len(text.split()) == 1 and COMMANDS.search(text):
+    # Each word is looked at: JSBSim takes a line of several, and what follows an element within.
+    texts = (text for e in root.iter() for text in (e.text, e.tail, *e.attrib.values()) if text)
+    for word in (word for text in texts for word in text.split()):
+        if COMMANDS.search(word):
             raise BadInputError(
-                f"{name}: the property {text[:60]!r} commands the simulator; take it out of the "
+                f"{name}: the property {word[:60]!r} commands the simulator; take it out of the "
                 "aircraft's file"
             )
 

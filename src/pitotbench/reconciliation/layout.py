@@ -15,6 +15,7 @@ from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.reconciliation.free_parameters import (
+    ANGLE_SCALE,
     VANE_PARAMETERS,
     AnalysisSetting,
     FreeParameters,
@@ -364,7 +365,10 @@ def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell,
 # Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects.
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
-VANE_ROUNDS = 3  # Gauss-Newton steps; a vane that is off by no more than usual needs none
+VANE_ROUNDS = 3  # Gauss-Newton steps
+# rad (rms) of a vane, from which the force meter follows it: 2 % of its scale. Of flights without
+# an error the fit moves no vane by half of that.
+VANE_MOVED = 0.001
 MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 DAY = (
@@ -474,8 +478,8 @@ def lay_out(
 
 def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
     """Return a layout along the track without errors of the vanes of these sizes, by the name of
-    the free parameter, where others are ignored; the same object where none is further than usual
-    from what its track lacks, or one is beyond what a vane can have.
+    the free parameter, where others are ignored; the same object where that moves no vane, or one
+    is beyond what a vane can have.
 
     Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
     drag. Without a force meter nothing is done.
@@ -487,11 +491,11 @@ def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
     if model is None:
         return layout
     angles = {name: sizes[name] for name in VANE_PARAMETERS if name in sizes}
-    usual = dict(zip(layout.free.names, layout.free.deviations.tolist(), strict=True))
-    stay = all(abs(v - layout.angles.get(name, 0.0)) <= usual[name] for name, v in angles.items())
-    if stay or any(abs(v) > MOST_OFF[VANE_PARAMETERS[name][1]] for name, v in angles.items()):
-        return layout
     bare = without_vane_angles(with_vane_angles(layout.track, layout.angles), angles)
+    moved = [np.sqrt(np.mean((bare[n] - layout.track[n]) ** 2)) for n in ANGLE_SCALE if n in bare]
+    possible = all(abs(v) < MOST_OFF[VANE_PARAMETERS[name][1]] for name, v in angles.items())
+    if not possible or all(each <= VANE_MOVED for each in moved):
+        return layout
     effects = hypotheses(model.aircraft, layout.setting)
     laid = _laid_out(layout.checked, bare, layout.measured, model.aircraft, layout.setting, effects)
     shown = {each.effect for each in layout.signatures}

@@ -45,8 +45,8 @@ COMMANDS = {
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",
-    "parameters": "pitotlab.takehome:parameters_command",
-    "fly-bys": "pitotlab.takehome:fly_bys_command",
+    "parameters": "pitotlab.deliverables:parameters_command",
+    "fly-bys": "pitotlab.deliverables:fly_bys_command",
     "drills": "pitotlab.drills.costs:command",
     "broken": "pitotlab.broken.measure:command",
 }

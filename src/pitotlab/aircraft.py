@@ -254,7 +254,7 @@ def _taken_by_reconcile(name: str, log: FlightLog) -> str:
     model = aircraft_model(name)
     effects = Catalog("effect", {each: EFFECTS[each] for each in FEW})
     layout = lay_out(log, model, AnalysisSetting(day_known=True), effects)
-    if layout.scene.force_model is None:
+    if layout.reference.force_model is None:
         lacking = (
             [each for each in model.controls if each not in log.channels()]
             if model is not None

@@ -42,7 +42,7 @@ def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the
     rows = _rows_of(log)
     left = altitude_regression(rows, MODEL, THETA, ()).response[: len(rows)]
     free = np.stack(
-        [rows.gain, rows.warmth], axis=1
+        [rows.gain, rows.temperature_slope], axis=1
     )  # the reference pressure, and the air's unknown humidity
     left = left - free @ np.linalg.lstsq(free, left)[0]
     assert np.ptp(rows.rise) > 3.0

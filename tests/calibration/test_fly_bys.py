@@ -14,7 +14,7 @@ from pitotbench.cli.app import main
 from pitotbench.logbook.points_table import is_points_table, read_fly_bys
 from pitotbench.records.legs import FlyBy
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
-from pitotlab.takehome import fly_by_card, fly_by_rows
+from pitotlab.deliverables import fly_by_card, fly_by_rows
 
 EXACT = dict.fromkeys(
     (

@@ -11,7 +11,7 @@ from pitotbench import BadInputError, write_log
 from pitotbench.cli.app import main
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.show.takehome import curve_difference, difference_sentence
+from pitotbench.show.deliverables import curve_difference, difference_sentence
 from pitotbench.units import KNOT
 
 

@@ -42,9 +42,9 @@ from pitotbench.show import curves
 from pitotbench.show.calibration import calibration_json, doubts_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_text
+from pitotbench.show.deliverables import table_text
 from pitotbench.show.inspection import inspection_json
 from pitotbench.show.legs import points_json
-from pitotbench.show.takehome import table_text
 from pitotbench.units import KNOT
 
 pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")

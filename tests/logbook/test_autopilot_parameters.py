@@ -22,7 +22,7 @@ from pitotbench import (
     write_log,
 )
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.fit_checks import wash_of
+from pitotbench.calibration.fit_checks import propwash_effect
 from pitotbench.cli import main
 from pitotbench.logbook.autopilot import AUTOPILOTS, stated_parameters
 from pitotbench.logbook.columns import PARAMETERS
@@ -36,7 +36,7 @@ from pitotbench.records.calibration import (
     Residuals,
     Setting,
 )
-from pitotbench.show.takehome import parameter_file
+from pitotbench.show.deliverables import parameter_file
 from pitotbench.units import KNOT, Array
 
 FLOWN = foreign.flight()
@@ -400,13 +400,13 @@ def with_power(effect: float, seed: int) -> tuple[Residuals, FlightLog]:
 def test_a_wash_is_found_within_its_bound_and_not_told_where_power_follows_airspeed_or_was_not_recorded(
     effect,
 ):
-    found = [wash_of(*with_power(effect, seed)) for seed in range(40)]
+    found = [propwash_effect(*with_power(effect, seed)) for seed in range(40)]
     inside = [each is not None and abs(each.value - effect) <= each.two_sigma for each in found]
     assert np.mean(inside) >= 0.8  # 95 % is meant; 32 of 40 or fewer happen once in a million
     assert all(each is not None and each.two_sigma < 1.0 for each in found)
     residuals, log = with_power(effect, 1)
-    assert wash_of(residuals, replace(log, throttle_left=None)) is None
+    assert propwash_effect(residuals, replace(log, throttle_left=None)) is None
     follows = (residuals.indicated_airspeed - residuals.airspeed) / 60.0
     assert np.isinf(
-        wash_of(residuals, replace(log, throttle_left=np.clip(follows, 0.0, 1.0))).two_sigma
+        propwash_effect(residuals, replace(log, throttle_left=np.clip(follows, 0.0, 1.0))).two_sigma
     )

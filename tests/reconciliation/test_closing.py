@@ -158,7 +158,7 @@ def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
 def test_a_term_of_the_file_is_told_as_its_coefficient(log):
     layout = lay_out(log, aircraft_model("navajo"), AnalysisSetting())
     gaps = [gap("lift_slope", Estimate("change", -0.2, 0.04)), gap("belly_pod")]
-    (told,) = measured_coefficients("navajo", layout.scene.force_model.coarse, gaps)
+    (told,) = measured_coefficients("navajo", layout.reference.force_model.coarse, gaps)
     assert (told.effect, told.parameter) == ("lift_slope", "change")
     model = told.model
     assert model == pytest.approx(5.0, rel=0.01)  # C_L by angle of attack, in its file

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from pitotbench import FlightLog, air
-from pitotbench.reconciliation.card_comparison import compare_cards, features_of, hand_apart
+from pitotbench.reconciliation.card_comparison import (
+    compare_cards,
+    control_activity_difference,
+    features_of,
+)
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
 
 LEG, DECEL = "leg 150 kt 000°", "decel 1"
@@ -104,10 +108,17 @@ def test_the_hand_is_told_by_what_moves_to_and_fro():
         wave = amplitude * DEGREE * np.sin(2.0 * np.pi * time / 9.0)
         return replace(still, roll=wave, pitch=still.pitch + wave, heading=wave)
 
-    assert hand_apart(moved(1.0), [moved(1.0), moved(1.0)]) == pytest.approx(0.0, abs=1e-9)
-    assert hand_apart(moved(1.0), [moved(0.5), moved(0.5)]) == pytest.approx(np.log(2.0), abs=1e-6)
-    assert hand_apart(still, [still]) == 0.0
-    assert hand_apart(log(segments=False), [still]) == 0.0
+    assert control_activity_difference(moved(1.0), [moved(1.0), moved(1.0)]) == pytest.approx(
+        0.0, abs=1e-9
+    )
+    assert control_activity_difference(moved(1.0), [moved(0.5), moved(0.5)]) == pytest.approx(
+        np.log(2.0), abs=1e-6
+    )
+    assert control_activity_difference(still, [still]) == 0.0
+    assert control_activity_difference(log(segments=False), [still]) == 0.0
     # Both logs must be long enough.
-    assert hand_apart(log(), [log().select(np.arange(420))]) >= 0.0
-    assert hand_apart(log().select(np.arange(52)), [log().select(np.arange(48))]) == 0.0
+    assert control_activity_difference(log(), [log().select(np.arange(420))]) >= 0.0
+    assert (
+        control_activity_difference(log().select(np.arange(52)), [log().select(np.arange(48))])
+        == 0.0
+    )

@@ -86,7 +86,7 @@ def test_terms_from_a_log_are_those_of_the_simulator(layout):
     """The properties that JSBSim has in the measured states, against those that are computed from
     the channels.
     """
-    clean = layout.scene.clean
+    clean = layout.reference.clean
     rows = coarse_rows(clean)
     paths = {
         p
@@ -94,7 +94,9 @@ def test_terms_from_a_log_are_those_of_the_simulator(layout):
         for p in properties_in(TERMS[name].value)
         if not any(h in p for h in HELD)
     }
-    units = layout.scene.force_model.aircraft.unit_forces(motion_of(clean, rows), frozenset(paths))
+    units = layout.reference.force_model.aircraft.unit_forces(
+        motion_of(clean, rows), frozenset(paths)
+    )
     signals = Signals(
         clean.time[rows], {name: values[rows] for name, values in clean.channels.items()}
     )
@@ -111,12 +113,12 @@ def test_terms_from_a_log_are_those_of_the_simulator(layout):
 def test_a_signature_of_a_force_is_that_of_the_force_meter(layout, name):
     key = (name, "sideslip")
     size = FORMULAS[name].parameter("sideslip").typical
-    (signature,) = signatures_at(layout.scene, {key: size})
-    scene, model = layout.scene, layout.scene.force_model
+    (signature,) = signatures_at(layout.reference, {key: size})
+    reference, model = layout.reference, layout.reference.force_model
     overlay = FORMULAS[name].overlay({"sideslip": size}, model.aircraft.baseline)
-    every, coarse = model.replay.rows, coarse_rows(scene.clean)
+    every, coarse = model.replay.rows, coarse_rows(reference.clean)
     lost = spread(every, coarse, model.missing(overlay, False))
-    measured = change_by_answer(scene.base.names, scene.clean, scene.grid, every, lost)
+    measured = change_by_answer(reference.base.names, reference.clean, reference.grid, every, lost)
     for column in range(measured.shape[1]):
         largest = np.max(np.abs(measured[:, column]))
         if largest > 1e-3 * np.max(np.abs(measured)):

@@ -40,26 +40,29 @@ def test_what_a_change_of_a_track_does_not_move_is_taken_over(laid_out: Layout) 
     """Each channel of the log is moved alone: the residuals are those that are computed without any
     knowledge.
     """
-    scene = laid_out.scene
+    reference = laid_out.reference
     moved = 0
-    for name, values in scene.clean.channels.items():
-        track = scene.clean.replaced({name: values * 1.001 + 1e-4})
-        anew = channel_residuals(track, scene.grid, scene.frame, scene.replay)
-        known = scene.residuals_of(track)
+    for name, values in reference.clean.channels.items():
+        track = reference.clean.replaced({name: values * 1.001 + 1e-4})
+        anew = channel_residuals(track, reference.grid, reference.frame, reference.replay)
+        known = reference.residuals_of(track)
         assert known.names == anew.names
         assert np.array_equal(known.values, anew.values), name
-        moved += bool(np.any(known.values != scene.base.values))
+        moved += bool(np.any(known.values != reference.base.values))
     assert moved > 20
 
 
 def test_change_by_an_answer_is_that_of_another_answer(laid_out: Layout) -> None:
-    scene, replay = laid_out.scene, laid_out.scene.replay
+    reference, replay = laid_out.reference, laid_out.reference.replay
     added = np.random.default_rng(3).normal(size=(len(replay.rows), len(REACTION_NAMES)))
     other = replace(replay, values=replay.values + added)
     expected = (
-        channel_residuals(scene.clean, scene.grid, scene.frame, other).values - scene.base.values
+        channel_residuals(reference.clean, reference.grid, reference.frame, other).values
+        - reference.base.values
     )
-    change = change_by_answer(scene.base.names, scene.clean, scene.grid, replay.rows, added)
+    change = change_by_answer(
+        reference.base.names, reference.clean, reference.grid, replay.rows, added
+    )
     scale = np.abs(replay.values).max(axis=0).max()
     assert np.abs(expected).max() > 0.1
     assert np.allclose(change, expected, rtol=0.0, atol=1e-12 * scale)

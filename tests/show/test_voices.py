@@ -25,6 +25,7 @@ from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import frame_rows
 from pitotbench.show.comparison import comparison_json, comparison_tree
+from pitotbench.show.deliverables import curve_difference, difference_json, difference_tree
 from pitotbench.show.inspection import (
     inspection_json,
     inspection_tree,
@@ -34,7 +35,6 @@ from pitotbench.show.inspection import (
 from pitotbench.show.legs import card_json, card_tree, points_json
 from pitotbench.show.plan import plan_json, plan_tree
 from pitotbench.show.reader_units import BENCH
-from pitotbench.show.takehome import curve_difference, difference_json, difference_tree
 from pitotbench.show.tree import Sentence
 from pitotbench.show.verdict import account_json
 from pitotbench.show.verdict_tree import account_tree

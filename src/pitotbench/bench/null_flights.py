@@ -70,7 +70,7 @@ def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
     return replace(read_case(tomli_w.dumps({**entries, "das": das}) + "\n"), aircraft=aircraft)
 
 
-def tells_the_day(header: Mapping[str, Any]) -> bool:
+def has_weather_report(header: Mapping[str, Any]) -> bool:
     """Return whether the case of a log's header tells the temperature of the day."""
     table = header.get("case")
     return isinstance(table, Mapping) and "temperature_offset_k" in table

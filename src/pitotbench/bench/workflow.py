@@ -26,15 +26,19 @@ from pitotbench.bench.null_flights import (
     aircraft_model,
     as_flown,
     card_of,
+    has_weather_report,
     null_distribution_of,
-    tells_the_day,
 )
 from pitotbench.catalog import Catalog
 from pitotbench.effects import FORMULAS
 from pitotbench.effects.effect import Effect
 from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
-from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
+from pitotbench.reconciliation.card_comparison import (
+    compare_cards,
+    control_activity_difference,
+    gust_difference,
+)
 from pitotbench.reconciliation.formula import formula_term
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
 from pitotbench.reconciliation.layout import (
@@ -196,7 +200,8 @@ def _judged(
     flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
     setting = replace(
         setting or AnalysisSetting(),
-        day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
+        day_known=flown is not None
+        and (named.card is not None or has_weather_report(named.log.header)),
         instruments_known=flown is not None,
     )
     of_card = (
@@ -433,7 +438,7 @@ def coefficients_along(
     aircraft: str, shown: ShownFlight, gaps: Iterable[Gap]
 ) -> tuple[Coefficient, ...]:
     """Return the coefficients of a model along a flight, and the measured ones, that gaps change."""
-    model = shown.block.layout.scene.force_model
+    model = shown.block.layout.reference.force_model
     return () if model is None else measured_coefficients(aircraft, model.coarse, gaps)
 
 
@@ -499,10 +504,13 @@ def fly_again(
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
     pilot, (_, after) = base.pilot, found[base.pilot]
-    if hand_apart(log, after) > OTHER_HAND and gusts_apart(log, after) < SAME_GUSTS:
+    if (
+        control_activity_difference(log, after) > OTHER_HAND
+        and gust_difference(log, after) < SAME_GUSTS
+    ):
         with suppress(BadInputError):  # a card may be too hard for another pilot
             found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
-        pilot = min(found, key=lambda p: hand_apart(log, found[p][1]))
+        pilot = min(found, key=lambda p: control_activity_difference(log, found[p][1]))
     compared = compare_cards(log, *found[pilot])
     return compared if pilot == base.pilot else replace(compared, pilot=pilot)
 
@@ -541,7 +549,7 @@ def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
         return card
     # A card counts from the standard day at its geometric height, a log from that at its pressure
     # height. In warmer air a pressure lies higher, where the standard day is cooler.
-    height = air.pressure_altitude(layout.scene.clean["static_pressure"])
+    height = air.pressure_altitude(layout.reference.clean["static_pressure"])
     steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
     measured = sizes.get(MEASURED_WARMER, 0.0)  # a log may lack the thermometer
     return replace(
@@ -555,7 +563,7 @@ def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorS
     It reaches over the airspeeds of the log as they are after correction, and is constant beyond
     them.
     """
-    shown = layout.scene.clean["impact_pressure"][layout.measured]
+    shown = layout.reference.clean["impact_pressure"][layout.measured]
     indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
     share = curve_of(indicated, (*layout.curves, sizes))
     location = "static" if layout.setting.static_error else "impact"

@@ -26,7 +26,7 @@ NEEDED = (  # modules that an answer loads, which are slow to load
     "pitotbench.bench.contents", "pitotbench.bench.digests", "pitotbench.bench.questions",
     "pitotbench.calibration.fit_checks", "pitotbench.calibration.flights",
     "pitotbench.calibration.leg_points", "pitotbench.logbook.autopilot",
-    "pitotbench.logbook.drafting", "pitotbench.show.takehome",
+    "pitotbench.logbook.drafting", "pitotbench.show.deliverables",
 )  # fmt: skip
 FLAGS = {  # of `pitotbench calibrate`, by the field of a request
     "begin": "--from", "end": "--to", "model": "--model", "accuracy": "--accuracy",
@@ -341,8 +341,8 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """
     from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
     from pitotbench.show.columns import json_text
+    from pitotbench.show.deliverables import PARAMETER_FILES, flight_document, parameter_file
     from pitotbench.show.pages import calibration_record, log_page, log_section
-    from pitotbench.show.takehome import PARAMETER_FILES, flight_document, parameter_file
 
     flights, unit = _calibrated(tell, request), units.speed
     rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]

@@ -140,13 +140,13 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
 
     Raises NoAnswerError where its bound is too wide.
     """
-    from pitotbench.calibration.fit_checks import judge_curve, require_useful, wash_of
+    from pitotbench.calibration.fit_checks import judge_curve, propwash_effect, require_useful
     from pitotbench.calibration.result import with_display_steps
 
     calibration = with_display_steps(calibration, log)
     held = log.header.get(PARAMETERS)
     if isinstance(held, Mapping) and all(isinstance(value, int | float) for value in held.values()):
-        wash, sensor = wash_of(calibration.residuals, log), log.header.get(SENSOR, 1)
+        wash, sensor = propwash_effect(calibration.residuals, log), log.header.get(SENSOR, 1)
         recorded = RecordedAutopilot(held, wash, sensor if isinstance(sensor, int) else 1)
         calibration = replace(calibration, autopilot=recorded)
     require_useful(calibration)

@@ -141,14 +141,12 @@ class AltitudeRows:
     """Block means, (n,), and their noise.
 
     `rise`: indicated static pressure minus that of the air column at the height, in meters of air.
-    `gain`: meters
-    per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height
+    `gain`: meters per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height
     minus the integral of its vertical velocity [m], None without vertical velocity. `sensor`,
     `fix`: white variances [m²]; the latter is infinite where a block has no fix (without vertical
     velocity: one over the number of fixes).
-    `first`: whether the block begins a stretch. `warmth`: change of `rise` per kelvin [m/K].
-    `unknown`: columns of
-    the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
+    `first`: whether the block begins a stretch. `temperature_slope`: change of `rise` per kelvin
+    [m/K]. `unknown`: columns of the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
     shows in [m].
     """
 
@@ -160,7 +158,7 @@ class AltitudeRows:
     sensor: Array
     fix: Array
     first: Booleans
-    warmth: Array
+    temperature_slope: Array
     unknown: UnknownColumns
     spread: float
 
@@ -229,7 +227,7 @@ def altitude_regression(
     if model is not None:
         for place, nuisance in enumerate(nuisances, start=model.count):
             if nuisance.name == "temperature_k":
-                regressors[:, place] = rows.warmth
+                regressors[:, place] = rows.temperature_slope
     if model is not None and model.static_error:
         free = model.error_count
         q = rows.impact_pressure
@@ -348,7 +346,7 @@ def _assembled(
         sensor=(gain * noise) ** 2 / blocks.count + _FLOOR,
         fix=fix,
         first=np.diff(blocks.mean(carried.part.astype(np.float64)), prepend=-1.0) != 0.0,
-        warmth=profile.warmth(height),
+        temperature_slope=profile.temperature_slope(height),
         unknown=UnknownColumns(np.zeros((0, 0)), np.zeros(0)),
         spread=1.0,
     )
@@ -418,7 +416,7 @@ class _Profile:
         """
         return self._integral(height, 1.0 / self._fine()[1])
 
-    def warmth(self, height: Meters) -> Array:
+    def temperature_slope(self, height: Meters) -> Array:
         """Change of the height of the column per kelvin, at heights (n,) [m/K]."""
         return self.at(height) * self._integral(height, self._fine()[1] ** -2.0)
 
@@ -512,7 +510,7 @@ def _unknowns(
             *(place - place.mean(axis=1)[:, None]),
             rows.gain * elapsed,
             *layers.T,
-            rows.warmth,
+            rows.temperature_slope,
         ],
         1,
     )

@@ -90,7 +90,7 @@ class LinearLegs:
     observed: Array
     along: Array
     slope: Array
-    warmth: Array
+    temperature_slope: Array
     reading: Array
 
 
@@ -109,15 +109,15 @@ def linear_legs(legs: Legs, wind: Array, correction: Array, steps: ReadingSteps)
     across = np.abs(along[:, 0] * toward[:, 1] - along[:, 1] * toward[:, 0]) * ahead
     observed = np.where(by_heading, ground - size, size - true)
     observed = observed + np.sum(along * wind, axis=1) + share * slope * correction
-    warmth = share * legs.air.warmth(correction)
+    temperature_slope = share * legs.air.temperature_slope(correction)
     parts = (
         steps.ground_speed,
         steps.track * across,
         steps.indicated_airspeed * share * slope,
-        steps.air_temperature * warmth,
+        steps.air_temperature * temperature_slope,
     )
     reading = _ROUNDING**2 * sum(np.square(each) for each in parts)
-    return LinearLegs(observed, along, share * slope, warmth, np.asarray(reading))
+    return LinearLegs(observed, along, share * slope, temperature_slope, np.asarray(reading))
 
 
 class CardModel:
@@ -176,7 +176,7 @@ class CardModel:
     def _regression(self) -> Regression:
         """The equations of the legs under each rival prior of the departure."""
         linear = self.linear
-        columns = np.column_stack([linear.slope[:, None] * self._basis, linear.warmth])
+        columns = np.column_stack([linear.slope[:, None] * self._basis, linear.temperature_slope])
         probe = max(0.5 * self.stated.temperature_k, _NO_ERROR)  # wrong on every leg alike
         curve = np.tile(np.maximum(self._law.precisions, _LEVEL**-2.0), len(self.configurations))
         thermometer = np.full((len(curve), 1), probe**-2.0)

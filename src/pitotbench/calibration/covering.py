@@ -352,7 +352,7 @@ class CoveringFit:
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class FirstPass:
     """The result of the first pass: θ (p,), the most likely noise φ, and the path of a drifting
     wind.
 
@@ -380,7 +380,7 @@ def fit_covering(
     return settle(structure, obs, approach(structure, obs, start, path))
 
 
-def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
+def settle(structure: Structure, obs: Observations, approached: FirstPass) -> CoveringFit:
     """Run the last pass of `fit_covering`."""
     length, log_prior = block_length(obs), log_prior_of(structure, obs)
     theta, mode = approached.theta, approached.noise
@@ -524,7 +524,7 @@ def linearized(
 
 def approach(
     structure: Structure, obs: Observations, start: Array, path: WindPath | None = None
-) -> Approach:
+) -> FirstPass:
     """Run the first pass of `fit_covering`, repeated from a start (p,) or a path that is far away.
 
     Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
@@ -554,7 +554,7 @@ def approach(
         if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(
             last, path
         ):
-            return Approach(
+            return FirstPass(
                 theta,
                 mode,
                 tuple(

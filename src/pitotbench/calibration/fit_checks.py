@@ -292,7 +292,7 @@ _OWN_POWER = (
 )
 
 
-def wash_of(residuals: Residuals, log: FlightLog) -> Estimate | None:
+def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
     """Return by how much the indicated airspeed reads higher at full power than at idle [m/s]; None
     without power.
 

@@ -75,7 +75,7 @@ class LegAir:
         up, down = self.true_airspeed(correction + _STEP), self.true_airspeed(correction - _STEP)
         return (up - down) / (2.0 * _STEP)
 
-    def warmth(self, correction: MetersPerSecond | float) -> Array:
+    def temperature_slope(self, correction: MetersPerSecond | float) -> Array:
         """dV_t/dT [m/s per K], (n,): a true airspeed is proportional to √T."""
         return self.true_airspeed(correction) / (2.0 * self.probe_temperature)
 

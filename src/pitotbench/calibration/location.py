@@ -22,8 +22,8 @@ from pitotbench.calibration.altitude import (
     altitude_rows,
 )
 from pitotbench.calibration.covering import (
-    Approach,
     CoveringFit,
+    FirstPass,
     Posterior,
     Structure,
     approach,
@@ -149,7 +149,7 @@ def _with_height(
     rows: AltitudeRows,
     obs: Observations,
     bare: Structure,
-    near: Approach,
+    near: FirstPass,
 ) -> ErrorPlace:
     """Add the altitude rows to the answer of the triangle on coarse blocks, and fit the likely
     locations.
@@ -231,8 +231,8 @@ def fit_by_height(
 
 
 def _with_rows(
-    near: Approach, bare: Structure, rows: AltitudeRows
-) -> tuple[Approach, float, float]:
+    near: FirstPass, bare: Structure, rows: AltitudeRows
+) -> tuple[FirstPass, float, float]:
     """Update the triangle's answer with the altitude rows.
 
     Returns the new answer, the log evidence of the rows given the triangle, and the probability of
@@ -248,8 +248,8 @@ def _with_rows(
 
 
 def _updated(
-    near: Approach, triangle: Solution, bare: Structure, rows: AltitudeRows
-) -> tuple[Approach, float, float]:
+    near: FirstPass, triangle: Solution, bare: Structure, rows: AltitudeRows
+) -> tuple[FirstPass, float, float]:
     """The same under one prior of the curve. The triangle's curve is the prior of the rows: k = k0
     + L z, with LLᵀ its covariance and z standard normal.
     """

@@ -15,8 +15,8 @@ from scipy.ndimage import median_filter
 from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
 from pitotbench.calibration.covering import (
-    Approach,
     CoveringFit,
+    FirstPass,
     Posterior,
     Structure,
     acceleration_effect,
@@ -56,7 +56,7 @@ from pitotbench.calibration.prediction import (
     nuisances_of,
     wind_by_circle,
 )
-from pitotbench.calibration.wind import ASKS, check_gain, check_wind
+from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import DEPARTURES, PressureErrorModel, SmoothModel
@@ -372,7 +372,7 @@ def reduce_log(
         log_start=log.start,
         left_out=read.usable.reasons,
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
-        assumptions=_that_matter(assumed, used, reduction.observations),
+        assumptions=_relevant_assumptions(assumed, used, reduction.observations),
     )
 
 
@@ -389,7 +389,7 @@ def _require_observable(model: PredictionModel, obs: Observations, log: FlightLo
         raise type(error)(f"{error}; {end.words}") from error
 
 
-def _that_matter(
+def _relevant_assumptions(
     assumed: tuple[Assumption, ...], options: CalibrationOptions, obs: Observations
 ) -> tuple[Assumption, ...]:
     """The accuracies that the bound of this log depends on: the usual names, and others that are
@@ -445,7 +445,7 @@ _LAWS = ("inverse+", "linear", "bias")  # tried in turn for the white fit, the r
 
 
 def _white(
-    model: PredictionModel, obs: Observations, robust: bool, near: Approach | None
+    model: PredictionModel, obs: Observations, robust: bool, near: FirstPass | None
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
     """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
 
@@ -480,7 +480,7 @@ def _told_by(model: PredictionModel, law: PredictionModel, fit: OutputErrorFit) 
 
 
 def _screened(
-    model: PredictionModel, obs: Observations, robust: bool, near: Approach | None
+    model: PredictionModel, obs: Observations, robust: bool, near: FirstPass | None
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
     """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
 
@@ -506,7 +506,7 @@ def _screened(
 
 def _along_path(
     model: PredictionModel, options: CalibrationOptions, obs: Observations
-) -> Approach | None:
+) -> FirstPass | None:
     """The first pass with a drifting wind, from the constant one that fits best; None for another
     wind.
     """
@@ -663,7 +663,11 @@ def _is_named(change: WindChange) -> bool:
     """Whether the log asks for a change of the wind that matters, and a constant wind would seldom
     look so.
     """
-    return change.bayes_factor > ASKS and change.chance < _CHANGED and change.share > _MATTERS
+    return (
+        change.bayes_factor > MIN_BAYES_FACTOR
+        and change.chance < _CHANGED
+        and change.share > _MATTERS
+    )
 
 
 def _wind_warning(change: WindChange) -> Caution:

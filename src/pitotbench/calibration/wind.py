@@ -139,7 +139,7 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
 # Bayes factor of a change from which on it may be named. Below a third the log supports a constant
 # wind; from there to three it says nothing worth more than a mention (Kass and Raftery 1995).
-ASKS = 1.0 / 3.0
+MIN_BAYES_FACTOR = 1.0 / 3.0
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
 _SIZES = (
     0.4,

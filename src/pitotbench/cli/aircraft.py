@@ -93,7 +93,7 @@ def _indicator(options: argparse.Namespace) -> int:
     from pitotbench.pressure_error.published import read_published
     from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
-    from pitotbench.show.takehome import jsbsim_system
+    from pitotbench.show.deliverables import jsbsim_system
 
     table = Path(options.aircraft)
     curves = {each.configuration: each for each in read_published(table)}

@@ -146,9 +146,9 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.pressure_error.autopilot_settings import autopilot_settings
     from pitotbench.records.outputs import PAGES, require_file
     from pitotbench.show.calibration import card_csv, doubts_of
+    from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
     from pitotbench.show.limits import limit_named
     from pitotbench.show.reader_units import reader_units
-    from pitotbench.show.takehome import PARAMETER_FILES, parameter_file
 
     held = _take_bundles(options)
     require_page(options.report, _inputs(options))
@@ -315,7 +315,7 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
 def _document(
     reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
 ) -> object:
-    from pitotbench.show.takehome import flight_document
+    from pitotbench.show.deliverables import flight_document
 
     documents = [
         flight_document(each.path.name, each.flight, found, limit)

@@ -92,7 +92,7 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from pitotbench.show.takehome import curve_difference, difference_json, difference_tree
+    from pitotbench.show.deliverables import curve_difference, difference_json, difference_tree
 
     (first, one), (second, other) = curves
     if first == second:

@@ -303,7 +303,7 @@ def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
 def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
     """Raise BadInputError unless the file of `--table` can be written."""
     from pitotbench.records.outputs import require_file
-    from pitotbench.show.takehome import TABLES
+    from pitotbench.show.deliverables import TABLES
 
     if options.table is not None:
         require_file(options.table, TABLES, inputs)
@@ -334,7 +334,7 @@ def write_table(
     them.
     """
     from pitotbench.logbook.columns import write_text
-    from pitotbench.show.takehome import table_text
+    from pitotbench.show.deliverables import table_text
 
     if options.table is not None:
         subject = ", ".join(path.stem for path in options.logs)

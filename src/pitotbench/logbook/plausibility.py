@@ -15,7 +15,7 @@ from pitotbench.logbook.plausible_air import (
     check_temperature,
     other_units,
     some,
-    warmth,
+    temperature_ratio,
 )
 from pitotbench.records import BadInputError
 from pitotbench.records.log import Caution
@@ -108,7 +108,7 @@ def flown_rows(draft: Draft) -> FlownRows | None:
         return None
     rows = rows[:: max(1, len(rows) // _ROWS)]
     static = c["static_pressure"][rows]
-    warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(
+    warm = air.standard_temperature(air.pressure_altitude(static)) * temperature_ratio(
         draft, some(draft, "static_pressure")
     )
     time = c["time"][rows]

@@ -164,7 +164,7 @@ def check_temperature(draft: Draft) -> None:
             (_check_rise if np.ptp(draft.channels[name]) > 0.0 else _check_still)(draft, name)
 
 
-def warmth(draft: Draft, static_pressure: Array) -> float:
+def temperature_ratio(draft: Draft, static_pressure: Array) -> float:
     """The air's temperature over that of the standard day, (k,), at a static pressure [Pa] of
     `some` rows, (k,).
 
@@ -329,7 +329,7 @@ def check_height(draft: Draft) -> None:
 def _fits(draft: Draft, static: Array, height: Array) -> bool:
     # A column of warm air is taller than its pressure altitude says, in the ratio of the
     # temperatures.
-    expected = air.pressure_altitude(np.maximum(static, 100.0)) * warmth(draft, static)
+    expected = air.pressure_altitude(np.maximum(static, 100.0)) * temperature_ratio(draft, static)
     distance = abs(float(np.median(expected - height)))
     return distance <= LIMITS.height_doubted + LIMITS.height_share * abs(float(np.median(height)))
 

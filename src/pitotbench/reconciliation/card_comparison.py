@@ -80,7 +80,7 @@ def compare_cards(
     return FlownAgain(tuple(features), tuple(t for t in limits if t is not None), tuple(histories))
 
 
-def hand_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
+def control_activity_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
     """Return how far the hand that flew a log is from that of some flights of its card.
 
     It is the root mean square, over bank, pitch and heading, of the logarithm of how much more they
@@ -95,7 +95,7 @@ def hand_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
     return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else 0.0
 
 
-def gusts_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
+def gust_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
     """Return how much more the load factor of a log shakes than that of some flights of its card,
     as a logarithm.
 

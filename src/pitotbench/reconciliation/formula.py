@@ -19,7 +19,7 @@ from pitotbench.effects.formula import (
 )
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
 from pitotbench.effects.response import Signals
-from pitotbench.reconciliation.residuals import ForceModel, Scene, change_by_answer
+from pitotbench.reconciliation.residuals import ForceModel, ReferenceState, change_by_answer
 from pitotbench.reconciliation.signatures import Signature, residual_change
 from pitotbench.reconciliation.track import REACTION_NAMES, coarse_rows, spread
 from pitotbench.records.calibration import Estimate
@@ -34,36 +34,40 @@ LOAD = 100.0  # lb: the lift that is put on the force meter to measure what a po
 Sizes = Mapping[tuple[str, str], float]  # by formula and coefficient
 
 
-def term_signatures(scene: Scene) -> tuple[Signature, ...]:
+def term_signatures(reference: ReferenceState) -> tuple[Signature, ...]:
     """Return the signatures of all terms that a log can show, each at its typical coefficient."""
     wanted = [
         (name, p.name, p.typical) for name, formula in FORMULAS.items() for p in formula.parameters
     ]
-    return tuple(_signatures(scene, wanted))
+    return tuple(_signatures(reference, wanted))
 
 
-def signatures_at(scene: Scene, sizes: Sizes) -> tuple[Signature, ...]:
+def signatures_at(reference: ReferenceState, sizes: Sizes) -> tuple[Signature, ...]:
     """Return the signatures of some terms at coefficients other than the typical ones."""
-    return tuple(_signatures(scene, ((*key, size) for key, size in sizes.items())))
+    return tuple(_signatures(reference, ((*key, size) for key, size in sizes.items())))
 
 
-def _signatures(scene: Scene, wanted: Iterable[tuple[str, str, float]]) -> Iterator[Signature]:
-    forces = _Forces(scene) if scene.force_model is not None else None
+def _signatures(
+    reference: ReferenceState, wanted: Iterable[tuple[str, str, float]]
+) -> Iterator[Signature]:
+    forces = _Forces(reference) if reference.force_model is not None else None
     for name, parameter, size in wanted:
         formula = FORMULAS[name]
         if isinstance(formula, SensorEffect):
-            moved = _of_sensor(scene, formula, parameter, size)
+            moved = _of_sensor(reference, formula, parameter, size)
         else:
             moved = None if forces is None else forces.change(name, parameter, size)
         if moved is not None and np.any(moved):
             yield Signature(name, parameter, size, moved / size)
 
 
-def _of_sensor(scene: Scene, formula: SensorEffect, parameter: str, size: float) -> Array | None:
+def _of_sensor(
+    reference: ReferenceState, formula: SensorEffect, parameter: str, size: float
+) -> Array | None:
     term = term_of(parameter, READINGS[formula.name].unit)
-    if not all(channel in scene.clean for channel in channels_of(term)):
+    if not all(channel in reference.clean for channel in channels_of(term)):
         return None
-    return residual_change(formula, scene, {parameter: size})
+    return residual_change(formula, reference, {parameter: size})
 
 
 class _Forces:
@@ -71,12 +75,12 @@ class _Forces:
     state.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        assert scene.force_model is not None
-        self.scene, self.model = scene, scene.force_model
-        self.rows = coarse_rows(scene.clean)
-        channels = {name: values[self.rows] for name, values in scene.clean.channels.items()}
-        self.signals = Signals(scene.clean.time[self.rows], channels)
+    def __init__(self, reference: ReferenceState) -> None:
+        assert reference.force_model is not None
+        self.reference, self.model = reference, reference.force_model
+        self.rows = coarse_rows(reference.clean)
+        channels = {name: values[self.rows] for name, values in reference.clean.channels.items()}
+        self.signals = Signals(reference.clean.time[self.rows], channels)
         self.units = {**self.model.units.changes, "LIFT": _unit_lift(self.model)}
 
     def change(self, name: str, parameter: str, size: float) -> Array | None:
@@ -96,16 +100,20 @@ class _Forces:
             pounds = pounds * known[AXES[axis].length]
         lost = np.zeros((len(self.rows), len(REACTION_NAMES)))
         lost[:, :6] = -self.units[axis] * pounds[:, None]
-        scene, every = self.scene, self.model.replay.rows
+        reference, every = self.reference, self.model.replay.rows
         return change_by_answer(
-            scene.base.names, scene.clean, scene.grid, every, spread(every, self.rows, lost)
+            reference.base.names,
+            reference.clean,
+            reference.grid,
+            every,
+            spread(every, self.rows, lost),
         )
 
 
 def _unit_lift(model: ForceModel) -> Array:
     """What a pound of lift changes in each state, (m, 6), measured with the engines held.
 
-    The unit forces of the scene do not hold it, because functions of drag may read the lift.
+    The unit forces of the reference do not hold it, because functions of drag may read the lift.
     """
     overlay = Overlay(functions=(AxisFunction("LIFT", product(LOAD, 1.0)),))
     return -model.missing(overlay, False)[:, :6] / LOAD

@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.reconciliation.residuals import Scene
+from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans
 
@@ -135,24 +135,26 @@ class _Variation:
     deviation: float
 
 
-def free_parameters_of(scene: Scene, setting: AnalysisSetting, shapes: Array) -> FreeParameters:
+def free_parameters_of(
+    reference: ReferenceState, setting: AnalysisSetting, shapes: Array
+) -> FreeParameters:
     """Return the free parameters that the residual channels of a log need.
 
     `shapes` (n, k) are those of the cells: a coarse rounding error may follow each of them.
     """
     columns: Columns = {}
-    for name, variation in _variations(scene.clean, setting).items():
-        moved = scene.change_by(variation.change(scene.clean))
+    for name, variation in _variations(reference.clean, setting).items():
+        moved = reference.change_by(variation.change(reference.clean))
         columns[name] = _Column(moved / variation.step, variation.deviation)
-    columns |= _wind(scene) | _offsets(scene, setting.day_known)
-    columns |= _coriolis(scene)
-    columns |= _rounding(scene, setting, shapes)
+    columns |= _wind(reference) | _offsets(reference, setting.day_known)
+    columns |= _coriolis(reference)
+    columns |= _rounding(reference, setting, shapes)
     values = np.stack([column.values for column in columns.values()], axis=2)
     deviations = np.array([column.deviation for column in columns.values()])
     return FreeParameters(tuple(columns), values, deviations)
 
 
-def _rounding(scene: Scene, setting: AnalysisSetting, shapes: Array) -> Columns:
+def _rounding(reference: ReferenceState, setting: AnalysisSetting, shapes: Array) -> Columns:
     """Columns for a coarse step, which rounds a steady pressure in the same way for long.
 
     The rounding error is then constant over a phase of flight, or it follows a variable.
@@ -160,7 +162,7 @@ def _rounding(scene: Scene, setting: AnalysisSetting, shapes: Array) -> Columns:
     columns: Columns = {}
     step = setting.pressure_step
     for name in ("impact_pressure", "static_pressure") if step else ():
-        moved = scene.change_by(_shifted(name, step)(scene.clean))
+        moved = reference.change_by(_shifted(name, step)(reference.clean))
         for i, shape in enumerate(shapes.T):
             columns[f"{name} rounding {i}"] = _Column(moved * shape[:, None], ROUNDING_DEVIATION)
     return columns
@@ -265,49 +267,49 @@ def _shifted(name: str, step: float) -> Change:
     return lambda track: track.replaced({name: track[name] + step})
 
 
-def _wind(scene: Scene) -> Columns:
+def _wind(reference: ReferenceState) -> Columns:
     columns = {}
     for i, (name, deviation) in enumerate(
         zip(("north", "east", "down"), WIND_DEVIATION, strict=True)
     ):
-        toward = np.zeros((len(scene.grid), 3))
+        toward = np.zeros((len(reference.grid), 3))
         toward[:, i] = 1.0
-        columns[f"wind {name}"] = _Column(residuals_of_wind(toward, scene), deviation)
+        columns[f"wind {name}"] = _Column(residuals_of_wind(toward, reference), deviation)
     return _that_act(columns)
 
 
-def residuals_of_wind(wind: Array, scene: Scene) -> Array:
+def residuals_of_wind(wind: Array, reference: ReferenceState) -> Array:
     """Return the change of the residuals, (n, c), by a wind toward north, east, down [m/s], (n, 3)."""
-    return _turned_into(scene, wind, "airspeed", ("along", "across", "down"))
+    return _turned_into(reference, wind, "airspeed", ("along", "across", "down"))
 
 
-def _offsets(scene: Scene, day_known: bool) -> Columns:
-    clean, grid, names = scene.clean, scene.grid, scene.base.names
+def _offsets(reference: ReferenceState, day_known: bool) -> Columns:
+    clean, grid, names = reference.clean, reference.grid, reference.base.names
     ones, columns = np.ones(len(grid)), {}
     # A warmer day is warmer at the probe by the ram rise as well.
     units = {"temperature": air.total_temperature(ones, grid.smooth(mach_number(clean)))}
     for name, deviation in (OFFSETS | (REPORTED if day_known else {})).items():
         if name in names:
             columns[f"{name} offset"] = _Column(
-                _in_channel(scene, name, units.get(name, ones)), deviation
+                _in_channel(reference, name, units.get(name, ones)), deviation
             )
     if "altitude" in clean:
         height = grid.smooth(clean["altitude"])
         for name, deviation in WITH_HEIGHT.items():
             if name in names:
                 columns[f"{name} lapse"] = _Column(
-                    _in_channel(scene, name, height - height.mean()), deviation
+                    _in_channel(reference, name, height - height.mean()), deviation
                 )
     return columns
 
 
-def _coriolis(scene: Scene) -> Columns:
+def _coriolis(reference: ReferenceState) -> Columns:
     """Columns for the Coriolis acceleration.
 
     The sine of the latitude acts in the horizontal, its cosine in the vertical.
     """
-    clean, grid = scene.clean, scene.grid
-    if scene.channel("acceleration_forward") is None:
+    clean, grid = reference.clean, reference.grid
+    if reference.channel("acceleration_forward") is None:
         return {}
     north, east = grid.smooth(clean["velocity_north"]), grid.smooth(clean["velocity_east"])
     zero = np.zeros_like(east)
@@ -317,19 +319,21 @@ def _coriolis(scene: Scene) -> Columns:
     }
     columns = {}
     for name, vector in vectors.items():
-        change = _turned_into(scene, vector, "acceleration", ("forward", "right", "down"))
+        change = _turned_into(reference, vector, "acceleration", ("forward", "right", "down"))
         columns[name] = _Column(np.where(grid.first[:, None], 0.0, change), EARTH_RATE)
     return _that_act(columns)
 
 
-def _turned_into(scene: Scene, vectors: Array, family: str, axes: tuple[str, str, str]) -> Array:
+def _turned_into(
+    reference: ReferenceState, vectors: Array, family: str, axes: tuple[str, str, str]
+) -> Array:
     """Vectors toward north, east, down, (n, 3), in the channels of a family along, across and down
     the track.
     """
-    column = scene.blank()
-    parts = scene.frame.turned(vectors, f"{family}_down" in scene.base.names)
+    column = reference.blank()
+    parts = reference.frame.turned(vectors, f"{family}_down" in reference.base.names)
     for i, axis in enumerate(axes[: parts.shape[1]]):
-        column[:, scene.base.names.index(f"{family}_{axis}")] = parts[:, i]
+        column[:, reference.base.names.index(f"{family}_{axis}")] = parts[:, i]
     return column
 
 
@@ -338,9 +342,9 @@ def _that_act(columns: Columns) -> Columns:
     return {name: column for name, column in columns.items() if column.values.any()}
 
 
-def _in_channel(scene: Scene, name: str, values: Array) -> Array:
-    column = scene.blank()
-    column[:, scene.base.names.index(name)] = values
+def _in_channel(reference: ReferenceState, name: str, values: Array) -> Array:
+    column = reference.blank()
+    column[:, reference.base.names.index(name)] = values
     return column
 
 

@@ -29,9 +29,9 @@ from pitotbench.reconciliation.noise import UNUSABLE
 from pitotbench.reconciliation.residuals import (
     AircraftModel,
     ChannelResiduals,
-    Scene,
+    ReferenceState,
     air_velocity,
-    set_scene,
+    reference_state,
     slack,
     true_airspeed_along,
 )
@@ -395,7 +395,7 @@ class Layout:
     checked: CheckedLog
     track: Track
     measured: Booleans
-    scene: Scene
+    reference: ReferenceState
     residuals: ChannelResiduals
     free: FreeParameters
     signatures: tuple[Signature, ...]
@@ -408,7 +408,7 @@ class Layout:
     @property
     def grid(self) -> Grid:
         """The instants."""
-        return self.scene.grid
+        return self.reference.grid
 
     @property
     def used(self) -> Booleans:
@@ -487,7 +487,7 @@ def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
     The force meter and the signatures follow the corrected track; the errors stay in the residuals,
     so that the sizes to be fitted stay whole sizes.
     """
-    model = layout.scene.force_model
+    model = layout.reference.force_model
     if model is None:
         return layout
     angles = {name: sizes[name] for name in VANE_PARAMETERS if name in sizes}
@@ -522,18 +522,20 @@ def _laid_out(
         if aircraft is not None and not lacking(track, aircraft.controls)
         else None
     )
-    scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft)
-    if len(scene.grid) < FEWEST_INSTANTS:
+    reference = reference_state(track, mean_wind_of(track, measured), replay, aircraft)
+    if len(reference.grid) < FEWEST_INSTANTS:
+        needed = (FEWEST_INSTANTS + 2) * reference.grid.step + 2.0 * MARGIN
         raise BadInputError(
-            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are "
-            "needed: give at least "
-            f"{(FEWEST_INSTANTS + 2) * scene.grid.step + 2.0 * MARGIN:.0f} s without a pause or an "
-            "outage"
+            f"the log gives {len(reference.grid)} instants to compare, and {FEWEST_INSTANTS} are "
+            f"needed: give at least {needed:.0f} s without a pause or an outage"
         )
     setting = replace(setting, pressure_step=_coarse_step(checked))
-    residuals = _residuals(scene, track, measured, setting)
-    places, shapes = cells(scene.clean, scene.grid, scene.base)
-    free, signatures = free_parameters_of(scene, setting, shapes), signatures_of(scene, effects)
+    residuals = _residuals(reference, track, measured, setting)
+    places, shapes = cells(reference.clean, reference.grid, reference.base)
+    free, signatures = (
+        free_parameters_of(reference, setting, shapes),
+        signatures_of(reference, effects),
+    )
     if not setting.day_known:
         days = [s for s in signatures if s.effect == DAY]
         free = free.with_columns(
@@ -542,7 +544,7 @@ def _laid_out(
         signatures = tuple(s for s in signatures if s.effect != DAY)
     free = free.with_columns(of_patch(aircraft, signatures, shapes))
     return Layout(
-        checked, track, measured, scene, residuals, free, signatures, places, shapes, setting
+        checked, track, measured, reference, residuals, free, signatures, places, shapes, setting
     )
 
 
@@ -576,14 +578,14 @@ def of_patch(
 
 
 def _residuals(
-    scene: Scene, track: Track, measured: Booleans, setting: AnalysisSetting
+    reference: ReferenceState, track: Track, measured: Booleans, setting: AnalysisSetting
 ) -> ChannelResiduals:
     """The residuals of a track with their slack: how far each is beyond noise, and whether it is
     used.
     """
-    residuals = scene.residuals_of(track)
-    unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)
-    loose = slack(scene.grid, scene.replay, residuals.names) + unusable[:, None]
+    residuals = reference.residuals_of(track)
+    unusable = np.where(_usable(track, measured, reference.grid, setting), 0.0, UNUSABLE)
+    loose = slack(reference.grid, reference.replay, residuals.names) + unusable[:, None]
     if setting.pressure_step and "pressure_height" in residuals.names:
         # Off by up to half a step for as long as it is held.
         loose[:, residuals.names.index("pressure_height")] += setting.pressure_step / PASCAL_A_METER
@@ -601,10 +603,10 @@ def without_error_curve(
     """
     curves: list[Mapping[str, float]] = []
     for _ in range(CURVE_ROUNDS):
-        scene = set_scene(track, mean_wind_of(track, measured), None, None)
-        values = scene.residuals_of(track).values
-        free = free_parameters_of(scene, setting, np.zeros((len(scene.grid), 0)))
-        usable = _usable(track, measured, scene.grid, setting)
+        reference = reference_state(track, mean_wind_of(track, measured), None, None)
+        values = reference.residuals_of(track).values
+        free = free_parameters_of(reference, setting, np.zeros((len(reference.grid), 0)))
+        usable = _usable(track, measured, reference.grid, setting)
         sizes = fit_free_parameters(
             values, free, np.broadcast_to(usable[:, None], values.shape)
         ).sizes

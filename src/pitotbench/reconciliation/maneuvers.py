@@ -29,7 +29,7 @@ from pitotbench.reconciliation.residuals import (
     AircraftModel,
     ForceModel,
     Frame,
-    Scene,
+    ReferenceState,
     channel_residuals,
 )
 from pitotbench.reconciliation.signatures import FITTED, Signature, signatures_of
@@ -110,15 +110,17 @@ def lay_out_maneuvers(
     for i, name in enumerate(base.names):
         lacks = np.array([not _shows(each, name) for each in maneuvers])
         base.slack[lacks[number], i] = UNUSABLE
-    scene = Scene(track, grid, frame, base, model)
+    reference = ReferenceState(track, grid, frame, base, model)
     places, shapes = cells(track, grid, base)
-    signatures = _moved(scene, signatures_of(scene, effects or _of_the_air(aircraft, setting)))
+    signatures = _moved(
+        reference, signatures_of(reference, effects or _of_the_air(aircraft, setting))
+    )
     free = _free(maneuvers, number, base.names)
     return Layout(
         CheckedLog((), (), np.ones(len(rows), dtype=bool)),
         track,
         np.ones(len(rows), dtype=bool),
-        scene,
+        reference,
         base,
         free.with_columns(of_patch(aircraft, signatures, shapes)),
         signatures,
@@ -136,9 +138,9 @@ def _of_the_air(aircraft: AircraftModel, setting: AnalysisSetting) -> Catalog[Ef
     )
 
 
-def _moved(scene: Scene, signatures: Sequence[Signature]) -> tuple[Signature, ...]:
+def _moved(reference: ReferenceState, signatures: Sequence[Signature]) -> tuple[Signature, ...]:
     """The signatures of the effects whose terms some maneuver moves; all of those without terms."""
-    track, model = scene.clean, scene.force_model
+    track, model = reference.clean, reference.force_model
     assert model is not None
     baseline = model.aircraft.baseline
     variables = {f.name: f.variable for f in baseline.functions}

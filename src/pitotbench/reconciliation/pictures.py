@@ -225,7 +225,7 @@ def _variable(layout: Layout, gap: Array, used: Booleans) -> tuple[str, Array]:
     in SI units.
     """
     values = {
-        n: v for n, v in flight_variables(layout.scene.clean, layout.grid).items() if n in DRAWN
+        n: v for n, v in flight_variables(layout.reference.clean, layout.grid).items() if n in DRAWN
     }
     values["acceleration"] = np.gradient(values["airspeed"], layout.track.time[layout.grid.rows])
     follows = {n: _correlation(v[used], gap[used]) for n, v in values.items()}

@@ -156,7 +156,7 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class Unmodeled:
     """A smooth discrepancy of unknown form: its place, its cells with their prior deviations, and
     its own prior.
     """
@@ -168,7 +168,7 @@ class Rest:
 
 
 SEPARATOR = "|"  # between a formula and its term
-ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
+CHANNEL_GROUPS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 NOTHING = Member("", (), np.zeros(0))
 
 
@@ -212,7 +212,7 @@ class Regression:
             for name, own in self.columns.items()
         }
         self._log_priors = _log_priors(list(self.columns))
-        self._rests = list(self._all_rests())
+        self._unmodeled = list(self._all_unmodeled())
 
     def _joined(self) -> tuple[list[list[int]], Evidence]:
         """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
@@ -228,27 +228,27 @@ class Regression:
             inner[np.ix_(rows, rows)] += block.beyond.inner
         return places, Evidence(inner)
 
-    def _all_rests(self) -> Iterator[Rest]:
+    def _all_unmodeled(self) -> Iterator[Unmodeled]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in several
         sizes, in each log.
         """
         power, sizes = np.diag(self.evidence.inner), THRESHOLDS.rest_sizes
         for own, block in zip(self._of_block, self.blocks, strict=True):
             cells: dict[str, list[int]] = {}
-            rooms: dict[str, list[int]] = {}
+            by_group: dict[str, list[int]] = {}
             for column, (_, cell) in zip(own[len(block.keys) :], block.layout.places, strict=True):
                 if power[column] > SINGULAR:
                     cells.setdefault(cell.channel, []).append(column)
-                    rooms.setdefault(_room(cell.channel), []).append(column)
-            shown = {room: own for room, own in rooms.items() if room in ROOMS}
+                    by_group.setdefault(_channel_group(cell.channel), []).append(column)
+            shown = {group: own for group, own in by_group.items() if group in CHANNEL_GROUPS}
             whole = [column for each in cells.values() for column in each]
             groups = [(c, own, 0.5 / len(cells)) for c, own in cells.items()]
-            groups += [(room, own, 0.25 / len(shown)) for room, own in shown.items()]
+            groups += [(group, own, 0.25 / len(shown)) for group, own in shown.items()]
             for place, columns, prior in [*groups, ("all", whole, 0.25)]:
                 unit = 1.0 / np.sqrt(power[columns] * len(columns))
                 told = float(np.log(prior / len(sizes) / len(self.blocks)))
                 for size in sizes:
-                    yield Rest(place, tuple(columns), size * unit, told)
+                    yield Unmodeled(place, tuple(columns), size * unit, told)
 
     def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
         """Return the gaps that the logs show, and what is left beside them.
@@ -304,19 +304,19 @@ class Regression:
         taken = {_cause(member.name) for member in members}
         names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
         prior_none = np.log(THRESHOLDS.prior_of_none)
-        weights, rests, _ = self._weighed(evidence, names)
-        every = [*weights.values(), *rests]
+        weights, unmodeled, _ = self._weighed(evidence, names)
+        every = [*weights.values(), *unmodeled]
         log_bayes_factor = float(logsumexp(every) - prior_none)
         power = tempering_power(log_bayes_factor)
-        weights, rests, found = self._weighed(evidence.tempered(power), names)
-        whole = float(logsumexp([*weights.values(), *rests]))
+        weights, unmodeled, found = self._weighed(evidence.tempered(power), names)
+        whole = float(logsumexp([*weights.values(), *unmodeled]))
         member = found[max(weights, key=lambda name: weights[name])] if weights else NOTHING
         return Found(
             member,
             log_bayes_factor,
             {name: float(np.exp(value - whole)) for name, value in weights.items()},
-            float(np.exp(logsumexp(rests) - whole)),
-            self._rests[int(np.argmax(rests))].place if rests else "",
+            float(np.exp(logsumexp(unmodeled) - whole)),
+            self._unmodeled[int(np.argmax(unmodeled))].place if unmodeled else "",
             self._held_out(members, member),
         )
 
@@ -328,8 +328,9 @@ class Regression:
     def _weighed(
         self, evidence: Evidence, names: Sequence[str]
     ) -> tuple[dict[str, float], list[float], dict[str, Member]]:
-        """The logarithms of prior times evidence of some hypotheses, with a rest beside the best of
-        them, and of each rest alone; and the hypotheses as members of a fit.
+        """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
+        together with the best of them, and of each of these alone; and the hypotheses as members of
+        a fit.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
@@ -341,15 +342,15 @@ class Regression:
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
             own = members[name]
             beyond = evidence.given(own.columns, own.deviations)[0]
-            rest = np.log(share) + logsumexp(self._of_rests(beyond))
-            values[name] += float(np.logaddexp(np.log1p(-share), rest))
+            left = np.log(share) + logsumexp(self._of_unmodeled(beyond))
+            values[name] += float(np.logaddexp(np.log1p(-share), left))
         half = np.log(0.5) if any(map(is_term, names)) else 0.0
-        return values, [unknown + half + value for value in self._of_rests(evidence)], members
+        return values, [unknown + half + value for value in self._of_unmodeled(evidence)], members
 
-    def _of_rests(self, evidence: Evidence) -> list[float]:
+    def _of_unmodeled(self, evidence: Evidence) -> list[float]:
         return [
-            rest.log_prior + evidence.log_evidence_of(rest.columns, rest.deviations)
-            for rest in self._rests
+            each.log_prior + evidence.log_evidence_of(each.columns, each.deviations)
+            for each in self._unmodeled
         ]
 
     def _member(self, evidence: Evidence, name: str) -> tuple[float, Member]:
@@ -454,10 +455,10 @@ def _cause(name: str) -> str:
     return name if is_term(name) or not name else cause_of(name)
 
 
-def _room(channel: str) -> str:
-    for room in ("airspeed", "specific_force"):
-        if channel.startswith(room):
-            return room
+def _channel_group(channel: str) -> str:
+    for group in ("airspeed", "specific_force"):
+        if channel.startswith(group):
+            return group
     if channel.startswith("acceleration"):
         return "acceleration"
     if channel.endswith("_acceleration"):
@@ -586,7 +587,7 @@ def with_terms(fitted: Fitted) -> Fitted:
         return fitted
     layouts = [block.layout for block in blocks]
     laid = [
-        replace(each, signatures=(*each.signatures, *term_signatures(each.scene)))
+        replace(each, signatures=(*each.signatures, *term_signatures(each.reference)))
         for each in layouts
     ]
     return _fitted(laid, [block.noise for block in blocks], [block.null for block in blocks])

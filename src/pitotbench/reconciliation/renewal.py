@@ -25,7 +25,7 @@ from pitotbench.reconciliation.layout import (
     without_error_curve,
 )
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
-from pitotbench.reconciliation.residuals import Scene, clean_track
+from pitotbench.reconciliation.residuals import ReferenceState, clean_track
 from pitotbench.reconciliation.signatures import (
     FITTED,
     Signature,
@@ -75,7 +75,7 @@ def at_sizes(
     for i, old in enumerate(signatures):
         if (old.effect, old.parameter) in sizes:
             own = (shapes or {}).get(old.effect, old.shapes)
-            signatures[i] = _renewed(layout.scene, old, sizes[old.effect, old.parameter], own)
+            signatures[i] = _renewed(layout.reference, old, sizes[old.effect, old.parameter], own)
     if all(new is old for new, old in zip(signatures, layout.signatures, strict=True)):
         return layout
     return replace(layout, signatures=tuple(signatures))
@@ -95,7 +95,7 @@ def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
     corrected = with_corrected_track(original, entries)
     if corrected is original:
         return original
-    values = corrected.residuals.values + sensor_change(corrected.scene, entries)
+    values = corrected.residuals.values + sensor_change(corrected.reference, entries)
     track = _with_measured_vanes(original, entries).track
     return replace(corrected, track=track, residuals=replace(corrected.residuals, values=values))
 
@@ -110,7 +110,7 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
     ):
         return original
     original = _with_measured_vanes(original, entries)
-    old = original.scene
+    old = original.reference
     track, clean, curves = original.track, old.clean, original.curves
     for _ in range(UNDOINGS):
         shift = _shift(clean, entries)
@@ -120,18 +120,18 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
         curves = (*original.curves, *further)
         clean = clean_track(track, mean_wind_of(track, original.measured))
     model = old.force_model
-    scene = old.moved(
+    reference = old.moved(
         clean, None if model is None else model.along(motion_of(track, model.replay.rows))
     )
-    values = scene.residuals_of(track).values
-    free = free_parameters_of(scene, original.setting, original.shapes)
+    values = reference.residuals_of(track).values
+    free = free_parameters_of(reference, original.setting, original.shapes)
     corrected = replace(
         original,
         track=track,
-        scene=scene,
+        reference=reference,
         residuals=replace(original.residuals, values=values),
         free=free.with_columns(original.free.beyond(free.names)),
-        signatures=tuple(_from_scene(scene, s) for s in original.signatures),
+        signatures=tuple(_from_reference(reference, s) for s in original.signatures),
         curves=curves,
     )
     return corrected.with_angles(original.angles)
@@ -152,12 +152,12 @@ def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
     return replace(layout, track=with_vane_angles(layout.track, back), angles=kept)
 
 
-def sensor_change(scene: Scene, entries: Entries) -> Array:
+def sensor_change(reference: ReferenceState, entries: Entries) -> Array:
     """Return the change of the residuals by effects on the sensors together, (n, c); other effects
     do not count.
     """
-    clean = scene.clean
-    return scene.change_by(
+    clean = reference.clean
+    return reference.change_by(
         clean.replaced({n: clean[n] + moved for n, moved in _shift(clean, entries).items()})
     )
 
@@ -185,16 +185,20 @@ def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
     }
 
 
-def _from_scene(scene: Scene, old: Signature) -> Signature:
+def _from_reference(reference: ReferenceState, old: Signature) -> Signature:
     """The signature from another clean track, which changes effects on the sensors only."""
     effect = FITTED[old.effect]
     if not isinstance(effect, SensorEffect):
         return old
-    moved = residual_change(effect, scene, effect.complete({**old.shapes, old.parameter: old.size}))
+    moved = residual_change(
+        effect, reference, effect.complete({**old.shapes, old.parameter: old.size})
+    )
     return old if moved is None else replace(old, column=moved / old.size)
 
 
-def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, float]) -> Signature:
+def _renewed(
+    reference: ReferenceState, old: Signature, size: float, shapes: Mapping[str, float]
+) -> Signature:
     effect = FITTED[old.effect]
     parameter = effect.parameter(old.parameter)
     least = SMALLEST * abs(parameter.typical)
@@ -203,7 +207,7 @@ def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, flo
     near = abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size))
     if near and shapes == old.shapes:
         return old
-    moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: size}))
+    moved = residual_change(effect, reference, effect.complete({**shapes, old.parameter: size}))
     if moved is None or not np.any(moved):
         return (
             old
@@ -266,8 +270,10 @@ def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> lis
     return best.signatures
 
 
-def _with_shapes(scene: Scene, effect: Effect, old: Signature, shapes: Shapes) -> Signature:
-    moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: old.size}))
+def _with_shapes(
+    reference: ReferenceState, effect: Effect, old: Signature, shapes: Shapes
+) -> Signature:
+    moved = residual_change(effect, reference, effect.complete({**shapes, old.parameter: old.size}))
     column = np.zeros_like(old.column) if moved is None else moved / old.size
     return replace(old, column=column, shapes=dict(shapes))
 
@@ -293,7 +299,7 @@ class Trials:
 
     def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> Trial:
         """Return an effect at some shapes."""
-        signatures = [_with_shapes(self._layout.scene, effect, s, shapes) for s in start]
+        signatures = [_with_shapes(self._layout.reference, effect, s, shapes) for s in start]
         return Trial(shapes, signatures, self._merit([s.column for s in signatures]))
 
     def _merit(self, columns: Sequence[Array]) -> float:

@@ -457,17 +457,17 @@ def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
     )
     speed = np.sum(along * (over - wind), axis=1)
     pressure = track["static_pressure"]
-    warmth = outside_temperature(track, mach_number(track))
+    temperature = outside_temperature(track, mach_number(track))
     return {
         "impact_pressure": air.impact_pressure_from_true_airspeed(
-            np.maximum(speed, 1.0), pressure, warmth
+            np.maximum(speed, 1.0), pressure, temperature
         )
     }
 
 
-# The scene of a log: the clean track, its residuals, and the force meter where there is an aircraft
-# model. All that depends on a hypothesis starts here: signatures of effects and columns of free
-# parameters are changes of the residuals of the scene.
+# The reference state of a log: the clean track, its residuals, and the force meter where there is
+# an aircraft model. All that depends on a hypothesis starts here: signatures of effects and columns
+# of free parameters are changes of its residuals.
 
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
@@ -547,7 +547,7 @@ class ForceModel:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ReferenceState:
     """The data from which signatures and free parameters are computed.
 
     `base` are the residuals of the clean track. `force_model` is None where sensors alone are
@@ -565,9 +565,9 @@ class Scene:
         """The model's answer along the measured track; None without a model."""
         return None if self.force_model is None else self.force_model.replay
 
-    def moved(self, clean: Track, model: ForceModel | None) -> "Scene":
-        """Return the scene of another clean track or with another model: its residuals are computed
-        anew.
+    def moved(self, clean: Track, model: ForceModel | None) -> "ReferenceState":
+        """Return the reference state of another clean track or with another model: its residuals
+        are computed anew.
         """
         base = channel_residuals(
             clean, self.grid, self.frame, None if model is None else model.replay
@@ -575,7 +575,7 @@ class Scene:
         return replace(self, clean=clean, base=base, force_model=model)
 
     def residuals_of(self, track: Track) -> ChannelResiduals:
-        """Return the residual channels of a track, with the grid, frame and model of this scene."""
+        """Return the residual channels of a track, with the grid, frame and model of this one."""
         return channel_residuals(track, self.grid, self.frame, self.replay, (self.clean, self.base))
 
     def change_by(self, track: Track) -> Array:
@@ -591,13 +591,13 @@ class Scene:
         return self.base.places.get(name)
 
 
-def set_scene(
+def reference_state(
     track: Track,
     wind: Array,
     replay: Replay | None,
     aircraft: AircraftModel | None,
-) -> Scene:
-    """Return the scene of a track.
+) -> ReferenceState:
+    """Return the reference state of a track.
 
     `wind` toward north, east, down [m/s], (3,), is the wind of the clean track. `replay` and
     `aircraft` are both None where sensors alone are judged.
@@ -607,7 +607,7 @@ def set_scene(
     clean = clean_track(track, wind)
     base = channel_residuals(clean, grid, frame, replay)
     if replay is None or aircraft is None:
-        return Scene(clean, grid, frame, base, None)
+        return ReferenceState(clean, grid, frame, base, None)
     coarse = motion_of(clean, coarse_rows(clean))
     units = aircraft.unit_forces(coarse, properties_of_forces(aircraft.baseline))
-    return Scene(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units))
+    return ReferenceState(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units))

@@ -25,7 +25,7 @@ from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.free_parameters import residuals_of_wind
-from pitotbench.reconciliation.residuals import Scene, change_by_answer
+from pitotbench.reconciliation.residuals import ReferenceState, change_by_answer
 from pitotbench.reconciliation.track import (
     Track,
     added_forces,
@@ -74,9 +74,9 @@ def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
     )
 
 
-def signatures_of(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:
+def signatures_of(reference: ReferenceState, effects: Catalog[Effect]) -> tuple[Signature, ...]:
     """Return a signature for each size parameter of each effect that this log can show."""
-    return tuple(s for effect in effects.values() for s in _of_effect(scene, effect))
+    return tuple(s for effect in effects.values() for s in _of_effect(reference, effect))
 
 
 def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:
@@ -87,122 +87,138 @@ def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]
     return columns
 
 
-def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
+def _of_effect(reference: ReferenceState, effect: Effect) -> Iterator[Signature]:
     for parameter in effect.parameters:
         if not parameter.shape:
-            signature = signature_of(scene, effect, parameter.name, parameter.typical)
+            signature = signature_of(reference, effect, parameter.name, parameter.typical)
             if signature is not None:
                 yield signature
 
 
-def signature_of(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
+def signature_of(
+    reference: ReferenceState, effect: Effect, parameter: str, size: float
+) -> Signature | None:
     """Return the signature of one parameter at a size, with the other sizes zero and the shapes
     typical.
 
     None where this log cannot show it: a channel that it changes is missing, or no residual
     changes.
     """
-    moved = residual_change(effect, scene, effect.complete({parameter: size}))
+    moved = residual_change(effect, reference, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):
         return None
     return Signature(effect.name, parameter, size, moved / size)
 
 
 @singledispatch
-def residual_change(effect: Effect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+def residual_change(
+    effect: Effect, reference: ReferenceState, sizes: Mapping[str, float]
+) -> Array | None:
     """Return the change of the residuals by an effect of these sizes, (n, c).
 
     None where the log cannot show it, or the aircraft lacks the part that it changes.
 
-    Each class of effects registers how it acts on a scene.
+    Each class of effects registers how it acts on a reference.
     """
     return None
 
 
 @residual_change.register
-def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+def _sensor_change(
+    effect: SensorEffect, reference: ReferenceState, sizes: Mapping[str, float]
+) -> Array | None:
     """The change by an effect on the sensors, which acts on the clean track."""
-    clean = scene.clean
+    clean = reference.clean
     if not all(name in clean for name in (*effect.needs, *effect.changes)):
         return None
     applied = effect.apply(Signals(clean.time, clean.channels), sizes)
     changed = {
         name: applied[name] for name in applied if applied[name] is not clean.channels.get(name)
     }
-    moved = scene.change_by(clean.replaced(changed))
+    moved = reference.change_by(clean.replaced(changed))
     return (
-        moved + _by_throttles(scene, clean.replaced(changed))
+        moved + _by_throttles(reference, clean.replaced(changed))
         if THROTTLES & changed.keys()
         else moved
     )
 
 
-def _by_throttles(scene: Scene, track: Track) -> Array:
+def _by_throttles(reference: ReferenceState, track: Track) -> Array:
     """The change by other recorded throttles, on which the engines of the force meter run."""
-    model = scene.force_model
+    model = reference.force_model
     if model is None:
-        return scene.blank()
-    rows = coarse_rows(scene.clean)
+        return reference.blank()
+    rows = coarse_rows(reference.clean)
     added = spread(model.replay.rows, rows, model.moved_by(motion_of(track, rows)))
-    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, added)
+    return change_by_answer(
+        reference.base.names, reference.clean, reference.grid, model.replay.rows, added
+    )
 
 
 @residual_change.register
-def _air_change(effect: AirEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+def _air_change(
+    effect: AirEffect, reference: ReferenceState, sizes: Mapping[str, float]
+) -> Array | None:
     """The change by an effect in the air: its wind, or its temperature."""
     if effect.wind is not None:
-        wind = effect.wind(Signals(scene.clean.time, scene.clean.channels), sizes)
-        at_instants = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
-        return residuals_of_wind(at_instants, scene)
-    baseline = NO_AIRCRAFT if scene.force_model is None else scene.force_model.aircraft.baseline
+        wind = effect.wind(Signals(reference.clean.time, reference.clean.channels), sizes)
+        at_instants = np.stack([reference.grid.smooth(np.asarray(part)) for part in wind], axis=1)
+        return residuals_of_wind(at_instants, reference)
+    baseline = (
+        NO_AIRCRAFT if reference.force_model is None else reference.force_model.aircraft.baseline
+    )
     warmer = effect.overlay(sizes, baseline).temperature_offset
-    return _warmed(scene, warmer) if warmer else None
+    return _warmed(reference, warmer) if warmer else None
 
 
 @residual_change.register
 def _aircraft_change(
-    effect: AircraftEffect, scene: Scene, sizes: Mapping[str, float]
+    effect: AircraftEffect, reference: ReferenceState, sizes: Mapping[str, float]
 ) -> Array | None:
     """The change by an effect on the aircraft: the reaction with it less that without, to the same
     motion.
     """
-    model = scene.force_model
+    model = reference.force_model
     if model is None:
         return None
     if effect.part_of:  # the force meter knows states, no time
-        whole, time = residual_change(FORMS[effect.part_of], scene, sizes), scene.clean.time
-        share = share_of_size(effect, time[scene.grid.rows] - time[0], sizes)
+        whole, time = residual_change(FORMS[effect.part_of], reference, sizes), reference.clean.time
+        share = share_of_size(effect, time[reference.grid.rows] - time[0], sizes)
         return whole if whole is None else whole * share[:, None]
     if not effect.fits(sizes, model.aircraft.baseline):
         return None
     overlay = effect.overlay(sizes, model.aircraft.baseline)
     split = _throttle_split(overlay)
     if split is not None:
-        return _in_split(scene, split)
+        return _in_split(reference, split)
     missing = (
         -added_forces(overlay, model.units)
         if adds_forces(overlay)
         else model.missing(overlay, not _spares_engines(overlay))
     )
-    rows = coarse_rows(scene.clean)
+    rows = coarse_rows(reference.clean)
     lost = spread(model.replay.rows, rows, missing)
-    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, lost)
+    return change_by_answer(
+        reference.base.names, reference.clean, reference.grid, model.replay.rows, lost
+    )
 
 
-def _warmed(scene: Scene, warmer: float) -> Array | None:
+def _warmed(reference: ReferenceState, warmer: float) -> Array | None:
     """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ +
     ΔT).
     """
-    height, temperature = scene.channel("pressure_height"), scene.channel("temperature")
+    height, temperature = reference.channel("pressure_height"), reference.channel("temperature")
     if height is None or temperature is None:
         return None
     lower = (
-        scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
+        reference.grid.smooth(reference.clean["altitude"])
+        * warmer
+        / (air.SEA_LEVEL_TEMPERATURE + warmer)
     )
-    moved = scene.blank()
+    moved = reference.blank()
     moved[:, height] = -lower
-    mach = scene.grid.smooth(
-        mach_number(scene.clean)
+    mach = reference.grid.smooth(
+        mach_number(reference.clean)
     )  # the rise of temperature at the probe grows with Mach
     moved[:, temperature] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
     return moved
@@ -236,11 +252,11 @@ def _throttle_split(overlay: Overlay) -> float | None:
     return sum(THROTTLE_BIAS[path] * value for path, value in zip(paths, values, strict=False))
 
 
-def _in_split(scene: Scene, split: float) -> Array | None:
-    column = scene.channel("throttle_split")
+def _in_split(reference: ReferenceState, split: float) -> Array | None:
+    column = reference.channel("throttle_split")
     if column is None:
         return None
-    moved = scene.blank()
+    moved = reference.blank()
     moved[:, column] = split
     return moved
 

@@ -502,7 +502,7 @@ def _notes(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> It
             "no null flights of this card: the noise is judged by this log alone, and a gap is "
             f"told from a Bayes factor of e^{null.gap_bayes_factor:.0f} on"
         )
-    flies = layout.scene.force_model is not None
+    flies = layout.reference.force_model is not None
     if not flies:
         yield "no aircraft model: sensors and air alone are judged, and no card is flown"
     shown = {s.effect for s in layout.signatures}
@@ -544,7 +544,7 @@ def _notes(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> It
 
 def _without_the_parts(names: Sequence[str], layout: Layout) -> list[str]:
     """Return those of the effects that the aircraft cannot take at all."""
-    model = layout.scene.force_model
+    model = layout.reference.force_model
     acting = [(n, effect) for n in names if isinstance(effect := FITTED[n], AircraftEffect)]
     return (
         []
@@ -719,7 +719,9 @@ def hold_out(
     layout = without_sensor_effects(lay(chosen), entries)
     layout = at_sizes(layout, sizes, shapes)
     terms = {key: size for key, size in sizes.items() if key[0] not in FITTED}
-    layout = replace(layout, signatures=(*layout.signatures, *signatures_at(layout.scene, terms)))
+    layout = replace(
+        layout, signatures=(*layout.signatures, *signatures_at(layout.reference, terms))
+    )
     keys = [(s.effect, s.parameter) for s in layout.signatures]
     own = fitted.sizes.among(keys)
     if not own.keys:

@@ -24,6 +24,7 @@ from pitotbench.show.calibration import (
     short_answer_of,
     wind_lines,
 )
+from pitotbench.show.deliverables import SETTING_COLUMNS, settings_lines
 from pitotbench.show.legs import point_columns
 from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.record import (
@@ -33,7 +34,6 @@ from pitotbench.show.record import (
     flights_checks,
     winds_of,
 )
-from pitotbench.show.takehome import SETTING_COLUMNS, settings_lines
 from pitotbench.show.tree import (
     NUMBERS,
     SOURCES,

@@ -12,6 +12,7 @@ from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.show.calibration import ShortAnswer, samples_of
+from pitotbench.show.deliverables import CurveDifference
 from pitotbench.show.legs import method_words
 from pitotbench.show.limits import AUTO, Limit, limit_for
 from pitotbench.show.reader_units import BENCH, Units
@@ -33,7 +34,6 @@ from pitotbench.show.style import (
     svg,
     thin,
 )
-from pitotbench.show.takehome import CurveDifference
 from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 if TYPE_CHECKING:

@@ -435,7 +435,7 @@ def _cruises(model: _Model) -> Figures:
 def _glides(model: _Model) -> Figures:
     several = _speeds(model, GLIDE_HEIGHT, 0.0, _slow(model, GLIDE_HEIGHT))
     flat = _refined(model, GLIDE_HEIGHT, 0.0, several, lambda each: each.state.climb)
-    slender = max(several, key=_slenderness, default=None)
+    slender = max(several, key=_lift_to_drag, default=None)
     place = f"{_height_words(GLIDE_HEIGHT)}, flaps up"
     if flat is None or slender is None:
         raise SimulationError(NOT_HELD)
@@ -445,14 +445,14 @@ def _glides(model: _Model) -> Figures:
         "speed of the best glide", f"{place}, idle", flat.calibrated / KNOT, "KCAS"
     )
     yield PerformanceFigure(
-        "best lift-to-drag ratio", f"{place}, without thrust", _slenderness(slender), ""
+        "best lift-to-drag ratio", f"{place}, without thrust", _lift_to_drag(slender), ""
     )
     yield PerformanceFigure(
         "its speed", f"{place}, without thrust", slender.calibrated / KNOT, "KCAS"
     )
 
 
-def _slenderness(each: Steady) -> float:
+def _lift_to_drag(each: Steady) -> float:
     return each.lift / each.drag
 
 

@@ -49,7 +49,7 @@ def is_warm(path: Path, aircraft: str) -> bool:
         return True
     card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
     setting = AnalysisSetting(
-        day_known=null_flights.tells_the_day(log.header), instruments_known=True
+        day_known=null_flights.has_weather_report(log.header), instruments_known=True
     )
     return null_flights.cache_entry(card, null_flights.NULL_FLIGHTS, setting).is_file()
 

@@ -218,7 +218,7 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
     log = _unrounded(lambda: recorded(flight))
     base = layout_of(log)
     segments = segments_at(log, base.track.time[base.grid.rows])
-    still, alone = base.scene.residuals_of(track_of(log)).values, residuals_of(log)
+    still, alone = base.reference.residuals_of(track_of(log)).values, residuals_of(log)
     steady = without_steady_wind(base, log, noise)
     values = {}
     wanted = all_effects()
@@ -231,7 +231,7 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
             if isinstance(effect, SensorEffect):
                 with known_effects({}):
                     sensed = _unrounded(partial(recorded, replace(flight, case=spec)))
-                values[name] = base.scene.residuals_of(track_of(sensed)).values - still
+                values[name] = base.reference.residuals_of(track_of(sensed)).values - still
             else:
                 made = noiseless(spec)
                 if has_wind([name]):

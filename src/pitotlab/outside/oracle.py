@@ -245,11 +245,11 @@ def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array
     airspeed = np.linalg.norm(blocks.velocity - np.append(blocks.wind, 0.0), axis=1)
     mach = airspeed / physics.speed_of_sound(blocks.temperature)
     # a probe that recovers more than is taken into account reads high: T_t = T(1 + 0.2 r M²)
-    warmth = blocks.temperature * 0.2 * mach**2
+    temperature = blocks.temperature * 0.2 * mach**2
     triangle_rows = np.stack(
         [
             felt[2] * accuracy.temperature,
-            felt[2] * warmth * accuracy.recovery,
+            felt[2] * temperature * accuracy.recovery,
             felt[1] * accuracy.static,
             felt[3] * accuracy.velocity,
             felt[4] * accuracy.velocity,

@@ -42,7 +42,7 @@ def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tup
     whiten = noise_of_log(without).whitener(without.grid, without.residuals.slack)
     effect = EFFECTS[lag]
     claimed = residual_change(
-        effect, without.scene, effect.complete({effect.parameters[0].name: SIZE})
+        effect, without.reference, effect.complete({effect.parameters[0].name: SIZE})
     )
     done = late.residuals.values - without.residuals.values
     return whiten(claimed).ravel(), whiten(done).ravel()

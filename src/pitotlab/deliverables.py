@@ -220,13 +220,13 @@ def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
         "indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure_inhg,tower_temperature_degc"
     ]
     tower = float(air.standard_pressure(rng.uniform(0.0, 1500.0))) * rng.uniform(0.98, 1.02)
-    warmth, shape = rng.uniform(263.0, 308.0), rng.uniform(-0.05, 0.05)
+    temperature, shape = rng.uniform(263.0, 308.0), rng.uniform(-0.05, 0.05)
     off, truth = altimeter_error * rng.standard_normal(), []
     for knots in np.linspace(80.0, 160.0, 5) + rng.uniform(-5.0, 5.0, 5):
         tower += rng.uniform(-30.0, 30.0)
         height, pressure = rng.uniform(40.0, 400.0) * FOOT, tower
         for step in np.arange(0.5, 200.0, 1.0) / 200.0:
-            here = warmth - 0.0065 * step * height
+            here = temperature - 0.0065 * step * height
             pressure -= pressure * 9.80665 / (287.053 * here) * height / 200.0
         impact = float(air.impact_pressure(knots * KNOT))  # indicated
         error = impact * shape / (1.0 - shape)
@@ -236,7 +236,7 @@ def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
         )
         lines.append(
             f"{knots:.0f},{10.0 * round(indicated / 10.0):.0f},{5.0 * round(height / FOOT / 5.0):.0f},"
-            f"{tower / INCH_OF_MERCURY:.2f},{warmth - 273.15:.0f}"
+            f"{tower / INCH_OF_MERCURY:.2f},{temperature - 273.15:.0f}"
         )
     return "\n".join(lines) + "\n", np.array(truth)
 

@@ -14,7 +14,7 @@ from pitotbench import BadInputError, CalibrationOptions, air, write_log
 from pitotbench.calibration import calibrate
 from pitotbench.cli.app import main
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.show.takehome import (
+from pitotbench.show.deliverables import (
     altitude_correction,
     handbook_csv,
     handbook_page,

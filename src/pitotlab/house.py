@@ -140,10 +140,8 @@ _LEGS_AND_CARDS = (
     "card_slips.py",
     "fly_by.py",
     "hand_card.py",
-    "leg_air.py",
     "leg_methods.py",
     "leg_points.py",
-    "legs.py",
 )
 
 

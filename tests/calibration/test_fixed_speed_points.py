@@ -11,8 +11,7 @@ from tests.calibration import trajectories as fixture
 from pitotbench import BadInputError, CalibrationOptions, NoAnswerError, air, fixed_speed, sense
 from pitotbench.bench.flights import true_correction, wind_toward
 from pitotbench.calibration.leg_methods import circle_fit, horseshoe
-from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
-from pitotbench.calibration.legs import block_means
+from pitotbench.calibration.leg_points import block_means, cross_check, fixed_speed_points
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies
 from pitotbench.units import DEGREE, KNOT

@@ -18,8 +18,12 @@ from pitotbench.calibration.leg_methods import (
     circle_gain,
     solve_group,
 )
-from pitotbench.calibration.leg_points import LegLikelihood, answer_variances, two_sigma
-from pitotbench.calibration.legs import steady_groups
+from pitotbench.calibration.leg_points import (
+    LegLikelihood,
+    answer_variances,
+    steady_groups,
+    two_sigma,
+)
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises

@@ -9,8 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.calibration.leg_air import LegAir
-from pitotbench.calibration.leg_methods import Legs, unit
+from pitotbench.calibration.leg_methods import LegAir, Legs, unit
 from pitotbench.calibration.options import Accuracies
 from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimation.restricted_likelihood import (

@@ -8,8 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibration.card_model import CardModel, rows_of
 from pitotbench.calibration.card_slips import find_slips
-from pitotbench.calibration.leg_air import LegAir
-from pitotbench.calibration.leg_methods import by_track, solve_group, wind_from
+from pitotbench.calibration.leg_methods import LegAir, by_track, solve_group, wind_from
 from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.estimation.restricted_likelihood import half_width
 from pitotbench.records import BadInputError, NoAnswerError

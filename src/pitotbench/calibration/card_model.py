@@ -57,9 +57,9 @@ def rows_of(legs: Sequence[CardLeg]) -> Legs:
 # noise. It is the calibration's own problem (estimation.restricted_likelihood). The noise is white,
 # the steps of the readings and what a gust leaves in one leg, plus a wind that is a Gauss-Markov
 # process; the wind takes a further step where another point begins. The regressors are the smooth
-# curves, one a configuration (pressure_error.models), whose departures have rival priors. Beside its equation each leg has two outputs that nobody observed, the
-# wind across u and the correction. What the others say of all three is what they predict for a leg
-# that is read otherwise.
+# curves, one a configuration (pressure_error.models), whose departures have rival priors. Beside
+# its equation each leg has two outputs that nobody observed, the wind across u and the correction.
+# What the others say of all three is what they predict for a leg that is read otherwise.
 
 _ANY_WIND = 25.0  # m/s, 1σ of a component of the wind
 _ON_LEG = 1.0 / 3.0  # of the time from leg to leg, during which its numbers are read

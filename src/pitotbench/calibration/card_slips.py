@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from pitotbench.calibration.card_model import USUAL_NOISE, CardModel, Others
+from pitotbench.calibration.leg_methods import turn_between
 from pitotbench.calibration.options import Accuracies
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, ReadingSteps, Slip
@@ -305,8 +306,3 @@ def _common_tracks(tracks: Array, points: int) -> Array:
             return np.array(middles)
         middles.append(best + float(off[near].mean()))
         tracks = tracks[np.abs(turn_between(tracks, middles[-1])) > 2.0 * _TIGHT * DEGREE]
-
-
-def turn_between(one: Array | float, other: Array | float) -> Array:
-    """Return the angle from one track to another [rad], within half a turn."""
-    return np.asarray((np.asarray(one) - np.asarray(other) + np.pi) % (2.0 * np.pi) - np.pi)

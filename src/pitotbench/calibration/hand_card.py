@@ -19,8 +19,8 @@ from pitotbench.units import KNOT, Array
 _SPEEDS = 13  # airspeeds of a curve
 _STEP = 1e-3  # m/s
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
-# Log odds from which headings were written for tracks, thirty to one: no right card of 340 of one to
-# five points reaches them. A slip less is as much.
+# Log odds from which headings were written for tracks, thirty to one: no right card of 340 of one
+# to five points reaches them. A slip less is as much.
 _CLEARLY = 3.5
 
 

@@ -243,6 +243,11 @@ def unit(vectors: Array) -> Array:
     return np.asarray(vectors / np.maximum(size, _LEAST_SPEED))
 
 
+def turn_between(one: Array | float, other: Array | float) -> Array:
+    """Return the angle from one track to another [rad], within half a turn."""
+    return np.asarray((np.asarray(one) - np.asarray(other) + np.pi) % (2.0 * np.pi) - np.pi)
+
+
 def horseshoe(ground_speed: MetersPerSecond) -> float:
     """True airspeed [m/s] from three legs on ground tracks 90° apart, the middle one second.
 
@@ -263,7 +268,7 @@ def horseshoe_of_legs(velocity: Array) -> float | None:
     track = np.arctan2(velocity[:, 1], velocity[:, 0])
     for middle in range(3):
         sides = [other for other in range(3) if other != middle]
-        turns = (track[sides] - track[middle] + np.pi) % (2.0 * np.pi) - np.pi
+        turns = turn_between(track[sides], track[middle])
         if np.prod(turns) < 0.0 and np.all(np.abs(np.abs(turns) - 0.5 * np.pi) < _RIGHT_ANGLE_OFF):
             order = [sides[0], middle, sides[1]]
             return horseshoe(np.linalg.norm(velocity[order], axis=1))

@@ -112,24 +112,20 @@ def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.
 # found from the ground velocity, which gusts change less than the air data. In both cases a piece
 # must be long enough, straight or a full turn, level, and of constant airspeed.
 
-_SHORTEST = (
-    5.0  # s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
-)
+# s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
+_SHORTEST = 5.0
 _STRAIGHT = 5.0 * DEGREE  # largest change of mean track between the halves of a straight leg
-_FULL_TURN = (
-    300.0 * DEGREE
-)  # least change of track of a turn: the ground velocities of a smaller one are only an arc
-_TURN_RATE = (
-    1.0 * DEGREE
-)  # rad/s: straight flight below, a third of a standard-rate turn above (no labels)
-_ACCELERATION = (
-    0.5 * KNOT
-)  # m/s² of ground speed: above it the airspeed is being changed (no labels)
+# Least change of track of a turn: the ground velocities of a smaller one are only an arc.
+_FULL_TURN = 300.0 * DEGREE
+# rad/s: straight flight below, a third of a standard-rate turn above (no labels)
+_TURN_RATE = 1.0 * DEGREE
+# m/s² of ground speed: above it the airspeed is being changed (no labels)
+_ACCELERATION = 0.5 * KNOT
 _WINDOW = 2  # blocks to either side, for rates of change (no labels)
-_DRIFT = (
-    3.0 * KNOT
-)  # m/s of airspeed: limit between the halves of a piece and between neighbors of one group
-_LEVEL = 0.01  # of static pressure, about 300 ft: limit between the halves of a piece and between neighbors
+# Limits between the halves of a piece and between neighbors of one group: m/s of airspeed, and a
+# share of the static pressure, about 300 ft.
+_DRIFT = 3.0 * KNOT
+_LEVEL = 0.01
 
 
 def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
@@ -260,9 +256,8 @@ def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocati
     """Judge the location by the height where the log has it; else take the usual one, with doubt."""
     if options.error_location != AUTO:
         return location_of(options, options.error_location)
-    from pitotbench.calibration.location import (
-        assumed_location,
-    )  # slow to load; a stated location needs no fit
+    # Slow to load; a stated location needs no fit.
+    from pitotbench.calibration.location import assumed_location
     from pitotbench.calibration.reduction import reduce_log
 
     if log.altitude is not None and options.use_altitude:
@@ -290,12 +285,10 @@ _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
 # One standard deviation of the prior on the gust length, as a factor. Legs of half a minute tell
 # little about it.
 _LENGTH_FACTOR = 1.6
-_FORGOTTEN = (
-    1e5  # s, between groups: some thousand correlation times, so their gusts are independent
-)
-_TOUCHING = (
-    1.01 * SECOND
-)  # s, greatest distance between the middles of two blocks that share an edge
+# s, between groups: some thousand correlation times, so their gusts are independent
+_FORGOTTEN = 1e5
+# s, greatest distance between the middles of two blocks that share an edge
+_TOUCHING = 1.01 * SECOND
 
 
 def two_sigma(groups: Sequence[SolvedGroup]) -> list[Array]:

@@ -23,13 +23,18 @@ from pitotbench.records import BadInputError
 _HEADER = "header"
 _IDENTIFICATION = "fdata"
 _COMPRESSED = 15  # miCOMPRESSED: the kind of a variable that is packed
+_MEMORY = 4 << 30  # bytes that the reader may fill: a list may state any length
+# Reads a file (1st argument) below a limit of memory (2nd), where the system has one. It lowers a
+# limit that is there, and never lifts it.
 _READER = """
 import pickle, sys
 from contextlib import suppress
 from scipy.io import loadmat
-with suppress(ImportError, ValueError, OSError):  # where the system has such a limit
+with suppress(ImportError, ValueError, OSError):
     import resource
-    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    most = int(sys.argv[2]) if soft == resource.RLIM_INFINITY else min(int(sys.argv[2]), soft)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 pickle.dump(loadmat(sys.argv[1], simplify_cells=True), sys.stdout.buffer)
 """
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
@@ -115,7 +120,10 @@ def _load(path: Path) -> dict[str, Any]:
     _require_unpackable(path)
     # A process of its own reads: a damaged file ends SciPy's reader without an error.
     done = subprocess.run(
-        [sys.executable, "-P", "-c", _READER, str(path)], capture_output=True, check=False
+        [sys.executable, "-P", "-c", _READER, str(path), str(_MEMORY)],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=False,
     )
     if done.returncode != 0:
         raise BadInputError(f"not a complete .mat file{AGAIN}")

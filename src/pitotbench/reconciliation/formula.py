@@ -113,7 +113,7 @@ class _Forces:
 def _unit_lift(model: ForceModel) -> Array:
     """What a pound of lift changes in each state, (m, 6), measured with the engines held.
 
-    The unit forces of the reference do not hold it, because functions of drag may read the lift.
+    The unit forces of the reference state do not hold it, because functions of drag may read the lift.
     """
     overlay = Overlay(functions=(AxisFunction("LIFT", product(LOAD, 1.0)),))
     return -model.missing(overlay, False)[:, :6] / LOAD

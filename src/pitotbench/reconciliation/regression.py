@@ -625,8 +625,8 @@ def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
     """A layout without the errors of the vanes that fit best together with all gaps; the same
     object where they stay, or where a gap is one of the vanes.
 
-    A force is the product of a derivative and an angle: with a lift slope a quarter too large, a
-    tenth of the vane's scale makes the slope 2.5 % wrong to first order.
+    A force is the product of a derivative and an angle. Each linearized for itself, a lift slope
+    that is a quarter off and a vane whose scale is a tenth off leave an error of 2.5 % in the slope.
     """
     if any(not is_term(each.name) and reads_gusts(each.name) for each in fitted.members):
         return original

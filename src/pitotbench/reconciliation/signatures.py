@@ -118,7 +118,7 @@ def residual_change(
 
     None where the log cannot show it, or the aircraft lacks the part that it changes.
 
-    Each class of effects registers how it acts on a reference.
+    Each class of effects registers how it acts on a reference state.
     """
     return None
 

@@ -138,13 +138,9 @@ def test_of_small_gusts_every_size_is_as_likely_as_the_next(level):
     assert more == pytest.approx(less, abs=1e-4)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the noise of a fix is in its row's instrument too: in smooth air it passes for a slope",
-)
 def test_the_noise_of_a_slow_receiver_is_no_slope_of_the_curve():
-    """On legs in smooth air each airspeed is held to less than the noise of a fix. The curve swings
-    by half a knot between the airspeeds, more than its bound.
+    """On legs in smooth air each airspeed is held to less than the noise of a fix. Read at the
+    airspeed of the fixes, the curve swings by half a knot between them, more than its bound.
     """
     flight = fly(Case(maneuver="four_leg", turbulence="none", truth_seed=3, sensor_seed=3))
     curve = calibrate(sense(flight, "20/1"), SMOOTH).curve

@@ -110,14 +110,15 @@ def linearize(
     obs: Observations,
     blocks: Blocks,
     theta: Array,
-    gust_variance: float = 0.0,
+    noise: Array | None = None,
     path: WindPath | None = None,
 ) -> Linearized:
     """Linearize the problem at θ (p,), for a drifting wind along its `path`.
 
-    Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² =
-    `gust_variance` [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the
-    model's domain.
+    With the parameters of the noise, φ (d,), two effects of it are taken off. Gusts across the
+    flight path lengthen the airspeed vector by σ²/V on average. The noise of the ground velocity is
+    in the residual and in the airspeeds at which the curve is read; see `_best_airspeed`. Raises
+    NoAnswerError where θ is outside the model's domain.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         prediction = structure.model.predict(theta, obs if path is None else path.taken_from(obs))
@@ -134,20 +135,24 @@ def linearize(
     )
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
-    response -= gust_variance / airspeed
+    if noise is not None:
+        response -= np.exp(2.0 * noise[0]) / airspeed
     if (
         path is not None
     ):  # the problem is one of the whole wind, not of its difference from the path
         response += blocks.mean(np.sum(along_track(prediction) * path.at(obs.time), axis=1))
-    regression = Regression(
-        response, regressors, smoothed(regressors, blocks), *_priors(structure, theta)
-    )
     # A residual falls by the wind component along its direction: these are the direction cosines.
     first = structure.model.error_count
     seen = -regressors[None, :, first : first + 2]
-    kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
     at_edges = blocks.intervals.at_edges(airspeed)
     noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
+    if noise is not None:
+        shift = _best_airspeed(noise_of, noise, response)[blocks.index]
+        regressors[:, :first] = blocks.mean(structure.model.curve_columns(prediction, shift))
+    regression = Regression(
+        response, regressors, smoothed(regressors, blocks), *_priors(structure, theta)
+    )
+    kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
     problem = Linearized(regression, noise_of, sensor, kernel)
     return (
         problem
@@ -241,6 +246,18 @@ class WindNoise:
             )
         variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
         return MarkovNoise(self.intervals, variance[..., None, :], winds)
+
+
+def _best_airspeed(noise_of: WindNoise, noise: Array, response: Array) -> Array:
+    """The likeliest true airspeed in steady air less the predicted one, (blocks,) [m/s].
+
+    The predicted airspeed has the noise of the ground velocity, and the residual has it with the
+    other sign. On a leg in smooth air, where the airspeed hardly changes but for this noise, a
+    curve that is read at the predicted airspeed takes it for a slope. The best prediction of the
+    noise from the residual r, σ²C⁻¹r (Goldberger 1962), leaves an error that no residual shares. σ
+    is the white noise that is not the pressure sensor's.
+    """
+    return np.asarray(np.exp(2.0 * noise[2]) * noise_of(noise).weigh(response[:, None])[:, 0])
 
 
 def wind_scale(obs: Observations) -> float:
@@ -385,7 +402,7 @@ def settle(structure: Structure, obs: Observations, approached: FirstPass) -> Co
     length, log_prior = block_length(obs), log_prior_of(structure, obs)
     theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
-    fine = linearize(structure, obs, blocks, theta, float(np.exp(2.0 * mode[0])), approached.path)
+    fine = linearize(structure, obs, blocks, theta, mode, approached.path)
     nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
     likely = max(nodes, key=lambda node: node.weight)
     best = likely.noise
@@ -506,22 +523,6 @@ def _of_mean_wind(
     return [mean.of(each) for each in found]
 
 
-def linearized(
-    structure: Structure,
-    obs: Observations,
-    theta: Array,
-    gust_deviation: float,
-    path: WindPath | None,
-) -> Linearized:
-    """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust
-    deviation [m/s].
-    """
-    blocks = divide(obs, block_length(obs))
-    return linearize(
-        structure, obs, blocks, theta[: structure.model.count], gust_deviation**2, path
-    )
-
-
 def approach(
     structure: Structure, obs: Observations, start: Array, path: WindPath | None = None
 ) -> FirstPass:
@@ -605,7 +606,7 @@ def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: 
     """
     count, first = structure.model.count, structure.model.error_count
     blocks, phi = divide(obs, block_length(obs)), max(fit.nodes, key=lambda n: n.weight).noise
-    problem = linearized(structure, obs, answer, fit.gust_deviation, fit.path)
+    problem = linearize(structure, obs, blocks, answer[:count], phi, fit.path)
     data, estimate = problem.regression, np.zeros(len(answer))
     estimate[count:] = answer[count:]
     winds = data.regressors[:, first : first + 2]

@@ -474,6 +474,7 @@ _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensor
 _SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
 _LONG, _LONG_BLOCK = 480.0, 2.0  # s: blocks of a log with more data
 _LONGEST, _LONGEST_BLOCK = 3600.0, 4.0  # s: blocks of a flight of hours
+_MOST_BLOCKS = 5000  # of a flight: of more the bound hardly falls, and the time grows with them
 
 
 @dataclass(frozen=True, slots=True)
@@ -502,10 +503,12 @@ class Blocks:
 
 
 def block_length(obs: Observations) -> float:
-    """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4."""
+    """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4,
+    and more where there would be over 5,000 blocks.
+    """
     duration = len(obs) * float(np.median(np.diff(obs.time)))
     if duration > _LONGEST:
-        return _LONGEST_BLOCK
+        return max(_LONGEST_BLOCK, duration / _MOST_BLOCKS)
     return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
 
 

@@ -33,7 +33,8 @@ class Prediction:
     `indicated` (n,) [Pa] is the indicated impact pressure and `jacobian` (n, p) its derivative with
     respect to θ; `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the
     predicted one. `slope` (n,) [Pa s/m] is the derivative of the indicated impact pressure with
-    respect to true airspeed.
+    respect to true airspeed, `by_error` (n,) [Pa] that with respect to the normalized pressure
+    error.
     """
 
     indicated: Pascal
@@ -41,6 +42,7 @@ class Prediction:
     impact_pressure: Pascal
     true_airspeed: MetersPerSecond
     slope: Array
+    by_error: Pascal
     error_count: int
 
     @property
@@ -94,8 +96,17 @@ class PredictionModel:
             work.impact,
             work.speed,
             work.slope,
+            work.by_error,
             error_count=self.error_count,
         )
+
+    def curve_columns(self, prediction: Prediction, shift: MetersPerSecond) -> MetersPerSecond:
+        """The change of the predicted airspeed with the curve's parameters, (n, K), where the true
+        airspeed is `shift` (n,) [m/s] beyond the predicted one.
+        """
+        indicated = prediction.indicated + shift * prediction.slope
+        by_error = prediction.by_error / prediction.slope
+        return self.error.basis(indicated / self.reference_pressure) * by_error[:, None]
 
 
 class _Work:
@@ -113,7 +124,7 @@ class _Work:
             np.empty(count),
             np.empty(count),
         )
-        self._x, self._by_f = np.empty(count), np.empty(count)
+        self._x, self.by_error = np.empty(count), np.empty(count)
 
     def place(self, rows: slice) -> None:
         """Find the impact pressure of the ground velocity less the wind, as a share of the static
@@ -155,14 +166,14 @@ class _Work:
             self._obs.static_pressure[rows] * (1.0 - f) * (shape**2 if model.static_error else 1.0)
         )
         self._by_ratio[rows] = by_ratio / damping
-        self._x[rows], self._by_f[rows] = x, by_f / damping
+        self._x[rows], self.by_error[rows] = x, by_f / damping
         return float(np.max(np.abs(step)))
 
     def differentiate(self, rows: slice) -> None:
         """Fill the derivatives by the curve, by the wind and by the true airspeed."""
         error = self._model.error
         self.jacobian[rows, : self._model.error_count] = (
-            error.basis(self._x[rows]) * self._by_f[rows][:, None]
+            error.basis(self._x[rows]) * self.by_error[rows][:, None]
         )
         by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
         for column, axis in enumerate(

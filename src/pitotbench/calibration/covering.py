@@ -18,6 +18,7 @@ from pitotbench.calibration.altitude import (
     altitude_regression,
 )
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
+from pitotbench.calibration.options import PRIORS, Priors
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
     Nuisance,
@@ -59,25 +60,15 @@ from pitotbench.units import Array
 # with the length of the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In
 # a turn the flight path points along one component, then along the other.
 
-GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
-GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a factor
-HIGH_LENGTH_FACTOR = (
-    4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
-)
-GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
-WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
-WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation, for half an hour
-WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
 _ROUNDING = 1e-16  # variance of a number that is known
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
-_SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """The structure to be fitted: the prediction, the nuisances and the equations.
+    """The structure to be fitted: the prediction, the nuisances, the equations and the priors.
 
     `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation,
     for an error of the static source in a log with heights.
@@ -86,6 +77,7 @@ class Structure:
     model: PredictionModel
     nuisances: tuple[Nuisance, ...]
     drifting: bool
+    priors: Priors = PRIORS
     altitude: AltitudeRows | None = None
 
 
@@ -145,14 +137,20 @@ def linearize(
     first = structure.model.error_count
     seen = -regressors[None, :, first : first + 2]
     at_edges = blocks.intervals.at_edges(airspeed)
-    noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
+    memory = structure.priors.slow_wind_s
+    noise_of = WindNoise(
+        blocks.intervals, at_edges, seen, sensor, memory if structure.drifting else None
+    )
     if noise is not None:
         shift = _best_airspeed(noise_of, noise, response)[blocks.index]
         regressors[:, :first] = blocks.mean(structure.model.curve_columns(prediction, shift))
     regression = Regression(
-        response, regressors, smoothed(regressors, blocks), *_priors(structure, theta)
+        response,
+        regressors,
+        smoothed(regressors, blocks, structure.priors.instruments_s),
+        *_priors(structure, theta),
     )
-    kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
+    kernel = kernel_means(blocks, memory) if structure.drifting else None
     problem = Linearized(regression, noise_of, sensor, kernel)
     return (
         problem
@@ -203,11 +201,9 @@ def _with_altitude(
     return replace(triangle, regression=both, noise_of=noise_of, kernel=kernel)
 
 
-def smoothed(regressors: Array, blocks: Blocks) -> Array:
-    """Smooth regressors (blocks, p) into instruments (blocks, p), without their fast noise."""
-    return np.asarray(
-        gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest")
-    )
+def smoothed(values: Array, blocks: Blocks, width: float) -> Array:
+    """Smooth values of the blocks, (blocks, p), by a zero-phase filter of a width [s]."""
+    return np.asarray(gaussian_filter1d(values, width / blocks.length, axis=0, mode="nearest"))
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -223,14 +219,14 @@ class WindNoise:
     φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation
     [m/s])). `at_edges` are airspeeds at the edges of the intervals [m/s], `seen` (1, blocks, 2)
     direction cosines, and `sensor` (blocks,) the pressure sensor's part of the noise along the path
-    [(m/s)²]. `drifting` is that of the structure.
+    [(m/s)²]. `memory` [s] is the correlation time of a drifting wind, None for another wind.
     """
 
     intervals: Intervals
     at_edges: Array
     seen: Array
     sensor: Array
-    drifting: bool
+    memory: float | None
 
     def __call__(self, phi: Array, /) -> MarkovNoise:
         """Return the covariance for φ (d,)."""
@@ -240,10 +236,9 @@ class WindNoise:
         """Return the covariances for many φ, (b, d)."""
         levels = np.exp(phis)
         winds = [MarkovProcess(levels[..., 0], levels[..., 1, None] / self.at_edges, self.seen)]
-        if self.drifting:
-            winds.append(
-                MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen)
-            )
+        if self.memory is not None:
+            memory = np.full(len(self.at_edges), self.memory)
+            winds.append(MarkovProcess(levels[..., 3], memory, self.seen))
         variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
         return MarkovNoise(self.intervals, variance[..., None, :], winds)
 
@@ -260,11 +255,13 @@ def _best_airspeed(noise_of: WindNoise, noise: Array, response: Array) -> Array:
     return np.asarray(np.exp(2.0 * noise[2]) * noise_of(noise).weigh(response[:, None])[:, 0])
 
 
-def wind_scale(obs: Observations) -> float:
+def wind_scale(structure: Structure, obs: Observations) -> float:
     """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time
-    beyond 30 min.
+    beyond the wind's memory.
     """
-    return WIND_SCALE * max(1.0, float(np.sqrt((obs.time[-1] - obs.time[0]) / WIND_TIME)))
+    priors = structure.priors
+    times = float(obs.time[-1] - obs.time[0]) / priors.slow_wind_s
+    return priors.slow_wind_mps * max(1.0, float(np.sqrt(times)))
 
 
 def length_factor(structure: Structure, obs: Observations) -> float:
@@ -273,9 +270,10 @@ def length_factor(structure: Structure, obs: Observations) -> float:
     It is greater for a log above 10,000 ft, unless a drifting wind stands for the slow part.
     """
     if structure.drifting:
-        return GUST_LENGTH_FACTOR
+        return structure.priors.gust_length_factor
     high = float(np.median(obs.static_pressure)) < _HIGH
-    return HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
+    priors = structure.priors
+    return priors.high_length_factor if high else priors.gust_length_factor
 
 
 def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
@@ -286,17 +284,18 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     centimeters a second into calm air, which outweigh all sensor noise.
     """
     rows = structure.altitude
-    levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
+    priors = structure.priors
+    levels = {0: (priors.gust_mps, 0.0), 2: (priors.white_mps, 1.0)}
     if structure.drifting:
-        levels[3] = (wind_scale(obs), 1.0)
-    factor = length_factor(structure, obs)
+        levels[3] = (wind_scale(structure, obs), 1.0)
+    usual, factor = np.log(priors.gust_length_m), np.log(length_factor(structure, obs))
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
             flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2
             for i, (scale, flat) in levels.items()
         )
-        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(factor)) ** 2
+        length = -0.5 * ((phi[1] - usual) / factor) ** 2
         height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
         return float(half_normal + length) + height
 
@@ -321,11 +320,13 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     once, twice = (max(float(np.mean(rest[k:] * rest[:-k])), 0.05 * total) for k in (1, 2))
     gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
-    start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white), *[0.3 * WIND_SCALE] * structure.drifting]
+    priors = structure.priors
+    start = [np.sqrt(gust), priors.gust_length_m, np.sqrt(white)]
+    start += [0.3 * priors.slow_wind_mps] * structure.drifting
     if (
-        structure.drifting and gust > GUST_SCALE**2
+        structure.drifting and gust > priors.gust_mps**2
     ):  # what is too much for gusts is more likely the wind's drift
-        start = [0.5 * GUST_SCALE, GUST_LENGTH, np.sqrt(white), np.sqrt(gust)]
+        start = [0.5 * priors.gust_mps, priors.gust_length_m, np.sqrt(white), np.sqrt(gust)]
     height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
     return np.concatenate([np.log(start), height])
 
@@ -472,7 +473,7 @@ def _window_winds(
     shares = np.zeros((len(blocks.count), len(windows)))
     for number, window in enumerate(windows):
         shares[window, number] = blocks.count[window] / blocks.count[window].sum()
-    kernels = correlated(blocks, WIND_TIME, shares)
+    kernels = correlated(blocks, structure.priors.slow_wind_s, shares)
     for window, weights, kernel in zip(windows, shares.T, kernels.T, strict=True):
         of_level = known.copy()
         of_level[:, structure.model.count :] = np.einsum("b,ban->an", weights, changes)
@@ -582,7 +583,7 @@ def _path(
     wind += blocks.mean(
         path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs)
     )
-    wind = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
+    wind = smoothed(wind, blocks, _SMOOTH_PATH)
     return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
 
 
@@ -595,7 +596,8 @@ def _process(
     seen = (rest * data.regressors[:, first : first + 2])[
         : len(blocks.count)
     ]  # the height sees no wind
-    return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen))
+    memory = structure.priors.slow_wind_s
+    return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, memory, seen))
 
 
 def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: Array) -> WindPath:
@@ -615,8 +617,7 @@ def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: 
     level = np.linalg.solve(weighed.T @ winds, weighed.T @ left)
     estimate[first : first + 2] = level
     wind = level + _process(structure, blocks, problem, phi, estimate)
-    smooth = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
-    return WindPath(blocks.mean(obs.time), smooth)
+    return WindPath(blocks.mean(obs.time), smoothed(wind, blocks, _SMOOTH_PATH))
 
 
 def _settled(before: WindPath | None, path: WindPath | None) -> bool:
@@ -660,7 +661,7 @@ def acceleration_effect(
     theta = fit.theta[: structure.model.count]
     plain = linearize(structure, obs, blocks, theta, path=fit.path)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
-    smooth = smoothed(added, blocks)
+    smooth = smoothed(added, blocks, structure.priors.instruments_s)
     planned = np.where(np.abs(smooth) > column.deviation, smooth, 0.0)
     if float(planned @ planned) < _LEAST_PLANNED:
         return Estimate(column.name, 0.0, float("inf"))

@@ -8,18 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from pitotbench.calibration.altitude import (
-    NOISE_COUNT,
-    SLOW_SCALE,
-    SLOW_TIME,
-    SLOW_TIME_FACTOR,
-    WALK_SCALE,
-)
-from pitotbench.calibration.altitude import WHITE_SCALE as HEIGHT_SCALE
+from pitotbench.calibration.altitude import NOISE_COUNT
 from pitotbench.calibration.covering import (
-    GUST_LENGTH,
-    GUST_SCALE,
-    WHITE_SCALE,
     CoveringFit,
     Posterior,
     Structure,
@@ -457,22 +447,30 @@ def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) ->
 
 def _noise_priors(structure: Structure, obs: Observations) -> list[_Level | _Extent]:
     """The priors of the noise parameters in their order."""
+    assumed = structure.priors
     priors: list[_Level | _Extent] = [
-        _Level("gusts' standard deviation", "m/s", GUST_SCALE),
-        _Extent("gusts' length", "m", GUST_LENGTH, length_factor(structure, obs)),
-        _Level("white noise of the airspeed", "m/s", WHITE_SCALE),
+        _Level("gusts' standard deviation", "m/s", assumed.gust_mps),
+        _Extent("gusts' length", "m", assumed.gust_length_m, length_factor(structure, obs)),
+        _Level("white noise of the airspeed", "m/s", assumed.white_mps),
     ]
     if structure.drifting:
-        priors.append(_Level("standard deviation of the drifting wind", "m/s", wind_scale(obs)))
+        priors.append(
+            _Level("standard deviation of the drifting wind", "m/s", wind_scale(structure, obs))
+        )
     if structure.altitude is not None:
         third = (
-            _Level("white noise of the height", "m", HEIGHT_SCALE)
+            _Level("white noise of the height", "m", assumed.height_white_m)
             if structure.altitude.tie is None
-            else _Level("wander of the integrated vertical velocity", "m/√s", WALK_SCALE)
+            else _Level("wander of the integrated vertical velocity", "m/√s", assumed.height_walk)
         )
         height: list[_Level | _Extent] = [
-            _Level("slow error of the height", "m", SLOW_SCALE),
-            _Extent("memory of the height error", "s", SLOW_TIME, SLOW_TIME_FACTOR),
+            _Level("slow error of the height", "m", assumed.height_slow_m),
+            _Extent(
+                "memory of the height error",
+                "s",
+                assumed.height_memory_s,
+                assumed.height_memory_factor,
+            ),
             third,
         ]
         assert len(height) == NOISE_COUNT

@@ -125,8 +125,7 @@ def fit_located(
     rows = None
     if options.use_altitude and stated in (None, STATIC):
         count = structure.model.error_count
-        total = 0.5 * accuracies_of(options.accuracies, {}).total_source
-        rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2], total)
+        rows = altitude_rows(log, obs, options, start[count : count + 2])
     if rows is not None:
         return _with_height(stated, assumed, rows, obs, bare, approach(bare, obs, start, path))
     fit = fit_covering(bare, obs, start, path)
@@ -202,8 +201,7 @@ def fit_by_height(
     does.
     """
     stated = accuracies_of(options.accuracies, {})
-    wind, total = np.array([_UNKNOWN_WIND, 0.0]), 0.5 * stated.total_source
-    rows = altitude_rows(log, obs, options.gps_latency, wind, total)
+    rows = altitude_rows(log, obs, options, np.array([_UNKNOWN_WIND, 0.0]))
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
         raise NoAnswerError("no height by GPS tells of the static source")
     probe = 0.5 * stated.temperature_k

@@ -10,7 +10,12 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions, accuracies_of
+from pitotbench.calibration.options import (
+    WITHOUT_TEMPERATURE,
+    CalibrationOptions,
+    accuracies_of,
+    priors_of,
+)
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
@@ -431,7 +436,6 @@ def _at_least(matrix: Array, floor: float) -> Array:
 
 # Wide priors of a wind that changes: by 5 m/s in ten minutes (`linear`), and in 300 m of height
 # (every wind but the constant one), is one standard deviation.
-_WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
 _LEAST_HEIGHT = 1.0  # m: keeps a layer from having no thickness
 _LEAST_LAYER, _MOST_LAYERS = (
@@ -480,8 +484,9 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         ),
         Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
     )
-    layers = () if options.wind == "constant" else _layers(obs)
-    linear = _linear_wind(obs) if options.wind == "linear" else ()
+    change = priors_of(options.priors).wind_change_mps
+    layers = () if options.wind == "constant" else _layers(obs, change)
+    linear = _linear_wind(obs, change) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *linear, *layers)
 
 
@@ -493,13 +498,13 @@ def along_track(prediction: Prediction) -> Array:
     return prediction.wind_columns[:, :2] / prediction.slope[:, None]
 
 
-def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
+def _linear_wind(obs: Observations, deviation: float) -> tuple[Nuisance, ...]:
     """The wind's change with time, toward north and east."""
     middle = 0.5 * (obs.time[0] + obs.time[-1])
-    return _both_axes({"per_600_s": lambda o: (o.time - middle) / _WIND_TIME})
+    return _both_axes({"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}, deviation)
 
 
-def _layers(obs: Observations) -> tuple[Nuisance, ...]:
+def _layers(obs: Observations, deviation: float) -> tuple[Nuisance, ...]:
     """The wind's change with height, a slope a layer of 150 m or more; one slope over less."""
     low, high = (float(edge) for edge in np.quantile(obs.height(), [0.01, 0.99]))
     high = max(high, low + _LEAST_HEIGHT)
@@ -513,7 +518,7 @@ def _layers(obs: Observations) -> tuple[Nuisance, ...]:
         }
     # Over many heights the changes of a wind add up as those of a random walk do.
     thickness = max((high - low) / count, _WIND_HEIGHT)
-    return _both_axes(changes, _WIND_CHANGE * float(np.sqrt(_WIND_HEIGHT / thickness)))
+    return _both_axes(changes, deviation * float(np.sqrt(_WIND_HEIGHT / thickness)))
 
 
 def _slope(flown: Observations, low: float, high: float) -> Change:
@@ -524,9 +529,7 @@ def _slope(flown: Observations, low: float, high: float) -> Change:
     return lambda obs: (np.clip(obs.height(), low, high) - middle) / _WIND_HEIGHT
 
 
-def _both_axes(
-    changes: Mapping[str, Change], deviation: float = _WIND_CHANGE
-) -> tuple[Nuisance, ...]:
+def _both_axes(changes: Mapping[str, Change], deviation: float) -> tuple[Nuisance, ...]:
     return tuple(
         Nuisance(f"wind_{name}_mps_{unit}", deviation, _wind(axis, change), (axis, change))
         for unit, change in changes.items()

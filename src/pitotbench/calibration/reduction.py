@@ -41,6 +41,7 @@ from pitotbench.calibration.options import (
     CalibrationOptions,
     accuracies_of,
     assumptions_of,
+    priors_of,
 )
 from pitotbench.calibration.output_error import (
     OutputErrorFit,
@@ -59,7 +60,7 @@ from pitotbench.calibration.prediction import (
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.models import DEPARTURES, PressureErrorModel, SmoothModel
+from pitotbench.pressure_error.models import PressureErrorModel, SmoothModel
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import (
     Assumption,
@@ -418,7 +419,13 @@ def scale_of(observed: Sequence[Observations]) -> CurveScale:
 
 def model_of(options: CalibrationOptions, scale: CurveScale) -> PredictionModel:
     """Return the model to be fitted, over the flown range where it is one of a range."""
-    error = MODELS[options.law].spread_over(scale.low, scale.high)
+    error, priors = (
+        MODELS[options.law].spread_over(scale.low, scale.high),
+        priors_of(options.priors),
+    )
+    if isinstance(error, SmoothModel):
+        shape = priors.curve_slope, priors.curve_lift, priors.curve_departure
+        error = SmoothModel(error.name, error.low, error.high, *shape)
     static = options.error_location == "static"
     return PredictionModel(error, scale.reference_pressure, static, options.wind_down)
 
@@ -517,7 +524,13 @@ def _along_path(
     level = replace(model, error=MODELS["bias"])
     start = np.zeros(level.count)
     start[1:3] = wind_by_circle(obs)
-    return approach(Structure(level, nuisances_of(options, obs), drifting=True), obs, start)
+    return approach(_structure(level, options, obs, drifting=True), obs, start)
+
+
+def _structure(
+    model: PredictionModel, options: CalibrationOptions, obs: Observations, drifting: bool
+) -> Structure:
+    return Structure(model, nuisances_of(options, obs), drifting, priors_of(options.priors))
 
 
 def _white_fit(
@@ -554,7 +567,7 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
 
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
     options, obs = white.options, white.observations
-    structure = Structure(white.model, nuisances_of(options, obs), wind_drifts(options, obs))
+    structure = _structure(white.model, options, obs, wind_drifts(options, obs))
     return fit_located(log, options, structure, obs, white.white.theta, white.path)
 
 
@@ -604,9 +617,9 @@ def _departures(law: PressureErrorModel, fit: CoveringFit) -> dict[str, float] |
     """The probability of each size of a smooth curve's departures."""
     if not isinstance(law, SmoothModel):
         return None
-    shares = dict.fromkeys(DEPARTURES, 0.0)
+    shares = dict.fromkeys(law.departures, 0.0)
     for node in fit.nodes:
-        shares[DEPARTURES[node.rival]] += node.weight
+        shares[law.departures[node.rival]] += node.weight
     return {f"{size:g}": share for size, share in shares.items()}
 
 

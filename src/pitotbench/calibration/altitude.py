@@ -114,7 +114,8 @@ def _integrated(
 # NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
-_LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
+_LONG = 480.0  # s of data, above which a log has
+_LONG_BLOCK = 4.0  # s: such blocks
 _FEWEST_BLOCKS = 15
 _EARTH = 6.357e6  # m, radius of the earth
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
@@ -125,16 +126,16 @@ _LAYER = (
 )
 # Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it
 # is taken for the middle, and the deviation is that of a uniform distribution.
-_HALF, _UNIFORM = 0.5, 1.0 / float(np.sqrt(12.0))
+_HALF = 0.5  # of saturation: the middle of what the humidity can be
+_UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
 _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
-_LAYER_DEPTH, _MOST_LAYERS, _FINE = (
-    1000.0,
-    20,
-    50,
-)  # m, of a layer of the air; most layers; steps in each
+_LAYER_DEPTH = 1000.0  # m, of a layer of the air
+_MOST_LAYERS = 20
+_FINE = 50  # steps in each layer
 _SMOOTH = 0.1  # weight of a bend of the temperature's profile beside one reading
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
-_AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
+_AT_REST = 1.0  # m/s over the ground
+_NO_AIRSPEED = 10.0 * KNOT  # m/s: below it a reading is that of an airplane at rest
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of the screening in `reduction`
 # Share of the level that the total source's slope has over half the flown range of ln q_ci: the
 # error of a pitot tube hardly changes with the airspeed (Gracey, NASA RP-1046, 1980, ch. 3).
@@ -559,7 +560,8 @@ def _with_total_source(
 NOISE_COUNT = 3
 # m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a
 # log can show.
-WANDER, WANDER_TIME = 1.0, 1800.0
+WANDER = 1.0  # m (1σ)
+WANDER_TIME = 1800.0  # s
 
 
 @dataclass(frozen=True, slots=True)

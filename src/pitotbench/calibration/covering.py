@@ -337,10 +337,8 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
 _LEAST_PLANNED = (
     10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
 )
-_PASSES, _FAR = (
-    10,
-    4.0,
-)  # passes at most; a step of more standard errors than this is followed by another
+_PASSES = 10  # at most
+_FAR = 4.0  # standard errors: a longer step is followed by another
 _SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
 _SAME_PATH = (
     2.0  # m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
@@ -425,11 +423,9 @@ def settle(structure: Structure, obs: Observations, approached: FirstPass) -> Co
 
 # The wind of a long flight, window by window.
 
-_WINDOW, _SHORTEST_WINDOW, _GAP = (
-    600.0,
-    60.0,
-    60.0,
-)  # s: longest and shortest window, and a gap that ends one
+_WINDOW = 600.0  # s, the longest window
+_SHORTEST_WINDOW = 60.0  # s
+_GAP = 60.0  # s: a gap that ends a window
 
 
 def _windows(blocks: Blocks) -> list[slice]:

@@ -170,20 +170,16 @@ def _verdict(
 # Where their mean near an airspeed lies off the curve by more than its bound and their own scatter
 # allow, the model of the curve or of the wind does not describe the log.
 
-_BIN, _MEAN_OVER = (
-    10.0 * KNOT,
-    30.0,
-)  # m/s and s: samples are taken together near an airspeed, and over so long
+_BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
+_MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
 DISAGREE = (
     0.001  # probability of so much disagreement by chance: below it two equations are not averaged
 )
-_CLEAR, _BOUNDS, _LEAST_OFF = (
-    3.0,
-    1.5,
-    0.5 * KNOT,
-)  # standard errors, times 2σ, and m/s beyond which samples disagree
+_CLEAR = 3.0  # standard errors beyond which samples disagree
+_BOUNDS = 1.5  # times 2σ, likewise
+_LEAST_OFF = 0.5 * KNOT  # m/s, likewise
 
 
 def disagreements(

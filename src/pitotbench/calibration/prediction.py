@@ -436,12 +436,11 @@ def _at_least(matrix: Array, floor: float) -> Array:
 
 # Wide priors of a wind that changes: by 5 m/s in ten minutes (`linear`), and in 300 m of height
 # (every wind but the constant one), is one standard deviation.
-_WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
+_WIND_TIME = 600.0  # s
+_WIND_HEIGHT = 300.0  # m
 _LEAST_HEIGHT = 1.0  # m: keeps a layer from having no thickness
-_LEAST_LAYER, _MOST_LAYERS = (
-    150.0,
-    8,
-)  # m, of the thinnest layer in which the wind changes by one slope; and their greatest number
+_LEAST_LAYER = 150.0  # m, of the thinnest layer in which the wind changes by one slope
+_MOST_LAYERS = 8
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
 _AXES = ("north", "east")

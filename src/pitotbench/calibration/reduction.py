@@ -88,7 +88,8 @@ if TYPE_CHECKING:
 # (spikes), and of the median of a second against all others (longer faults). A burst of gusts makes
 # all seconds around scatter more, and a fault does not: a longer fault has to stand out of that.
 
-_FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
+_FREEDOM = 4.0  # degrees of freedom of the Student's t that weighs the residuals
+_LEAST_WEIGHT = 0.1
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
 _SECOND = 1.0  # s
 _AROUND = 31  # s: the median over so many around a fault is the usual residual
@@ -298,10 +299,8 @@ _LEAST_RANGE = 1.01  # of x between the ends, where the airspeed hardly changes
 # third of the changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
 _MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
-_MOST_NAMED, _MOST_LISTED = (
-    5,
-    1000,
-)  # greatest number of left-out rows in a warning and in the diagnostics
+_MOST_NAMED = 5  # left-out rows in a warning
+_MOST_LISTED = 1000  # left-out rows in the diagnostics
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,9 +19,11 @@ from pitotbench.units import Array
 # approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
-_DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
+_DRAWS = 600  # for each node: they give the factor to about 1 %
+_DRAW_SEED = 20111
 _FULL = 5  # dimensions up to which the design has all corners
-_HALF_WIDTH_STEPS, _HALF_WIDTH_ERROR = 60, 1e-13  # at most; of the half-width, as a share
+_HALF_WIDTH_STEPS = 60  # at most
+_HALF_WIDTH_ERROR = 1e-13  # of the half-width, as a share
 _SELDOM = 1e-4  # weight of a noise with one of several rival priors, below which it is left out
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
@@ -133,14 +135,14 @@ def simultaneous_factor(
 # a prior; their posterior is represented by its mode and a few nodes around it.
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
-_STEPS, _HALVINGS = 40, 12
-_SETTLED, _ROUGHLY = (
-    0.1,
-    0.3,
-)  # gain in log-posterior below which a step is the last one; the next gains far less
+_STEPS = 40  # of the search, at most
+_HALVINGS = 12  # of a step, at most
+_SETTLED = 0.1  # gain in log-posterior below which a step is the last one: the next gains far less
+_ROUGHLY = 0.3  # the same for a mode that another search starts from
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ
-_NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
+_NARROWEST = 0.05  # least standard deviation of a node in ln φ
+_WIDEST = 1.2  # the greatest
 
 _UNDETERMINED = (
     "the log does not determine the answer within its noise: check the clock, the units and the "

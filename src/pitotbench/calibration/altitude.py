@@ -270,7 +270,7 @@ def _geopotential(height: Meters) -> Meters:
     return height / (1.0 + height / _EARTH)
 
 
-def saturated_warmth(temperature: float, pressure: float) -> float:
+def virtual_temperature_rise(temperature: float, pressure: float) -> float:
     """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a
     temperature [K].
 
@@ -341,7 +341,9 @@ def _assembled(
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
     height = _geopotential(blocks.mean(carried.height))
     profile = _air_temperature(log, obs, blocks, impact, static, height)
-    moist = saturated_warmth(float(np.median(profile.temperature)), float(np.median(static)))
+    moist = virtual_temperature_rise(
+        float(np.median(profile.temperature)), float(np.median(static))
+    )
     profile = profile.warmed(_HALF * moist)
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
     gain = air.GAS_CONSTANT * profile.at(height) / (static * air.GRAVITY)

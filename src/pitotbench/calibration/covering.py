@@ -391,17 +391,17 @@ def fit_covering(
 
     The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise.
     The last pass linearizes there and gives the bound. Raises NoAnswerError where the log is too
-    short, the fit leaves the model's domain or the steps do not settle.
+    short, the fit leaves the model's domain or the steps do not converge.
     """
-    return settle(structure, obs, approach(structure, obs, start, path))
+    return final_pass(structure, obs, first_pass(structure, obs, start, path))
 
 
-def settle(structure: Structure, obs: Observations, approached: FirstPass) -> CoveringFit:
+def final_pass(structure: Structure, obs: Observations, near: FirstPass) -> CoveringFit:
     """Run the last pass of `fit_covering`."""
     length, log_prior = block_length(obs), log_prior_of(structure, obs)
-    theta, mode = approached.theta, approached.noise
+    theta, mode = near.theta, near.noise
     blocks = divide(obs, length)
-    fine = linearize(structure, obs, blocks, theta, mode, approached.path)
+    fine = linearize(structure, obs, blocks, theta, mode, near.path)
     nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
     likely = max(nodes, key=lambda node: node.weight)
     best = likely.noise
@@ -414,7 +414,7 @@ def settle(structure: Structure, obs: Observations, approached: FirstPass) -> Co
         blocks=len(blocks.count),
         problem=fine.regression,
         noise_of=fine.noise_of,
-        path=approached.path,
+        path=near.path,
         winds=_window_winds(structure, obs, blocks, fine, likely, theta)
         if structure.drifting
         else (),
@@ -520,12 +520,12 @@ def _of_mean_wind(
     return [mean.of(each) for each in found]
 
 
-def approach(
+def first_pass(
     structure: Structure, obs: Observations, start: Array, path: WindPath | None = None
 ) -> FirstPass:
     """Run the first pass of `fit_covering`, repeated from a start (p,) or a path that is far away.
 
-    Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
+    Raises NoAnswerError where the log is too short for its unknowns or the steps do not converge.
     """
     theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure, obs)
     blocks = divide(obs, 2.0 * block_length(obs))
@@ -549,9 +549,9 @@ def approach(
         theta, last = theta + step[:count], path
         if structure.drifting:
             path = _path(structure, obs, blocks, rough, mode, found[best].estimate)
-        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(
-            last, path
-        ):
+        if np.all(
+            np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])
+        ) and _has_converged(last, path):
             return FirstPass(
                 theta,
                 mode,
@@ -562,7 +562,7 @@ def approach(
                 path,
             )
     raise NoAnswerError(
-        "the fit does not settle: check the log for gross errors, or choose a simpler model"
+        "the fit does not converge: check the log for gross errors, or choose a simpler model"
     )
 
 
@@ -616,7 +616,7 @@ def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: 
     return WindPath(blocks.mean(obs.time), smoothed(wind, blocks, _SMOOTH_PATH))
 
 
-def _settled(before: WindPath | None, path: WindPath | None) -> bool:
+def _has_converged(before: WindPath | None, path: WindPath | None) -> bool:
     """Whether another path of the wind would hardly change the problem.
 
     The path before may be that of other rows, as before a faulty one was left out.

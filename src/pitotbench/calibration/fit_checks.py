@@ -325,7 +325,7 @@ def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
 # A 143, 1980).
 
 _FAR = 3.0  # standard deviations of the prior of a noise parameter
-_SELDOM = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
+_Z_1_PERCENT = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
 _LEAST_KNOWN = (
     0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
 )
@@ -402,7 +402,7 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
         # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
         scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
-        if abs(float(mean[place])) > _SELDOM * scatter:
+        if abs(float(mean[place])) > _Z_1_PERCENT * scatter:
             # What the log says without the prior, which draws the estimate to zero.
             freed = (nuisance.deviation / scatter) ** 2
             value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5

@@ -20,7 +20,7 @@ from pitotbench.calibration.covering import (
     Posterior,
     Structure,
     acceleration_effect,
-    approach,
+    first_pass,
     posterior_of,
 )
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
@@ -298,7 +298,7 @@ _LEAST_RANGE = 1.01  # of x between the ends, where the airspeed hardly changes
 # Probability of so much evidence for a change under a constant wind, above which it is not named. A
 # third of the changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
-_MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
+_RELEVANT_SHARE = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
 _MOST_NAMED = 5  # left-out rows in a warning
 _MOST_LISTED = 1000  # left-out rows in the diagnostics
 
@@ -523,7 +523,7 @@ def _along_path(
     level = replace(model, error=MODELS["bias"])
     start = np.zeros(level.count)
     start[1:3] = wind_by_circle(obs)
-    return approach(_structure(level, options, obs, drifting=True), obs, start)
+    return first_pass(_structure(level, options, obs, drifting=True), obs, start)
 
 
 def _structure(
@@ -678,7 +678,7 @@ def _is_named(change: WindChange) -> bool:
     return (
         change.bayes_factor > MIN_BAYES_FACTOR
         and change.chance < _CHANGED
-        and change.share > _MATTERS
+        and change.share > _RELEVANT_SHARE
     )
 
 

@@ -145,7 +145,7 @@ _SIZES = (
     3.6,
 )  # m/s, standard deviation of a component of the wind around its mean over the log
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
-_ENOUGH = 0.1  # s between rows: a wind that changes is slow
+_LEAST_INTERVAL = 0.1  # s between rows: a wind that changes is slow
 _PERIODS = (160.0, 230.0, 330.0, 470.0)  # s, of a wave
 _WAVE_SIZES = (0.5, 1.5)  # m/s (1σ) of each of its coefficients
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
@@ -196,7 +196,7 @@ def check_wind(
     Returns what was found, and the mixture over a constant wind and its changes. A log too short
     for a change has None and the answer as it is.
     """
-    obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
+    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
     blocks = divide(obs, 2.0 * block_length(obs))
     shapes = _shapes(blocks)
     if shapes is None:
@@ -242,7 +242,7 @@ def check_wind(
 
 _GAIN = 0.05  # 1σ of a step of the factor
 _LEAST_GAIN = 0.01  # the least step that is named
-_CLEARER = 3.0  # logarithm by which a step of the factor must be likelier than a changed or a constant wind
+_LEAST_LOG_ODDS = 3.0  # logarithm by which a step of the factor must be likelier than a changed or a constant wind
 _CLEAR_STEP = 4.0  # standard errors of a step by the rows' own scatter
 _OWN_SCATTER = 30.0  # s, of the blocks of that scatter
 _GAIN_CHANCE = 0.01  # of a constant factor in the same gusts, above which no step is named
@@ -254,7 +254,7 @@ def check_gain(
     """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance
     explains.
     """
-    obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
+    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
     blocks, theta = divide(obs, 2.0 * block_length(obs)), fit.theta[: structure.model.count]
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
     prediction = structure.model.predict(theta, obs)
@@ -289,7 +289,7 @@ def check_gain(
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     size = float(found[int(noise)].estimate(np.array([place]), one)[0])
     of_wind = 0.0 if change is None else float(np.log(max(change.bayes_factor, 1.0)))
-    if log_factor < of_wind + _CLEARER or abs(size) < _LEAST_GAIN:
+    if log_factor < of_wind + _LEAST_LOG_ODDS or abs(size) < _LEAST_GAIN:
         return ()
     by_chance = logsumexp(gains(found[0], found[0].drawn(_DRAWS, _SEED)), axis=0) >= log_factor
     if float(np.mean(by_chance)) > _GAIN_CHANCE:

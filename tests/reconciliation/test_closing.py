@@ -196,3 +196,17 @@ def test_a_later_round_adds_to_the_sizes_of_an_earlier_one():
 def test_the_loop_of_no_airplane_is_refused():
     with pytest.raises(BadInputError, match="name the aircraft"):
         reconcile("nowhere.csv", aircraft="none", close="found")
+
+
+@pytest.mark.parametrize(
+    ("name", "lasts"),
+    [
+        ("belly_pod", True),
+        ("power_deficit", True),
+        ("turbulence_level", False),  # the air's
+        ("pitot_lag", False),  # a sensor's
+    ],
+)
+def test_only_what_the_airplane_keeps_is_patched_into_it(name: str, lasts: bool) -> None:
+    """Gusts that differ from the card's beside a pod ended the loop with a refusal."""
+    assert closing._is_lasting(name) is lasts

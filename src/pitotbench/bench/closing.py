@@ -21,7 +21,6 @@ from pitotbench.bench.workflow import (
     patch_of,
 )
 from pitotbench.effects import effect_of
-from pitotbench.effects.effect import AircraftEffect
 from pitotbench.reconciliation.regression import parted
 from pitotbench.reconciliation.verdict import Judged, for_channels, largest_gap
 from pitotbench.records.gap import Closing
@@ -113,7 +112,7 @@ def close_loop(
 def _is_lasting(name: str) -> bool:
     """Whether an effect is one of the airplane itself, for the whole flight."""
     effect = effect_of(name)
-    return isinstance(effect, AircraftEffect) and not effect.part_of
+    return effect.acts_on == "aircraft" and not effect.part_of
 
 
 def _shares(judged: Judged, whole: float) -> list[Gap]:

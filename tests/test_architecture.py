@@ -94,7 +94,7 @@ def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
 
 
 def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
-    from pitotbench.bench.flights import flown
+    from pitotbench.campaigns.flights import flown
 
     loaded = loaded_after(f"import {flown.__module__}")
     assert flown.__module__ in loaded

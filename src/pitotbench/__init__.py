@@ -8,11 +8,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pitotbench.bench.campaign import CampaignRequest as CampaignRequest
-    from pitotbench.bench.campaign import CampaignResult as CampaignResult
-    from pitotbench.bench.campaign import run_campaign as run_campaign
-    from pitotbench.bench.flights import score as score
-    from pitotbench.bench.flights import sense as sense
     from pitotbench.bench.planner import PlanRequest as PlanRequest
     from pitotbench.bench.planner import plan as plan
     from pitotbench.bench.questions import calibrate as calibrate
@@ -21,6 +16,11 @@ if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
     from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
+    from pitotbench.campaigns.campaign import CampaignRequest as CampaignRequest
+    from pitotbench.campaigns.campaign import CampaignResult as CampaignResult
+    from pitotbench.campaigns.campaign import run_campaign as run_campaign
+    from pitotbench.campaigns.flights import score as score
+    from pitotbench.campaigns.flights import sense as sense
     from pitotbench.catalog import UnknownNameError as UnknownNameError
     from pitotbench.logbook.formats import write_log as write_log
     from pitotbench.logbook.reading import read_log as read_log
@@ -44,8 +44,8 @@ _MODULES = {
     "BadInputError": "records",
     "Calibration": "records.calibration",
     "CalibrationOptions": "calibration.options",
-    "CampaignRequest": "bench.campaign",
-    "CampaignResult": "bench.campaign",
+    "CampaignRequest": "campaigns.campaign",
+    "CampaignResult": "campaigns.campaign",
     "Case": "records.case",
     "Flight": "records.flight",
     "FlightLog": "records.log",
@@ -64,9 +64,9 @@ _MODULES = {
     "read_case": "records.case_file",
     "read_log": "logbook.reading",
     "reconcile": "bench.questions",
-    "run_campaign": "bench.campaign",
-    "score": "bench.flights",
-    "sense": "bench.flights",
+    "run_campaign": "campaigns.campaign",
+    "score": "campaigns.flights",
+    "sense": "campaigns.flights",
     "write_case": "records.case_file",
     "write_log": "logbook.formats",
 }

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms, sense, wind_toward
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.flights import rms, sense, wind_toward
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import compare_curve, compare_wind, rms, sense, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.flights import compare_curve, compare_wind, rms, sense, wind_toward
 from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration

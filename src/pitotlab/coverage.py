@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import compare_curve, rms, scored, sense, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.campaigns.flights import compare_curve, rms, scored, sense, wind_toward
 from pitotbench.catalog import Catalog
 from pitotbench.logbook.columns import write_text
 from pitotbench.records import NoAnswerError

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import rms, sense
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.fly_by import reduce_fly_bys
 from pitotbench.calibration.options import Accuracies, options_from
+from pitotbench.campaigns.flights import rms, sense
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.points_table import read_fly_bys

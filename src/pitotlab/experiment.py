@@ -22,8 +22,8 @@ import numpy as np
 import pandas as pd
 import tomli_w
 
-from pitotbench.bench.fleet import open_fleet, progress, require_all
-from pitotbench.bench.flights import compare_curve, compare_wind, scored
+from pitotbench.campaigns.fleet import open_fleet, progress, require_all
+from pitotbench.campaigns.flights import compare_curve, compare_wind, scored
 from pitotbench.logbook.columns import atomic
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case, PressureErrorSpec, Wind

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from pitotbench.bench.flights import Comparison, sense, true_correction, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points
+from pitotbench.campaigns.flights import Comparison, sense, true_correction, wind_toward
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.records.legs import FixedSpeedPoint

@@ -17,8 +17,6 @@ import pandas as pd
 from scipy.signal import fftconvolve
 
 from pitotbench import air
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import Comparison, compare_curve, rms, scored, sense, true_correction
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import CoveringFit, Structure, fit_covering
 from pitotbench.calibration.leg_points import fixed_speed_points
@@ -26,6 +24,15 @@ from pitotbench.calibration.observations import Observations, observe
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.output_error import airspeed_outputs, fit_scalar
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
+from pitotbench.campaigns.fleet import require_all, run_tasks
+from pitotbench.campaigns.flights import (
+    Comparison,
+    compare_curve,
+    rms,
+    scored,
+    sense,
+    true_correction,
+)
 from pitotbench.estimation.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError

@@ -15,10 +15,10 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import Comparison, rms, scored, sense, true_correction
 from pitotbench.bench.planner import PlanRequest, forecast
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.flights import Comparison, rms, scored, sense, true_correction
 from pitotbench.logbook.columns import write_text
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec

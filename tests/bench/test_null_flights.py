@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, FlightLog
-from pitotbench.bench import digests, null_flights, workflow
-from pitotbench.bench.digests import NOT_DECIDING
-from pitotbench.bench.fleet import open_fleet
+from pitotbench.bench import null_flights, workflow
 from pitotbench.bench.null_flights import MOST_KEPT, flights_told, null_distribution_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
+from pitotbench.campaigns import digests
+from pitotbench.campaigns.digests import NOT_DECIDING
+from pitotbench.campaigns.fleet import open_fleet
 from pitotbench.cli.app import main
 from pitotbench.logbook import reading
 from pitotbench.reconciliation.free_parameters import AnalysisSetting

@@ -18,9 +18,9 @@ import numpy as np
 from tests.reconciliation.outside_table import AREA, BETA, Outsider, flown, times
 from tests.reconciliation.outside_table import OUTSIDERS as FIRST
 
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.bench.workflow import FullReconciliation, NamedLog, formula_of, reconcile_fully
 from pitotbench.catalog import Catalog
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution

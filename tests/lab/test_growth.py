@@ -5,7 +5,7 @@ are timed.
 import numpy as np
 import pytest
 
-from pitotbench.bench.flights import sense
+from pitotbench.campaigns.flights import sense
 from pitotbench.logbook.formats import write_log
 from pitotlab.speed.growth import Cost, costs_by_samples, exponent, peak_megabytes
 

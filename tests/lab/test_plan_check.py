@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pitotbench import CalibrationOptions, Case, PlanRequest
-from pitotbench.bench.flights import score, sense
 from pitotbench.bench.planner import forecast, known_noise_two_sigma, smooth_flight
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.flights import score, sense
 from pitotbench.sensing.sampling import has_velocity_down
 from pitotbench.simulation.sortie import fly
 from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with

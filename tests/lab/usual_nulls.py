@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from functools import partial
 from itertools import product
 
-from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
+from pitotbench.campaigns.fleet import require_all, run_tasks
 from pitotbench.records.case import Case
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system

@@ -9,7 +9,7 @@ import pytest
 from tests.simulation.plant_record import digest
 
 from pitotbench import BadInputError, Case, Flight, fly
-from pitotbench.bench.flights import wind_toward
+from pitotbench.campaigns.flights import wind_toward
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay

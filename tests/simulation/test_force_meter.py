@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, air, fly
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import force_meter

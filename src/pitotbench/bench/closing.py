@@ -5,7 +5,6 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from math import hypot
 
-from pitotbench.bench.fleet import progress as progress_bar
 from pitotbench.bench.null_flights import Progress
 from pitotbench.bench.workflow import (
     FullReconciliation,
@@ -20,6 +19,7 @@ from pitotbench.bench.workflow import (
     model_of,
     patch_of,
 )
+from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.reconciliation.regression import parted

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from pitotbench.bench.fleet import progress
 from pitotbench.bench.questions import OneLog, Source, calibrate_each, sources_of
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.fleet import progress
 from pitotbench.logbook.checks import airplane_of
 from pitotbench.logbook.columns import MAPPING, PARAMETERS
 from pitotbench.records import BadInputError, NoAnswerError

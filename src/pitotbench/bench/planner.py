@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.flights import briefing_of, sense, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibration.options import AUTO, CalibrationOptions
+from pitotbench.campaigns.flights import briefing_of, sense, wind_toward
 from pitotbench.effects.air import LENGTH as LENGTH_FT
 from pitotbench.records import SEARCH_FLIGHTS, BadInputError, NoAnswerError
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem, rates_for

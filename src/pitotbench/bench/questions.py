@@ -380,7 +380,7 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
     import numpy as np
 
     from pitotbench import air
-    from pitotbench.bench.digests import file_sha256
+    from pitotbench.campaigns.digests import file_sha256
     from pitotbench.logbook.checks import airplane_of
     from pitotbench.logbook.columns import START
 
@@ -438,7 +438,7 @@ def flag_choice(name: str, value: str | None, default: str) -> Choice:
 @cache
 def _versions() -> Mapping[str, str]:
     from pitotbench import __version__
-    from pitotbench.bench.digests import NOT_DECIDING, package_digest
+    from pitotbench.campaigns.digests import NOT_DECIDING, package_digest
 
     own = f"{__version__} (code {package_digest(NOT_DECIDING)})"
     return {

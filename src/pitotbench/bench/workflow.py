@@ -15,25 +15,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.coefficients import measured_coefficients
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import briefing
-from pitotbench.bench.flights import flown as fly_case
-from pitotbench.bench.maneuver_model import air_model
 from pitotbench.bench.null_flights import (
     NULL_FLIGHTS,
     Progress,
-    aircraft_model,
     as_flown,
     card_of,
     has_weather_report,
     null_distribution_of,
 )
+from pitotbench.campaigns.fleet import require_all, run_tasks
+from pitotbench.campaigns.flights import briefing
+from pitotbench.campaigns.flights import flown as fly_case
 from pitotbench.catalog import Catalog
 from pitotbench.effects import FORMULAS
 from pitotbench.effects.effect import Effect
 from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
+from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.models.coefficients import measured_coefficients
+from pitotbench.models.maneuver_model import air_model
 from pitotbench.reconciliation.card_comparison import (
     compare_cards,
     control_activity_difference,

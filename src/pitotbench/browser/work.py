@@ -23,7 +23,7 @@ _MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
     "pandas", "pyarrow.compute", "pyarrow.csv", "pydantic", "scipy.interpolate", "scipy.optimize",
-    "pitotbench.bench.contents", "pitotbench.bench.digests", "pitotbench.bench.questions",
+    "pitotbench.bench.contents", "pitotbench.campaigns.digests", "pitotbench.bench.questions",
     "pitotbench.calibration.fit_checks", "pitotbench.calibration.flights",
     "pitotbench.calibration.leg_points", "pitotbench.logbook.autopilot",
     "pitotbench.logbook.drafting", "pitotbench.show.deliverables",

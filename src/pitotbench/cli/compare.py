@@ -158,7 +158,7 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 
 
 def _airplanes(options: argparse.Namespace) -> int:
-    from pitotbench.bench.model_comparison import compare_models
+    from pitotbench.models.comparison import compare_models
     from pitotbench.show.comparison import comparison_json, comparison_tree
     from pitotbench.simulation.maneuvers import MANEUVERS
 

@@ -20,9 +20,10 @@ from typing import Any
 from zlib import crc32
 
 from pitotbench.bench import null_flights
-from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
+from pitotbench.bench.null_flights import as_flown, card_of
 from pitotbench.bench.workflow import FullReconciliation, NamedLog, closure_on, reconcile_fully
 from pitotbench.logbook.reading import read_log
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.campaigns.fleet import require_all, run_tasks
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log

@@ -19,12 +19,12 @@ from zlib import crc32
 
 import numpy as np
 
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.bench.workflow import NamedLog, closure_on, reconcile_fully
 from pitotbench.effects import FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.equations import Fit
 from pitotbench.reconciliation.evidence import significance
 from pitotbench.reconciliation.regression import Sizes

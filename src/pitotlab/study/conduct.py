@@ -9,7 +9,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from pitotbench.bench.fleet import Failure, run_tasks
+from pitotbench.campaigns.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.outputs import require_folder

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms
+from pitotbench.campaigns.flights import rms
 from pitotlab.experiment import made_with
 from pitotlab.study.claims import CLAIMS, Finding
 from pitotlab.study.looks import BOTH_WAYS, NAMES, PAPER_ORDER, named

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.bench.flights import Comparison, true_correction
+from pitotbench.campaigns.flights import Comparison, true_correction
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import wind_toward
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.campaigns.flights import wind_toward
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.pressure_error import PAPER_MODELS

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.flights import (
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import cross_check
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.output_error import OutputErrorFit
+from pitotbench.campaigns.flights import (
     compare_curve,
     compare_wind,
     rms,
@@ -16,10 +20,6 @@ from pitotbench.bench.flights import (
     true_correction,
     wind_toward,
 )
-from pitotbench.calibration import calibrate
-from pitotbench.calibration.leg_points import cross_check
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.flight import Flight

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import Comparison, compare_curve, rms, sense, true_correction
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import USUAL
+from pitotbench.campaigns.fleet import require_all, run_tasks
+from pitotbench.campaigns.flights import Comparison, compare_curve, rms, sense, true_correction
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import PressureErrorSpec

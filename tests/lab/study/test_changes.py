@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench.flights import wind_toward
+from pitotbench.campaigns.flights import wind_toward
 from pitotbench.catalog import UnknownNameError
 from pitotbench.units import FOOT, KNOT
 from pitotlab.study.looks import CHANGES, COVERING, SIDESLIP_ERROR, Look, sense_look

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories
 
-from pitotbench.bench.flights import sense, true_correction
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.flights import sense, true_correction
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pitotbench import air
-from pitotbench.bench.flights import sense
+from pitotbench.campaigns.flights import sense
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import rms, true_correction
+from pitotbench.campaigns.flights import rms, true_correction
 from pitotbench.pressure_error import MODELS, PAPER_MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT, Array

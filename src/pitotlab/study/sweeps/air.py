@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.flights import rms
 from pitotbench.units import FOOT
 from pitotlab.study.looks import (
     COVERING,

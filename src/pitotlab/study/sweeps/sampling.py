@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms
+from pitotbench.campaigns.flights import rms
 from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, Look, Sortie, case_of
 from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
 from pitotlab.study.questions import Reply, Sweep

@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 
 from pitotbench import Case, UnknownNameError, air
-from pitotbench.bench.flights import (
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import fixed_speed_points
+from pitotbench.campaigns.flights import (
     Comparison,
     compare_curve,
     compare_wind,
@@ -18,8 +20,6 @@ from pitotbench.bench.flights import (
     true_correction,
     wind_toward,
 )
-from pitotbench.calibration import calibrate
-from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.records.calibration import Estimate, WindEstimate
 from pitotbench.records.case import EffectSpec, PressureErrorSpec, Wind
 from pitotbench.simulation.maneuvers import MANEUVERS

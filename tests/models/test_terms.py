@@ -10,11 +10,11 @@ import pytest
 from scipy.io import savemat
 
 from pitotbench import BadInputError, Case, air, fly, sense
-from pitotbench.bench.identification import SLUG, align_vane, maneuvers_of, read_identification
-from pitotbench.bench.maneuver_model import in_place_of_log
 from pitotbench.bench.workflow import NamedLog, entries, reconcile_fully
 from pitotbench.cli import main
 from pitotbench.effects.overlay import FunctionScaling, Overlay, product
+from pitotbench.models.identification import SLUG, align_vane, maneuvers_of, read_identification
+from pitotbench.models.maneuver_model import in_place_of_log
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.maneuver import Maneuver
 from pitotbench.simulation.force_meter import UNIT_AXES, measure_terms, unit_overlay

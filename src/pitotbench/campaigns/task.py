@@ -10,12 +10,12 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from pitotbench.bench import flights
-from pitotbench.bench.digests import aircraft_digest, code_digest
-from pitotbench.bench.flights import sense, true_correction
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import cross_check
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns import flights
+from pitotbench.campaigns.digests import aircraft_digest, code_digest
+from pitotbench.campaigns.flights import sense, true_correction
 from pitotbench.logbook.formats import write_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration

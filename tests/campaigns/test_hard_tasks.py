@@ -9,10 +9,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from tests.bench.hard_tasks import Stub, act
+from tests.campaigns.hard_tasks import Stub, act
 
-from pitotbench.bench import fleet as fleet_module
-from pitotbench.bench.fleet import Fleet, FleetLostError, Limits, open_fleet
+from pitotbench.campaigns import fleet as fleet_module
+from pitotbench.campaigns.fleet import Fleet, FleetLostError, Limits, open_fleet
 
 LIMITS = Limits(seconds=1.0, memory=1_000_000_000)
 
@@ -117,8 +117,8 @@ def test_workers_that_cannot_work_at_all_stop_the_fleet(monkeypatch):
 
 DRIVER = """
 import sys, time
-from pitotbench.bench.fleet import open_fleet
-from tests.bench.hard_tasks import Stub, act
+from pitotbench.campaigns.fleet import open_fleet
+from tests.campaigns.hard_tasks import Stub, act
 if __name__ == "__main__":
     with open_fleet(2) as fleet:
         pids = lambda step=0: print(*fleet.executor.pids(), flush=True)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, CampaignRequest, UnknownNameError
-from pitotbench.bench.campaign import forecast_of_costs
-from pitotbench.bench.campaign_plan import Draws, read_plan, seeds_of
-from pitotbench.bench.campaign_task import sharded
+from pitotbench.campaigns.campaign import forecast_of_costs
+from pitotbench.campaigns.plan_file import Draws, read_plan, seeds_of
+from pitotbench.campaigns.task import sharded
 from pitotbench.cli.app import main
 from pitotbench.units import FOOT, KNOT
 
@@ -121,8 +121,8 @@ def test_shards_share_a_plan_out_and_keys_do_not_depend_on_them(tmp_path):
 
 
 def test_the_key_is_that_of_the_content():
-    from pitotbench.bench.campaign_task import cell_digest, content_key
     from pitotbench.calibration.options import CalibrationOptions
+    from pitotbench.campaigns.task import cell_digest, content_key
     from pitotbench.records.case import Case, DataSystem, Wind
 
     ways = (("", CalibrationOptions()),)

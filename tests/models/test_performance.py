@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pitotbench.cli.app import main
+from pitotbench.models.performance import find_performance, read_handbook
 from pitotbench.records import BadInputError
-from pitotbench.simulation.performance import find_performance, read_handbook
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY
 from pitotlab.reference_figures import SPEED_BY_PITCH

@@ -46,7 +46,7 @@ def act(task: Stub) -> str:
 
 def stored(task, result):
     """Return the document of a stub, as the store keeps it."""
-    from pitotbench.bench.fleet import Failure
+    from pitotbench.campaigns.fleet import Failure
 
     failed = isinstance(result, Failure)
     state = "done" if not failed else "quarantined" if result.quarantined else "failed"

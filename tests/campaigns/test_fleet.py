@@ -11,8 +11,8 @@ from multiprocessing import current_process
 
 import pytest
 
-from pitotbench.bench import fleet
-from pitotbench.bench.fleet import (
+from pitotbench.campaigns import fleet
+from pitotbench.campaigns.fleet import (
     Failure,
     Host,
     Limits,
@@ -114,7 +114,7 @@ def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():
 def test_without_a_terminal_a_line_says_how_far_the_work_is(label, said, monkeypatch, capsys):
     """At most one line in 20 s: the tasks end 5, 21, 30 and 45 s after the begin."""
     clock = iter([0.0, 5.0, 21.0, 21.0, 30.0, 45.0, 45.0])
-    monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: next(clock))
+    monkeypatch.setattr("pitotbench.campaigns.fleet.monotonic", lambda: next(clock))
     with fleet.progress(label, 1200) as advance:
         for _ in range(4):
             advance()
@@ -122,7 +122,7 @@ def test_without_a_terminal_a_line_says_how_far_the_work_is(label, said, monkeyp
 
 
 UNGUARDED = """
-from pitotbench.bench.fleet import run_tasks
+from pitotbench.campaigns.fleet import run_tasks
 print(run_tasks(abs, [1, 2, 3], 2))
 """
 

@@ -15,20 +15,20 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from tests.bench.hard_tasks import Stub, act, stored
+from tests.campaigns.hard_tasks import Stub, act, stored
 
 from pitotbench import BadInputError, CampaignRequest, Case, run_campaign
-from pitotbench.bench import store as store_module
-from pitotbench.bench.campaign import Watch, fly_missing
-from pitotbench.bench.fleet import Fleet, FleetLostError
-from pitotbench.bench.result_table import (
+from pitotbench.campaigns import store as store_module
+from pitotbench.campaigns.campaign import Watch, fly_missing
+from pitotbench.campaigns.fleet import Fleet, FleetLostError
+from pitotbench.campaigns.result_table import (
     chosen_rows,
     means,
     reproduce,
     result_table,
     write_table,
 )
-from pitotbench.bench.store import ResultStore, StoreError
+from pitotbench.campaigns.store import ResultStore, StoreError
 from pitotbench.cli.app import main
 
 SHORT = Case(
@@ -153,7 +153,7 @@ def test_what_the_machine_fails_is_performed_again_and_is_no_result(store, tmp_p
 
 def test_a_second_driver_is_refused_and_told_who_writes(store):
     code = (
-        "import sys; from pathlib import Path; from pitotbench.bench.store import ResultStore\n"
+        "import sys; from pathlib import Path; from pitotbench.campaigns.store import ResultStore\n"
         "try: ResultStore(Path(sys.argv[1])).__enter__()\n"
         "except ValueError as error: print(error)"
     )

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.bench.coefficients import coefficient, coefficient_units, values_of
 from pitotbench.effects.overlay import Baseline
 from pitotbench.effects.own_terms import terms_of
+from pitotbench.models.coefficients import coefficient, coefficient_units, values_of
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import (
     ChannelChange,

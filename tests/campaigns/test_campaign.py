@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from pitotbench import BadInputError, CampaignRequest, Case, NoAnswerError, run_campaign
-from pitotbench.bench.campaign_plan import plan_of_names
-from pitotbench.bench.result_table import write_page
+from pitotbench.campaigns.plan_file import plan_of_names
+from pitotbench.campaigns.result_table import write_page
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.plant import load_fdm
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from pitotbench import BadInputError
-from pitotbench.bench.model_comparison import compare_models
 from pitotbench.cli.app import main
+from pitotbench.models.comparison import compare_models
 from pitotbench.show.comparison import comparison_sentences
 from pitotbench.simulation.aircraft import find_aircraft
 
@@ -58,7 +58,7 @@ def test_a_file_is_equal_to_itself_and_to_one_with_other_comments_spaces_and_zer
 def steeper(tmp_path_factory):
     """A file with more lift; its commands share one comparison with the old file."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pitotbench.bench.model_comparison.compare_models", cache(compare_models))
+        patch.setattr("pitotbench.models.comparison.compare_models", cache(compare_models))
         yield edited(tmp_path_factory.mktemp("steeper"), *_scaled_lift(1.2))
 
 

@@ -21,10 +21,9 @@ from typing import Any, Protocol, TypeVar
 
 import pandas as pd
 
-from pitotbench.bench.campaign_plan import CampaignPlan, plan_of_names, read_plan, seeds_of
-from pitotbench.bench.campaign_task import Task, perform_task, sharded
-from pitotbench.bench.digests import code_digest
-from pitotbench.bench.fleet import (
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.digests import code_digest
+from pitotbench.campaigns.fleet import (
     Failure,
     Fleet,
     FleetLostError,
@@ -35,7 +34,8 @@ from pitotbench.bench.fleet import (
     terminal_bar,
     usable_cores,
 )
-from pitotbench.bench.result_table import (
+from pitotbench.campaigns.plan_file import CampaignPlan, plan_of_names, read_plan, seeds_of
+from pitotbench.campaigns.result_table import (
     RESULTS,
     STORE,
     gather,
@@ -43,8 +43,8 @@ from pitotbench.bench.result_table import (
     publish_files,
     require_own_folder,
 )
-from pitotbench.bench.store import DONE, Document, ResultStore, satisfies, stored
-from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.store import DONE, Document, ResultStore, satisfies, stored
+from pitotbench.campaigns.task import Task, perform_task, sharded
 from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case

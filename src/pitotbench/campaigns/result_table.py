@@ -16,10 +16,10 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from pitotbench.bench.campaign_task import Row, Task, perform_task
-from pitotbench.bench.digests import file_sha256
-from pitotbench.bench.fleet import say
-from pitotbench.bench.store import (
+from pitotbench.calibration.options import options_from
+from pitotbench.campaigns.digests import file_sha256
+from pitotbench.campaigns.fleet import say
+from pitotbench.campaigns.store import (
     INDEX,
     PARTS,
     STATES,
@@ -31,7 +31,7 @@ from pitotbench.bench.store import (
     sections_of,
     stored,
 )
-from pitotbench.calibration.options import options_from
+from pitotbench.campaigns.task import Row, Task, perform_task
 from pitotbench.catalog import explain
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError

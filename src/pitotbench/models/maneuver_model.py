@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from pitotbench.bench.identification import align_vane
-from pitotbench.bench.null_flights import FINE_RATE
 from pitotbench.effects.overlay import Overlay
+from pitotbench.models.aircraft_model import FINE_RATE
+from pitotbench.models.identification import align_vane
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.records.maneuver import Maneuver, Maneuvers

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.bench.campaign_task import Calibrations, Task, cell_digest, content_key
 from pitotbench.calibration.options import CalibrationOptions, options_from, require_model
+from pitotbench.campaigns.task import Calibrations, Task, cell_digest, content_key
 from pitotbench.catalog import explain
 from pitotbench.pressure_error import PAPER_MODELS
 from pitotbench.records import BadInputError

@@ -12,16 +12,15 @@ from pitotbench.simulation.aircraft import PACKAGE, find_aircraft
 # Packages whose code shows results and cannot change them. All other code counts: a list of the
 # code that counts would miss a module that a later change adds.
 NOT_DECIDING = ("cli", "browser", "show")
-# What flies and calibrates needs neither the reconciler nor most of the bench.
-_NOT_FLYING = (*NOT_DECIDING, "reconciliation", "bench")
-
-_FLYING_BENCH = ("bench/flights.py", "bench/campaign_task.py")
+# What flies and calibrates needs neither the reconciler nor most of the campaigns.
+_NOT_FLYING = (*NOT_DECIDING, "reconciliation", "models", "bench", "campaigns")
+_FLYING_CAMPAIGNS = ("campaigns/flights.py", "campaigns/task.py")
 
 
 @cache
 def code_digest() -> str:
     """Return the digest of the code that decides the result of a flight, 16 hexadecimal digits."""
-    return package_digest(_NOT_FLYING, _FLYING_BENCH)
+    return package_digest(_NOT_FLYING, _FLYING_CAMPAIGNS)
 
 
 def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:

@@ -23,9 +23,9 @@ from typing import Any, ClassVar
 
 from pydantic import TypeAdapter, create_model
 
-from pitotbench.bench.campaign_task import SCHEMA, Row, Task, TaskOutcome, host_class
-from pitotbench.bench.digests import aircraft_digest, code_digest
-from pitotbench.bench.fleet import Failure
+from pitotbench.campaigns.digests import aircraft_digest, code_digest
+from pitotbench.campaigns.fleet import Failure
+from pitotbench.campaigns.task import SCHEMA, Row, Task, TaskOutcome, host_class
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_columns, write_case

@@ -23,7 +23,7 @@ from time import monotonic
 from traceback import format_exception
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pitotbench.bench.worker_pool import LostWorkError, WorkerPool
+from pitotbench.campaigns.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
 
@@ -461,7 +461,7 @@ class Host:
 
 def describe_host() -> Host:
     """Return the versions and the code of this process."""
-    from pitotbench.bench.digests import code_digest
+    from pitotbench.campaigns.digests import code_digest
 
     versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
     return Host(versions, code_digest())

@@ -30,12 +30,8 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
 from pitotbench.show.columns import Column
-from pitotbench.simulation.aircraft import (
-    find_aircraft,
-    known_aircraft,
-    library_aircraft,
-    read_record,
-)
+from pitotbench.simulation.aircraft import find_aircraft, known_aircraft
+from pitotbench.simulation.aircraft_files import library_aircraft, read_record
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import fly, scaled_case
 from pitotlab import experiment as lab

@@ -25,7 +25,7 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.sortie import fly, scaled_case
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 from pitotlab.blind.score import wilson

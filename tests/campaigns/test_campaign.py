@@ -13,7 +13,7 @@ from pitotbench import BadInputError, CampaignRequest, Case, NoAnswerError, run_
 from pitotbench.campaigns.plan_file import plan_of_names
 from pitotbench.campaigns.result_table import write_page
 from pitotbench.simulation.aircraft import find_aircraft
-from pitotbench.simulation.plant import load_fdm
+from pitotbench.simulation.aircraft_files import load_fdm
 
 COLUMNS = [
     "maneuver", "das", "model", "seed", "turbulence", "minutes", "samples", "residual_two_sigma_kt", "two_sigma_kt",

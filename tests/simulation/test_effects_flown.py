@@ -16,7 +16,8 @@ from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.response import Signals
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import modified, sortie
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import HORSEPOWER
 from pitotbench.units import FOOT, KNOT, POUND, STANDARD_GRAVITY

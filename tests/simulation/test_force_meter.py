@@ -14,7 +14,8 @@ from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import force_meter
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.force_meter import GUIDANCE, inertia_of, measure
 from pitotbench.simulation.modified import (
     Loading,

@@ -22,9 +22,10 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepResponse
 from pitotbench.records.case import Case
 from pitotbench.records.log import Caution, FlightLog, HeldChannel, LogInspection, Question
-from pitotbench.simulation.aircraft import find_aircraft, read_record
-from pitotbench.simulation.autopilot.attach import set_to_zero
-from pitotbench.simulation.autopilot.loops import step_responses
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import read_record
+from pitotbench.simulation.aircraft_import import set_to_zero
+from pitotbench.simulation.autopilot.step_responses import step_responses
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import card_of, fly
 from pitotbench.timeline import interval, pauses

@@ -23,10 +23,10 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import COMPARED_MINUTES, Forecast, Plan
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.sensing.sampling import data_system
-from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import SimulationError, read_record
 from pitotbench.simulation.card import override
 from pitotbench.simulation.maneuvers import MANEUVERS
-from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.sortie import fly, speed_range, with_usual_curve
 from pitotbench.timeline import gaps, interval
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array, MetersPerSecond, from_si

@@ -18,7 +18,7 @@ from pitotbench.records.forecast import BriefedLeg
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve, record, write_truth
 from pitotbench.sensing.sampling import data_system
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.sortie import card_of, fly
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 

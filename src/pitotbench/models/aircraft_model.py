@@ -8,7 +8,9 @@ from pitotbench.effects.overlay import Overlay
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import CONTROLS
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline, read_record
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import read_record
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.force_meter import FREE, measure, measure_unit_forces, unit_overlay
 from pitotbench.simulation.modified import (
     ballast_for,

@@ -13,7 +13,8 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Coefficient
 from pitotbench.records.maneuver import CHANNELS
 from pitotbench.records.verdict import Gap
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.force_meter import measure_forces
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array

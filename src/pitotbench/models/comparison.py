@@ -28,11 +28,13 @@ from pitotbench.records.aircraft import (
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.records.maneuver import CHANNELS
-from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_baseline, read_record
-from pitotbench.simulation.autopilot.attach import aircraft_name, take_in
-from pitotbench.simulation.autopilot.loops import open_all_tanks
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import SimulationError, parse_xml, read_record
+from pitotbench.simulation.aircraft_import import aircraft_name, import_aircraft
+from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.force_meter import measure_forces
-from pitotbench.simulation.plant import Plant, SimulationError
+from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import Array
 
@@ -119,7 +121,7 @@ def _taken(folder: Path, path: str) -> Path:
         raise BadInputError(f"{path}: no such aircraft file")
     place = folder / aircraft_name(source)
     place.mkdir(parents=True)
-    take_in(source, place)
+    import_aircraft(source, place)
     return place
 
 

@@ -12,7 +12,8 @@ from pitotbench.models.identification import align_vane
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.records.maneuver import Maneuver, Maneuvers
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.force_meter import AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.simulation.modified import patch_errors
 from pitotbench.simulation.plant import Plant

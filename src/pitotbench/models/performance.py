@@ -15,10 +15,12 @@ from pitotbench import air
 from pitotbench.pressure_error.published import is_published
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Performance, PerformanceFigure
-from pitotbench.simulation.aircraft import original, parse_xml
-from pitotbench.simulation.autopilot.attach import aircraft_name, engines_of, take_in
-from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, State, balance, held_by
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft import original
+from pitotbench.simulation.aircraft_files import SimulationError, parse_xml
+from pitotbench.simulation.aircraft_import import aircraft_name, import_aircraft
+from pitotbench.simulation.autopilot.attach import engines_of
+from pitotbench.simulation.autopilot.envelope import balance, held_by
+from pitotbench.simulation.autopilot.held_aircraft import Engines, HeldAircraft, State
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 
 # The aircraft is held in a state while engines and controls run on, and its forces are balanced
@@ -115,7 +117,7 @@ class _Model:
             raise BadInputError(f"{source}: no such aircraft file or folder")
         folder = scratch / aircraft_name(source)
         folder.mkdir()
-        file = take_in(source, folder)
+        file = import_aircraft(source, folder)
         tree = parse_xml(file)
         number = _add_ballast(tree.getroot())
         tree.write(file, encoding="utf-8", xml_declaration=True)

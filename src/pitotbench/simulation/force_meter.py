@@ -11,9 +11,10 @@ from pitotbench import air
 from pitotbench.axes import flow_direction
 from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
 from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, Reaction, UnitForces
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.modified import tanks
-from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import PROPERTIES, Air
+from pitotbench.simulation.plant import Air, Plant
+from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.simulation.variant import on_branch
 from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array

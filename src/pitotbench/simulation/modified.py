@@ -17,7 +17,8 @@ from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.case import Case, EffectSpec
-from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft, read_baseline
+from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.variant import ORIGIN, overlay_text, write_variant
 from pitotbench.units import POUND

@@ -12,13 +12,14 @@ from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Attached
 from pitotbench.records.case import Case, PressureErrorSpec, rate_problem
 from pitotbench.records.flight import Flight
-from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.card import Card, override
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.modified import ballast_overlay, load_fuel, mark_recording, overlay_of
 from pitotbench.simulation.pilot import PILOTS, TICK, Cockpit, Targets
-from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Air, Property
+from pitotbench.simulation.plant import Air, Plant
+from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Property
 from pitotbench.units import KNOT, Array
 
 # Record every channel at the simulator's rate: one packed row a step, converted to SI block by

@@ -27,7 +27,7 @@ from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.units import KNOT, Array
 from pitotlab.blind.flown import (
     DEVELOPMENT,

@@ -18,9 +18,8 @@ from time import process_time
 from pitotbench.logbook.reading import read_log
 from pitotbench.records.case import USUAL_RATE, Case
 from pitotbench.records.case_file import read_case
-from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, library
-from pitotbench.simulation.plant import Plant, load_fdm
-from pitotbench.simulation.properties import Air
+from pitotbench.simulation.aircraft_files import ENGINES, SYSTEMS, library, load_fdm
+from pitotbench.simulation.plant import Air, Plant
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 

@@ -36,8 +36,7 @@ if TYPE_CHECKING:
     from pitotbench.records.log import FlightLog as FlightLog
     from pitotbench.records.verdict import Verdict as Verdict
     from pitotbench.simulation.sortie import fly as fly
-
-__version__ = "0.2.0.dev0"  # the only place: the metadata of the wheel come from it
+    from pitotbench.version import __version__ as __version__
 
 # The same names for Python as the block above for type checkers; a test compares the two.
 _MODULES = {
@@ -69,9 +68,10 @@ _MODULES = {
     "sense": "campaigns.flights",
     "write_case": "records.case_file",
     "write_log": "logbook.formats",
+    "__version__": "version",
 }
 
-__all__ = [*_MODULES, "__version__"]  # noqa: PLE0604 - strings, though ruff cannot see it
+__all__ = [*_MODULES]  # noqa: PLE0604 - strings, though ruff cannot see it
 
 
 def __getattr__(name: str) -> Any:

@@ -9,7 +9,6 @@ import pandas as pd
 
 from pitotbench.show.columns import frame_rows, keyed
 from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
-from pitotlab.speed.growth import Cost, exponent
 from pitotlab.tables import frame_columns, markdown_table
 
 _NOMINAL = 95.0  # percent, the coverage of a ±2σ bound
@@ -371,33 +370,3 @@ def _flown(seeds: Sequence[int]) -> dict[str, object]:
 def _markdown(table: pd.DataFrame) -> str:
     """A frame as a Markdown table, its columns' names as headings, numbers with three digits."""
     return markdown_table(frame_columns(table, ".3g"), frame_rows(table))
-
-
-_JOB_COLORS = {"read": BLUE, "calibrate": ORANGE, "campaign": GREEN}
-
-
-def draw_growth(costs: Sequence[Cost], path: Path) -> None:
-    """Write a picture of CPU time against samples and against flights."""
-    with canvas(1, 2, 9.0, 3.4) as (figure, (samples, flights)):
-        for job, color in _JOB_COLORS.items():
-            own = [cost for cost in costs if cost.job == job]
-            if not own:
-                continue
-            axes = flights if job == "campaign" else samples
-            label = f"{job}, exponent {exponent(own):.2f}"
-            axes.loglog(
-                [c.size for c in own],
-                [c.seconds for c in own],
-                "o-",
-                color=color,
-                ms=4,
-                label=label,
-            )
-        for axes, what in (
-            (samples, "samples of the log [rows]"),
-            (flights, "flights of the campaign [flights]"),
-        ):
-            axes.set(xlabel=what, ylabel="CPU time [s]")
-            if axes.lines:
-                axes.legend()
-        figure.savefig(path, dpi=130)

@@ -14,7 +14,7 @@ import pytest
 
 from pitotbench import BadInputError, FlightLog, write_log
 from pitotbench.bench import questions
-from pitotbench.bench.questions import options_of
+from pitotbench.bench.calibrations import options_of
 from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration import flights as flights_module
 from pitotbench.calibration.options import CalibrationOptions

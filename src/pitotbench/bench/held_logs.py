@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from pitotbench.bench.questions import OneLog, Source, calibrate_each, sources_of
+from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, sources_of
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.campaigns.fleet import progress
 from pitotbench.logbook.checks import airplane_of

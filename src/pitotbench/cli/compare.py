@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _logs(options: argparse.Namespace) -> None:
-    from pitotbench.bench.questions import calibrate_each
+    from pitotbench.bench.calibrations import calibrate_each
 
     paths = [options.first, options.second]
     named = {} if options.model is None else {"model": options.model}

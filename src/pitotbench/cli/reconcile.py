@@ -195,7 +195,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
 
 def _provenance(options: argparse.Namespace, logs: "list[FlightLog | None]") -> "Provenance":
     """Return the files and the choices behind the verdict."""
-    from pitotbench.bench.questions import (
+    from pitotbench.bench.calibrations import (
         advice_of,
         flag_choice,
         model_sources,

@@ -1,4 +1,4 @@
-"""Read the baseline of an aircraft, by which effects are built: center of gravity, functions, engines."""
+"""Read the baseline of an aircraft: center of gravity, aerodynamic functions, engines."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path

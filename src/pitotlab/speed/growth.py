@@ -155,7 +155,7 @@ def peak_megabytes(path: Path, *argument: str) -> float:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Measure how the cost grows with samples and with flights. Writes speed.csv and speed.png."""
+    """Measure how the cost grows with samples and with flights. Writes speed.csv."""
     parser.add_argument(
         "--samples", type=_sizes, default=SAMPLES, help="rows of the logs, with commas"
     )
@@ -166,8 +166,6 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         "--out", type=Path, default=OUT, help="folder to write to (default: %(default)s)"
     )
     options = parser.parse_args(words)
-    from pitotlab.pages import draw_growth  # loads the drawing library
-
     costs, log = [], record(fly(Case(maneuver="step_decrease")), data_system("20/1"), 1)
     for cost in chain(costs_by_samples(log, options.samples), costs_by_flights(options.flights)):
         print(cost, flush=True)
@@ -178,7 +176,6 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     pd.DataFrame(map(asdict, costs)).to_csv(
         options.out / "speed.csv", index=False, lineterminator="\r\n"
     )
-    draw_growth(costs, options.out / "speed.png")
 
 
 def _sizes(text: str) -> tuple[int, ...]:

@@ -17,7 +17,7 @@ import pytest
 
 from pitotbench import BadInputError, Case, FlightLog
 from pitotbench.bench import null_flights, workflow
-from pitotbench.bench.null_flights import MOST_KEPT, flights_told, null_distribution_of
+from pitotbench.bench.null_flights import MOST_KEPT, announce_flights, null_distribution_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.campaigns import digests
 from pitotbench.campaigns.digests import NOT_DECIDING
@@ -319,7 +319,7 @@ def test_a_reconciliation_hands_on_its_card_the_setting_and_keeping(monkeypatch)
 def test_the_time_that_is_left_is_told_while_null_flights_are_flown():
     lines: list[str] = []
     hours = iter((0.0, 30.0, 50.0, 90.0))
-    tell = flights_told(3, lines.append, lambda: next(hours))
+    tell = announce_flights(3, lines.append, lambda: next(hours))
     for _ in range(3):
         tell()
     left = (", about 60 s left", ", about 25 s left", "")

@@ -203,8 +203,8 @@ def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campai
 def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeypatch, capsys):
     request = replace(campaign, out=tmp_path / "out", progress="lines", report=False)
     run_campaign(request)
-    for module in ("campaign_task", "campaign", "store"):
-        monkeypatch.setattr(f"pitotbench.bench.{module}.code_digest", lambda: "other")
+    for module in ("task", "campaign", "store"):
+        monkeypatch.setattr(f"pitotbench.campaigns.{module}.code_digest", lambda: "other")
     assert run_campaign(request).flown == 1
     assert "the stored flights are of other code" in capsys.readouterr().err
     assert len([*ResultStore(request.out / "store").keys()]) == 2

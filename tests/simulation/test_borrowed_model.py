@@ -11,7 +11,7 @@ from pitotbench.simulation.aircraft_files import library, library_aircraft, load
 from pitotbench.simulation.aircraft_import import import_aircraft, left_tables, set_to_zero
 from pitotbench.simulation.autopilot.attach import engines_of, make_flyable
 from pitotbench.simulation.autopilot.envelope import trim
-from pitotbench.simulation.autopilot.held_aircraft import HeldAircraft, State
+from pitotbench.simulation.autopilot.frozen_aircraft import FrozenAircraft, State
 from pitotbench.simulation.autopilot.linear_model import WRONG, linearize, wrong_slopes
 from pitotbench.units import DEGREE, FOOT, KNOT
 
@@ -37,9 +37,9 @@ def taken(tmp_path: Path, old: str = "", new: str = "") -> Path:
     return folder
 
 
-def held(folder: Path) -> HeldAircraft:
+def held(folder: Path) -> FrozenAircraft:
     root = parse_xml(folder / f"{folder.name}.xml").getroot()
-    return HeldAircraft(folder.name, folder, 6000.0 * FOOT, engines_of(folder, root))
+    return FrozenAircraft(folder.name, folder, 6000.0 * FOOT, engines_of(folder, root))
 
 
 def test_what_only_flightgear_writes_is_0(tmp_path):

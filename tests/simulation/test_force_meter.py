@@ -206,9 +206,9 @@ def test_the_switch_stops_the_modes_of_the_autopilot() -> None:
     assert heard[0] == heard[1] != heard[2]
 
 
-def test_a_held_aircraft_stays_where_it_is_until_it_is_released() -> None:
+def test_a_frozen_aircraft_stays_where_it_is_until_it_is_released() -> None:
     plant = Plant.load("navajo", 25.0)
-    plant.start_held(1828.8, 70.0)
+    plant.start_frozen(1828.8, 70.0)
     assert plant.get("altitude") == pytest.approx(1828.8, abs=0.01)
     plant.advance(100)
     assert plant.get("altitude") == pytest.approx(1828.8, abs=0.01)

@@ -78,7 +78,7 @@ def calibrate_each(
     first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
     **choices: Any,
 ) -> tuple[CalibratedFlight, ...]:
-    """Calibrate each flight of the logs as `calibrate` does, with what is held against its curve.
+    """Calibrate each flight of the logs as `calibrate` does, with what contradicts its curve.
 
     `sources` are the files of the logs and `flags` further choices, for the record; `published` are
     the curves of a handbook; `known` and `first` are as for `calibrate_flights`. Raises as
@@ -101,16 +101,16 @@ def calibrate_each(
 
     def checked(flight: CalibratedFlight) -> CalibratedFlight:
         found = flight.calibration
-        told = with_points(found, cross_check(flight.log, chosen, found))
-        scatter = 2.0 * float(told.residuals.airspeed.std())
-        told = replace(
-            told,
-            curve=replace(told.curve, published=published),
+        whole = with_points(found, cross_check(flight.log, chosen, found))
+        scatter = 2.0 * float(whole.residuals.airspeed.std())
+        whole = replace(
+            whole,
+            curve=replace(whole.curve, published=published),
             residual_two_sigma=scatter,
-            one_sided=one_sided(flight.log, told),
+            one_sided=one_sided(flight.log, whole),
             provenance=made,
         )
-        return replace(flight, calibration=told)
+        return replace(flight, calibration=whole)
 
     return tuple(map(checked, calibrate_flights(logs, chosen, known, first)))
 
@@ -155,8 +155,8 @@ def advice_of(
 
     if mapping is not None:
         return find_mapping(mapping).calibrate
-    held = (log.header.get(CALIBRATE) for log in logs)
-    return next((each for each in held if isinstance(each, Mapping) and each), {})
+    advised = (log.header.get(CALIBRATE) for log in logs)
+    return next((each for each in advised if isinstance(each, Mapping) and each), {})
 
 
 def setting_of(advised: Mapping[str, Any]) -> "AnalysisSetting":

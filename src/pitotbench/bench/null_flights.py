@@ -62,7 +62,7 @@ def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
 
 
 def has_weather_report(header: Mapping[str, Any]) -> bool:
-    """Return whether the case of a log's header tells the temperature of the day."""
+    """Return whether the case of a log's header states the temperature of the day."""
     table = header.get("case")
     return isinstance(table, Mapping) and "temperature_offset_k" in table
 
@@ -191,7 +191,7 @@ def null_distribution_of(
         layouts = fleet.perform(
             partial(_null_layout, card, setting),
             range(flights),
-            step=flights_told(flights, say),
+            step=announce_flights(flights, say),
         )
         null = learn_null_distribution(
             require_all(layouts), lambda work, each: require_all(fleet.perform(work, each))
@@ -201,15 +201,15 @@ def null_distribution_of(
     return null
 
 
-def flights_told(
+def announce_flights(
     flights: int, say: Progress, clock: Callable[[], float] = monotonic
 ) -> Callable[[], None]:
-    """Return what tells that a further flight of some is flown, and the time that the others will
+    """Return a function that announces each flight of some, and the time that the others will
     take [s].
     """
     done, begun = count(1), clock()
 
-    def tell() -> None:
+    def announce() -> None:
         number = next(done)
         left = (clock() - begun) / number * (flights - number)
         say(
@@ -217,7 +217,7 @@ def flights_told(
             + (f", about {left:.0f} s left" if number < flights else "")
         )
 
-    return tell
+    return announce
 
 
 def _null_layout(card: Case, setting: AnalysisSetting, number: int) -> Layout:

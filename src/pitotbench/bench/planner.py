@@ -197,18 +197,18 @@ def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, 
     first, second = rng.standard_normal((len(time), 2)).T
     step = np.diff(time) * rate[1:]
     decay = np.exp(-step)
-    rest_x = np.maximum(1.0 - decay * decay, 1e-15)
-    rest_xy = 0.5 - decay * decay * (step + 0.5)
-    rest_y = 0.5 - decay * decay * (step * step + step + 0.5)
+    left_x = np.maximum(1.0 - decay * decay, 1e-15)
+    left_xy = 0.5 - decay * decay * (step + 0.5)
+    left_y = 0.5 - decay * decay * (step * step + step + 0.5)
     common, own = (
-        first[1:] / np.sqrt(rest_x),
-        np.sqrt(np.maximum(rest_y - rest_xy * rest_xy / rest_x, 0.0)),
+        first[1:] / np.sqrt(left_x),
+        np.sqrt(np.maximum(left_y - left_xy * left_xy / left_x, 0.0)),
     )
     x, y = float(first[0]), float(0.5 * first[0] + 0.5 * second[0])
     found = [(x, y)]
     # Lists, because a number of an array takes far longer to reckon with than a number of Python's
     # own.
-    pushes = (decay, step, rest_x * common, rest_xy * common + own * second[1:])
+    pushes = (decay, step, left_x * common, left_xy * common + own * second[1:])
     for keep, share, push_x, push_y in zip(*(each.tolist() for each in pushes), strict=True):
         x, y = keep * x + push_x, keep * (y + share * x) + push_y
         found.append((x, y))

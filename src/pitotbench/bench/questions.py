@@ -75,12 +75,12 @@ def calibrate(
 
     published = published_of(handbook)
     given = flatten(logs)
-    held = given if mapping else [one for each in given for one in _held(each)]
-    if len(held) > len(given):
-        from pitotbench.bench.held_logs import calibrate_held
+    flat = given if mapping else [one for each in given for one in _logs_of(each)]
+    if len(flat) > len(given):
+        from pitotbench.bench.folder_logs import calibrate_folder
 
-        answers = calibrate_held(
-            held,
+        answers = calibrate_folder(
+            flat,
             lambda each: logs_of(each, "calibrate")[0],
             options=options,
             published=published,
@@ -98,7 +98,7 @@ def calibrate(
     return found if isinstance(logs, list | tuple) else found[0]
 
 
-def _held(given: OneLog) -> Sequence[OneLog]:
+def _logs_of(given: OneLog) -> Sequence[OneLog]:
     """Return the paths of the logs of a folder or of a .zip file; another as it is."""
     from pitotbench.logbook.bundle import held_in
 
@@ -173,15 +173,17 @@ def reconcile(
         return found, sources_of(role, [g for g in given if not isinstance(g, Maneuvers)], logs)
 
     measured, sources = read(logs, "log", "flight")
-    held, others = ([], []) if holdout is None else read(holdout, "held-out log", "held-out log")
+    withheld, others = (
+        ([], []) if holdout is None else read(holdout, "held-out log", "held-out log")
+    )
     made = provenance_of([*sources, *others, *model_sources(aircraft)], [])
-    every = [log for each in (*measured, *held) if isinstance(log := each.log, FlightLog)]
+    every = [log for each in (*measured, *withheld) if isinstance(log := each.log, FlightLog)]
     chosen = replace(setting or setting_of(advice_of(every, mapping)), terms=terms)
     with one_thread():
         found = reconcile_fully(
             measured,
             aircraft,
-            held[0] if held else None,
+            withheld[0] if withheld else None,
             card,
             progress,
             chosen,
@@ -189,5 +191,5 @@ def reconcile(
             keep=keep,
         )
         if close is not None:
-            found = close_loop(found, close, held[0].log if held else None, progress, refly)
+            found = close_loop(found, close, withheld[0].log if withheld else None, progress, refly)
     return replace(found, provenance=made)

@@ -91,7 +91,7 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class JudgedLog:
-    """A log as it was laid out, with its null distribution, and the case that was flown (None
+    """A log that was prepared, with its null distribution, and the case that was flown (None
     without a card).
     """
 
@@ -124,13 +124,15 @@ def judge_logs(
         raise BadInputError("reconcile needs at least one log")
     require_one_airplane([each.log for each in logs if isinstance(each.log, FlightLog)])
     model = model_of(aircraft, [each.log for each in logs])
-    laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
-    return laid, judge_laid(laid, model, holdout)
+    judged_logs = [
+        _judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs
+    ]
+    return judged_logs, judge_layouts(judged_logs, model, holdout)
 
 
 def model_of(aircraft: str, logs: Sequence[FlightLog | Maneuvers]) -> AircraftModel | None:
     """Return the model of an aircraft for logs; of maneuvers it is that of the air alone. Raises
-    BadInputError for maneuvers beside logs, or without an aircraft.
+    BadInputError for maneuvers together with logs, or without an aircraft.
     """
     several = [each for log in logs if isinstance(log, Maneuvers) for each in log.maneuvers]
     if not several:
@@ -144,7 +146,7 @@ def model_of(aircraft: str, logs: Sequence[FlightLog | Maneuvers]) -> AircraftMo
     return air_model(aircraft, several)
 
 
-def laid_out(
+def prepare_layout(
     log: FlightLog | Maneuvers,
     model: AircraftModel | None,
     setting: AnalysisSetting,
@@ -157,17 +159,19 @@ def laid_out(
     return lay_out(log, model, setting, effects)
 
 
-def judge_laid(
-    laid: Sequence[JudgedLog], model: AircraftModel | None, holdout: FlightLog | Maneuvers | None
+def judge_layouts(
+    judged_logs: Sequence[JudgedLog],
+    model: AircraftModel | None,
+    holdout: FlightLog | Maneuvers | None,
 ) -> Judged:
-    """Return the answer on logs that are laid out, with their null distributions."""
+    """Return the answer on logs that are prepared, with their null distributions."""
 
     return judge(
-        [each.name for each in laid],
-        [each.layout for each in laid],
-        [each.null for each in laid],
-        [each.card.maneuver if each.card else "" for each in laid],
-        None if holdout is None else partial(closure_on, holdout, model, laid[0]),
+        [each.name for each in judged_logs],
+        [each.layout for each in judged_logs],
+        [each.null for each in judged_logs],
+        [each.card.maneuver if each.card else "" for each in judged_logs],
+        None if holdout is None else partial(closure_on, holdout, model, judged_logs[0]),
     )
 
 
@@ -177,8 +181,8 @@ def closure_on(
     """Return the closure of a fit on another log, with the floor of the `first`; None where no gap
     is to be seen there.
     """
-    lay = partial(laid_out, log, model, first.layout.setting)
-    return hold_out(lay, first.null, fitted)
+    prepare = partial(prepare_layout, log, model, first.layout.setting)
+    return hold_out(prepare, first.null, fitted)
 
 
 def _judged(
@@ -193,7 +197,7 @@ def _judged(
     """Lay a log out, and take the null distribution of its card, of maneuvers their own floor."""
     if isinstance(named.log, Maneuvers):
         setting = replace(setting or AnalysisSetting(), terms=True, maneuvers=True)
-        layout = laid_out(named.log, model, setting)
+        layout = prepare_layout(named.log, model, setting)
         floor = floor_left_out(layout, named.log.maneuvers)
         return JudgedLog(named.name, named.log, layout, floor, None)
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
@@ -220,7 +224,7 @@ class FullReconciliation:
 
     It shows itself in a notebook as its account does: in words, as a picture and as a table of the
     causes. `logs` are those that were judged. `provenance`: the files and the choices behind the
-    answer, where who asked for it told them.
+    answer, where the caller stated them.
     """
 
     logs: tuple[JudgedLog, ...]
@@ -310,7 +314,9 @@ def reconcile_fully(
     several = [measured] if isinstance(measured, NamedLog) else measured
     logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
-    laid, judged = judge_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
+    judged_logs, judged = judge_logs(
+        logs, aircraft, other, progress=progress, setting=setting, keep=keep
+    )
     verdict, source = judged.verdict, ", ".join(each.name for each in logs)
     formula = formula_of(judged)
     patch = patch_of(judged, source, datetime.now(UTC).strftime("%Y-%m-%d"))
@@ -321,10 +327,10 @@ def reconcile_fully(
     refly, refly_holdout = refly and aircraft != "none", refly_holdout and aircraft != "none"
     why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
     flown, flown_holdout = FlownAgain(skipped=why), FlownAgain(skipped=why)
-    again = as_the_log_shows(laid[main].card, shown) if refly else None
+    again = as_the_log_shows(judged_logs[main].card, shown) if refly else None
     if refly:
         say("flying the card again")
-        flown = fly_again(laid[main].log, again, effects)
+        flown = fly_again(judged_logs[main].log, again, effects)
     if refly and refly_holdout and holdout is not None and isinstance(holdout.log, FlightLog):
         say("flying the card of the held-out log again")
         held = holdout.card or card or card_of(holdout.log.header, aircraft)
@@ -333,7 +339,7 @@ def reconcile_fully(
             held = held if again is None else replace(held, pressure_error=again.pressure_error)
         flown_holdout = fly_again(holdout.log, held, effects)
     groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
-    following = maneuver_to_fly(groups, [each.card.maneuver for each in laid if each.card])
+    following = maneuver_to_fly(groups, [each.card.maneuver for each in judged_logs if each.card])
     block, fit = shown.block, shown.fit
     over_time = traces(block, fit)
     part = verdict.explained[0].part if verdict.explained else ""
@@ -354,48 +360,50 @@ def reconcile_fully(
         formula=formula,
         flights=tuple(
             replace(flight, maneuver=each.card.maneuver if each.card else "")
-            for flight, each in zip(judged.flights, laid, strict=True)
+            for flight, each in zip(judged.flights, judged_logs, strict=True)
         ),
         telling=clearest_channel(block, part, over_time) if tells else None,
         calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
-        warnings=told_warnings([*logs, *([holdout] if holdout else [])], verdict),
+        warnings=reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
         coefficients=coefficients_along(aircraft, shown, verdict.gaps),
         following=following,
         legs=briefing(aircraft, following),
     )
-    return FullReconciliation(tuple(laid), judged, account, patch)
+    return FullReconciliation(tuple(judged_logs), judged, account, patch)
 
 
-TOLD_FROM = 0.02  # probability from which another term of a formula is told
+REPORTED_FROM = 0.02  # probability from which another term of a formula is reported
 
 
 def formula_of(judged: Judged) -> FoundFormula | None:
     """Return the formula of what no effect explains; None where none was found, or none holds."""
     terms = []
-    told = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
+    causes = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
     for found in judged.fitted.gaps:
         name, parameter = parted(found.member.name)
-        if not is_term(found.member.name) or name not in told:
+        if not is_term(found.member.name) or name not in causes:
             continue
-        (size,) = [s for s in told[name].sizes if s.name == parameter] or told[name].sizes[:1]
+        (size,) = [s for s in causes[name].sizes if s.name == parameter] or causes[name].sizes[:1]
         others = [
             parted(other)
             for other, p in sorted(found.forms.items(), key=lambda item: -item[1])
-            if is_term(other) and p > TOLD_FROM and other != found.member.name
+            if is_term(other) and p > REPORTED_FROM and other != found.member.name
         ]
-        terms.append(formula_term(name, size, told[name].score, others))
-    beside = tuple(m.name for m in judged.fitted.members if not is_term(m.name))
-    return FoundFormula(tuple(terms), beside) if terms else None
+        terms.append(formula_term(name, size, causes[name].score, others))
+    effects = tuple(m.name for m in judged.fitted.members if not is_term(m.name))
+    return FoundFormula(tuple(terms), effects) if terms else None
 
 
-def patch_of(judged: Judged, source: str, date: str, told: Sequence[Gap] | None = None) -> Patch:
+def patch_of(
+    judged: Judged, source: str, date: str, reported: Sequence[Gap] | None = None
+) -> Patch:
     """Return the patch of an answer: the most probable cause of each gap, and the terms of a
     formula.
 
-    `told` are its gaps, by default those of the verdict. It is empty where the names were taken
+    `reported` are its gaps, by default those of the verdict. It is empty where the names were taken
     back.
     """
-    gaps = [gap for gap in (judged.verdict.gaps if told is None else told) if gap.causes]
+    gaps = [gap for gap in (judged.verdict.gaps if reported is None else reported) if gap.causes]
     joined: dict[str, Candidate] = {}
     for gap in gaps:
         first = gap.causes[0]
@@ -420,11 +428,11 @@ def patch_of(judged: Judged, source: str, date: str, told: Sequence[Gap] | None 
 EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
 
 
-def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
+def reported_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
     """Return what was said of the logs as they were read, with the log's name where there are
     several.
 
-    A warning that a named part explains is withdrawn: the answer tells its cause.
+    A warning that a named part explains is withdrawn: the answer names its cause.
     """
     return tuple(
         text if len(logs) == 1 else Caution(f"{each.name}: {text}", getattr(text, "code", "log"))
@@ -460,16 +468,15 @@ def bounds_of(gaps: Sequence[Gap]) -> dict[str, dict[str, float]]:
 
 # Fly the card of a log again in the simulator, without and with the patch.
 
-OTHER_HAND = (
-    0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
-)
+# Difference from which another pilot is tried: two flights of one pilot differ by some 0.15.
+OTHER_PILOT = 0.3
 SAME_GUSTS = (
-    0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
+    0.25  # difference of the logarithms below which other gusts are no reason for another motion
 )
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
-# The free parameters of the temperature, where no header tells it: by its effect on the airplane,
+# The free parameters of the temperature, where no header states it: by its effect on the airplane,
 # and as measured
-WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
+TEMPERATURE_SIZE, MEASURED_TEMPERATURE_SIZE = f"{DAY} warmer_k", "temperature offset"
 CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
 SEED = 760_001  # truth and sensor seeds count up from here
 
@@ -505,7 +512,7 @@ def fly_again(
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
     pilot, (_, after) = base.pilot, found[base.pilot]
     if (
-        control_activity_difference(log, after) > OTHER_HAND
+        control_activity_difference(log, after) > OTHER_PILOT
         and gust_difference(log, after) < SAME_GUSTS
     ):
         with suppress(BadInputError):  # a card may be too hard for another pilot
@@ -537,7 +544,7 @@ def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
     """Return a card with the error curve of a log and, where its header does not tell the day, in
     its temperature.
 
-    The free parameters beside the gaps tell how much warmer the air is than the card says.
+    The free parameters say how much warmer the air is than on the card.
     """
     if card is None:
         return card
@@ -545,15 +552,16 @@ def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
     free = shown.block.equations.free_sizes(shown.fit.columns)
     sizes = dict(zip(layout.free.names, free.tolist(), strict=True))
     card = replace(card, pressure_error=error_curve_of(layout, sizes))
-    if WARMER not in sizes:
+    if TEMPERATURE_SIZE not in sizes:
         return card
     # A card counts from the standard day at its geometric height, a log from that at its pressure
     # height. In warmer air a pressure lies higher, where the standard day is cooler.
     height = air.pressure_altitude(layout.reference.clean["static_pressure"])
     steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
-    measured = sizes.get(MEASURED_WARMER, 0.0)  # a log may lack the thermometer
+    measured = sizes.get(MEASURED_TEMPERATURE_SIZE, 0.0)  # a log may lack the thermometer
     return replace(
-        card, temperature_offset=card.temperature_offset + sizes[WARMER] + steeper * measured
+        card,
+        temperature_offset=card.temperature_offset + sizes[TEMPERATURE_SIZE] + steeper * measured,
     )
 
 

@@ -158,15 +158,15 @@ class Fleet:
 
     `window` is the number of calls that are submitted at a time; it should be somewhat above the
     number of workers. A call is one task, or as many as take some `bundle` seconds together, where
-    each call costs the executor much. `apart` is for an executor that does not tell why a process
-    died: a task that lost its process is then performed again in a process that its worker starts
+    each call costs the executor much. `own_process` is for an executor that does not say why a
+    process died: a task that lost its process is then performed again in a process that its worker starts
     and watches.
     """
 
     executor: Executor | None = None
     limits: Limits = field(default_factory=Limits)
     window: int = 64
-    apart: bool = False
+    own_process: bool = False
     bundle: float = 0.0
 
     def stream(self, work: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[T, R | Failure]]:
@@ -192,7 +192,7 @@ class Fleet:
                 continue
             ended = True
             yield task, result
-        again = attempt_apart if self.apart else attempt
+        again = attempt_in_own_process if self.own_process else attempt
         for task, result in self._attempts(again, work, lost, 1):
             if isinstance(result, LostWorkError):
                 yield task, Failure(f"{result}, twice", LostWorkError, result.log, quarantined=True)
@@ -285,9 +285,9 @@ def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
         with limits.hold():
             return work(task)
     except MemoryError as error:
-        held = "" if limits.memory is None else f"its limit of {limits.memory / 1e9:g} GB of "
+        limit = "" if limits.memory is None else f"its limit of {limits.memory / 1e9:g} GB of "
         return Failure(
-            f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True
+            f"it needs more than {limit}memory ({error})".replace(" ()", ""), quarantined=True
         )
     except Exception as error:  # any error: it is reported, and the other tasks go on
         return Failure.of(error)
@@ -302,7 +302,7 @@ def attempt_each(
     return results, time.monotonic() - begun
 
 
-def attempt_apart(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
+def attempt_in_own_process(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
     """Attempt a task in a new process that this one starts. Raises LostWorkError, with its log,
     where that dies.
     """
@@ -380,7 +380,7 @@ def usable_cores() -> int:
     """Return the number of cores that this process may use, which a batch system can limit."""
     try:
         return len(os.sched_getaffinity(0))
-    except AttributeError:  # only Linux tells
+    except AttributeError:  # only Linux says so
         return os.cpu_count() or 1
 
 
@@ -495,7 +495,9 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
         _require_one_thread(workers)
         check_hosts(describe_host(), client.run(describe_host, on_error="return"))
         window = max(_AHEAD * len(workers), 8)
-        yield Fleet(client.get_executor(pure=False), limits, window, apart=True, bundle=_BUNDLE)
+        yield Fleet(
+            client.get_executor(pure=False), limits, window, own_process=True, bundle=_BUNDLE
+        )
 
 
 def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> None:

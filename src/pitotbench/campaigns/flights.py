@@ -57,7 +57,7 @@ BRIEFED = ("heading", "calibrated_airspeed", "roll")  # channels that a briefing
 
 
 def briefing_of(flight: Flight) -> tuple[BriefedLeg, ...]:
-    """Return the legs of a flight as its pilot is told of them, without the times to settle."""
+    """Return the legs of a flight as its pilot is briefed, without the times to settle."""
     edges = np.flatnonzero(flight.segment[1:] != flight.segment[:-1]) + 1
     parts = np.split(np.arange(len(flight)), edges)
     named = [(str(flight.segment[rows[0]]), rows) for rows in parts]

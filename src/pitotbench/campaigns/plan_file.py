@@ -309,7 +309,7 @@ def _copied(value: Any) -> Any:
 
 def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
     """Set the value at a path; a number of the path counts the entries of a list from 0."""
-    name, *rest = path
+    name, *deeper = path
     here: Any = name
     if isinstance(table, list):
         if not name.isdigit() or int(name) >= len(table):
@@ -319,12 +319,12 @@ def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
         here = int(name)
     elif not isinstance(table, dict):
         raise BadInputError(f"{whole}: {name!r} is below a value that is no table")
-    elif rest:
+    elif deeper:
         table.setdefault(here, {})
     else:
         _drop_other_units(table, name)
-    if rest:
-        _put(table[here], rest, value, whole)
+    if deeper:
+        _put(table[here], deeper, value, whole)
     else:
         table[here] = value
 

@@ -41,13 +41,13 @@ from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 
 # The results of campaigns as tables, made from the parts of a store. `results.parquet` holds the
-# rows of one plan, in its order, with the logs and cases of the folder beside it. The index of a
+# rows of one plan, in its order, with the logs and cases of the folder next to it. The index of a
 # store holds the rows of all its results, with all fields of their cases: DuckDB, Polars and pandas
 # open it. It is made again where it is missing or cut, or lacks a part; a part that is replaced
 # removes it.
 
 RESULTS, STORE = "results.parquet", "store"
-SEAL = "index.sha256"  # beside the index: the digest of its file
+SEAL = "index.sha256"  # next to the index: the digest of its file
 _EMPTY = pa.table(
     {name: pa.array([], pa.string()) for name in ("flight", "name", "state", "reason")}
 )

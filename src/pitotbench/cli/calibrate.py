@@ -234,7 +234,7 @@ def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
         published_of,
         sources_of,
     )
-    from pitotbench.bench.held_logs import calibrate_held
+    from pitotbench.bench.folder_logs import calibrate_folder
     from pitotbench.logbook.columns import PARAMETERS
 
     choices = _choices(options)
@@ -260,7 +260,7 @@ def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
         flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
     ]
     if held:
-        answers = calibrate_held(
+        answers = calibrate_folder(
             options.logs,
             lambda path: read([path])[0],
             options.separately,

@@ -102,6 +102,6 @@ def measured_coefficients(
         own = [t for t in terms if (t.axis, t.function.variable) in NAMES] or terms
         if each := [coefficient(term, forces, motion) for term in own]:
             value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
-            told = Estimate(unit, value * (1.0 + size.value), abs(value) * size.two_sigma)
-            found.append(Coefficient(name, size.name, value, told))
+            measured = Estimate(unit, value * (1.0 + size.value), abs(value) * size.two_sigma)
+            found.append(Coefficient(name, size.name, value, measured))
     return tuple(found)

@@ -45,7 +45,7 @@ from pitotbench.units import Array
 
 STEP = 0.5  # s between the states
 SAME = 1e-5  # share of a channel below which a change is rounding
-APART = 0.05  # share of the whole change that the terms may miss before it is told
+MOST_UNEXPLAINED = 0.05  # share of the whole change that the terms may miss before it is reported
 ALONE, TOGETHER = "", "several parts that do not load one by one"
 IGNORED = ("fileheader", "documentation", "description")
 CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
@@ -70,7 +70,7 @@ def compare_models(
     """
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         shelf = Path(scratch)
-        folders = [_taken(shelf / side, path) for side, path in (("old", old), ("new", new))]
+        folders = [_imported(shelf / side, path) for side, path in (("old", old), ("new", new))]
         edits = _edits(*folders)
         if not edits:
             return ModelComparison(old, new, card, np.empty(0), {}, (), (), ())
@@ -115,7 +115,7 @@ def compare_models(
         )
 
 
-def _taken(folder: Path, path: str) -> Path:
+def _imported(folder: Path, path: str) -> Path:
     source = Path(path)
     if not source.exists():
         raise BadInputError(f"{path}: no such aircraft file")
@@ -147,7 +147,7 @@ class _Edit:
     def part(self) -> str:
         """The part in the file's words."""
         kind, *names = self.key
-        told = " ".join(name for name in names if name)
+        named = " ".join(name for name in names if name)
         change = (
             ""
             if self.old is not None and self.new is not None
@@ -155,7 +155,9 @@ class _Edit:
             if self.old is None
             else " (gone)"
         )
-        return (told if kind == "aerodynamics" and len(names) == 2 else f"{kind}: {told}") + change
+        return (
+            named if kind == "aerodynamics" and len(names) == 2 else f"{kind}: {named}"
+        ) + change
 
 
 def _edits(old: Path, new: Path) -> list[_Edit]:
@@ -372,10 +374,12 @@ def _scales(forces: ModelForces, motion: Motion) -> dict[str, float]:
 def _changes(before: ModelForces, after: ModelForces, motion: Motion) -> dict[str, Array]:
     """Return the change of each channel that changed, (n,) each."""
     old, new, scale = _channels(before, motion), _channels(after, motion), _scales(before, motion)
-    apart = {name: new[name] - old[name] for name in old}
+    changed_values = {name: new[name] - old[name] for name in old}
     smallest = {name: SAME * (scale[name] or float(np.max(np.abs(new[name])))) for name in old}
     return {
-        name: change for name, change in apart.items() if np.max(np.abs(change)) > smallest[name]
+        name: change
+        for name, change in changed_values.items()
+        if np.max(np.abs(change)) > smallest[name]
     }
 
 
@@ -452,17 +456,17 @@ def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
         for part in (edit.old, edit.new)
     ]
     leaves = [[each for each in part.iter() if (each.text or "").strip()] for part in pair]
-    apart = [
+    changed_values = [
         (a, b)
         for a, b in zip(*leaves, strict=False)
         if a.tag != b.tag or _content(a) != _content(b)
     ]
-    if len(leaves[0]) != len(leaves[1]) or len(apart) != 1:
+    if len(leaves[0]) != len(leaves[1]) or len(changed_values) != 1:
         return "", "", None, None
-    old, new = (_token((each.text or "").strip()) for each in apart[0])
+    old, new = (_token((each.text or "").strip()) for each in changed_values[0])
     if isinstance(old, str) or isinstance(new, str):
         return "", "", None, None
-    changed = apart[0][1]
+    changed = changed_values[0][1]
     around = [each for each in pair[1].iter() if each is changed or changed in list(each)]
     unit = next((each.get("unit", "") for each in around[::-1] if each.get("unit")), "")
     return "" if changed is pair[1] else changed.tag, unit, old, new
@@ -472,7 +476,7 @@ def _remarks(channels: Sequence[ChannelChange], terms: Sequence[TermChange]) -> 
     """Yield what the terms do not add up to: differences that act together."""
     for channel in channels:
         alone = [e.largest for term in terms for e in term.effects if e.channel == channel.channel]
-        if not alone or max(alone) < APART * channel.largest:
+        if not alone or max(alone) < MOST_UNEXPLAINED * channel.largest:
             yield f"The change of {channel.channel} is made by several differences together, by none alone."
-        elif len(alone) > 1 and channel.largest > (1.0 + APART) * sum(alone):
+        elif len(alone) > 1 and channel.largest > (1.0 + MOST_UNEXPLAINED) * sum(alone):
             yield f"The change of {channel.channel} is larger than those by each difference alone."

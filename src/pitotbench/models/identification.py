@@ -301,8 +301,8 @@ def _unexplained(maneuver: Maneuver, lag: float) -> float:
     force = maneuver.specific_force[:, 2] / (motion.static_pressure * motion.mach**2)
     moved = (np.ones_like(force), motion.angle_of_attack, motion.pitch_rate, motion.elevator)
     design = np.stack(moved, axis=1)[inner]
-    rest = force[inner] - design @ np.linalg.lstsq(design, force[inner], rcond=None)[0]
-    return float(rest @ rest)
+    unexplained = force[inner] - design @ np.linalg.lstsq(design, force[inner], rcond=None)[0]
+    return float(unexplained @ unexplained)
 
 
 def _part(whole: Maneuver, rows: slice, name: str) -> Maneuver:

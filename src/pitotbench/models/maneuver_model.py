@@ -109,17 +109,19 @@ def in_place_of_log(maneuvers: Sequence[Maneuver], aircraft: str) -> Maneuvers:
 
 def _remarks(maneuvers: Sequence[Maneuver], lag: float) -> list[str]:
     """What was corrected, and what was assumed because the logs lack it."""
-    told = [f"The angle-of-attack vane lags by {lag:.2f} s; it was taken earlier."] if lag else []
+    remarks = (
+        [f"The angle-of-attack vane lags by {lag:.2f} s; it was taken earlier."] if lag else []
+    )
     if any(each.thrust is None for each in maneuvers):
-        told.append("Thrust was not measured: the drag is left out.")
+        remarks.append("Thrust was not measured: the drag is left out.")
     if any(each.mass is None for each in maneuvers):
-        told.append(
+        remarks.append(
             "Mass was not measured: it is the model's, and its error is one of every force."
         )
     if any("side force" not in each.channels for each in maneuvers):
-        told.append("Sideslip was not measured: side force, roll and yaw are left out.")
-    told.append(
+        remarks.append("Sideslip was not measured: side force, roll and yaw are left out.")
+    remarks.append(
         "A wrong scale of the angle-of-attack vane would change lift slope and pitch stiffness by "
         "the same share: it is not excluded."
     )
-    return told
+    return remarks

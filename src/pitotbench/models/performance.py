@@ -19,11 +19,11 @@ from pitotbench.simulation.aircraft import original
 from pitotbench.simulation.aircraft_files import SimulationError, parse_xml
 from pitotbench.simulation.aircraft_import import aircraft_name, import_aircraft
 from pitotbench.simulation.autopilot.attach import engines_of
-from pitotbench.simulation.autopilot.envelope import balance, held_by
-from pitotbench.simulation.autopilot.held_aircraft import Engines, HeldAircraft, State
+from pitotbench.simulation.autopilot.envelope import balance, elevator_for
+from pitotbench.simulation.autopilot.frozen_aircraft import Engines, FrozenAircraft, State
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 
-# The aircraft is held in a state while engines and controls run on, and its forces are balanced
+# The aircraft is frozen in a state while engines and controls run on, and its forces are balanced
 # there: lift against weight, pitching moment, and along the path weight, thrust and drag. No
 # autopilot flies, so no flight must settle. In a climb at a constant calibrated airspeed the true
 # one grows; this takes its share of the excess thrust.
@@ -62,9 +62,9 @@ def find_performance(aircraft: str, handbook: Path | None = None) -> Performance
     path.
 
     With `handbook`, a table that `read_handbook` describes, each of its rows becomes a figure with
-    the published value beside it, before the figures at the weight of the file. What the model
+    the published value next to it, before the figures at the weight of the file. What the model
     lacks or cannot do is skipped, with the reason. Raises UnknownNameError, BadInputError or
-    SimulationError where the aircraft cannot be held in flight at all.
+    SimulationError where the aircraft has no steady flight at all.
     """
     rows = read_handbook(handbook) if handbook is not None else []
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
@@ -78,15 +78,15 @@ def find_performance(aircraft: str, handbook: Path | None = None) -> Performance
                     if isfinite(each.model):
                         found.append(each)
                     else:
-                        reason = UNKNOWN.get(each.name, NOT_HELD)
+                        reason = UNKNOWN.get(each.name, NOT_FOUND)
                         skipped.append((each.name, f"{each.condition}: {reason}"))
             except SimulationError as error:
                 skipped.append((name, " ".join(str(error).split())))
             model.load_weight(None)
-        return Performance(model.held.name, model.weight * POUND, tuple(found), tuple(skipped))
+        return Performance(model.frozen.name, model.weight * POUND, tuple(found), tuple(skipped))
 
 
-NOT_HELD = "no steady flight found"
+NOT_FOUND = "no steady flight found"
 _ABOVE = f"it still climbs at {HIGHEST / FOOT:,.0f} ft, or never did"
 UNKNOWN = {
     "cruise speed": f"no level flight up to Mach {HIGHEST_MACH:g}",
@@ -105,7 +105,7 @@ class _Model:
     one.
     """
 
-    held: HeldAircraft
+    frozen: FrozenAircraft
     weight: float
     ballast: str
     no_engine: str = ""
@@ -126,24 +126,24 @@ class _Model:
             kind = engines_of(folder, tree.getroot())
         except BadInputError as error:
             no_engine = str(error)
-        held = HeldAircraft(folder.name, folder, GLIDE_HEIGHT, kind)
-        held.write("propulsion/fuel_freeze", 1.0)
-        held.write("position/terrain-elevation-asl-ft", -5000.0)
+        frozen = FrozenAircraft(folder.name, folder, GLIDE_HEIGHT, kind)
+        frozen.write("propulsion/fuel_freeze", 1.0)
+        frozen.write("position/terrain-elevation-asl-ft", -5000.0)
         ballast = "inertia/pointmass-weight-lbs" + (f"[{number}]" if number else "")
-        model = cls(held, held.read("inertia/weight-lbs"), ballast, no_engine)
+        model = cls(frozen, frozen.read("inertia/weight-lbs"), ballast, no_engine)
         slow = stall(model, 0.0, 0.0).state.speed
-        held.climb_to(GLIDE_HEIGHT, 1.5 * slow)
+        frozen.climb_to(GLIDE_HEIGHT, 1.5 * slow)
         lever, valve = (f"fcs/mixture-{kind}-norm" for kind in ("cmd", "pos"))
-        if held.serves(lever) and held.read(valve) < 0.99 * held.read(lever):
-            held.rich = True  # systems of the aircraft lean the mixture themselves
-        held.find_idle(np.geomspace(1.12 * slow, 2.0 * slow, 4))
+        if frozen.serves(lever) and frozen.read(valve) < 0.99 * frozen.read(lever):
+            frozen.rich = True  # systems of the aircraft lean the mixture themselves
+        frozen.find_idle(np.geomspace(1.12 * slow, 2.0 * slow, 4))
         return model
 
     def load_weight(self, weight: float | None) -> None:
         """Load a weight [lb] at the center of gravity of the empty aircraft; None for that of the
         file.
         """
-        self.held.write(self.ballast, 0.0 if weight is None else weight - self.weight)
+        self.frozen.write(self.ballast, 0.0 if weight is None else weight - self.weight)
 
 
 def _add_ballast(root: ET.Element) -> int:
@@ -188,40 +188,41 @@ def stall(model: _Model, height: float, flaps: float) -> Steady:
     It is the speed that a deceleration too slow to change the load factor reaches. Raises
     SimulationError where no angle of attack up to 30° carries the weight.
     """
-    held = model.held
-    held.climb_to(height, 80.0)
-    held.write("fcs/flap-cmd-norm", flaps)
-    held.run(100.0 * FULLY_DOWN)
-    held.set_lever(0.0)
+    frozen = model.frozen
+    frozen.climb_to(height, 80.0)
+    frozen.write("fcs/flap-cmd-norm", flaps)
+    frozen.run(100.0 * FULLY_DOWN)
+    frozen.set_lever(0.0)
     best: State | None = None
     speed = 80.0
     for alpha in FLOW_ANGLES:
-        if found := _one_g(held, float(alpha), speed):
+        if found := _one_g(frozen, float(alpha), speed):
             speed = found.speed
             best = found if best is None or speed < best.speed else best
-    held.write("fcs/flap-cmd-norm", 0.0)
-    held.run(100.0 * FULLY_DOWN)
+    frozen.write("fcs/flap-cmd-norm", 0.0)
+    frozen.run(100.0 * FULLY_DOWN)
     if best is None:
         raise SimulationError(
-            f"{held.name}: no angle of attack up to 30° carries the weight with a trimmed elevator"
+            f"{frozen.name}: no angle of attack up to 30° carries the weight with a "
+            "trimmed elevator"
         )
     if best.alpha >= FLOW_ANGLES[-1]:
         raise SimulationError(
-            f"{held.name}: the lift still grows at 30°, so there is no stall below it"
+            f"{frozen.name}: the lift still grows at 30°, so there is no stall below it"
         )
     return Steady(best, _calibrated(best.speed, height), 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def _one_g(held: HeldAircraft, alpha: float, speed: float) -> State | None:
+def _one_g(frozen: FrozenAircraft, alpha: float, speed: float) -> State | None:
     """Return level flight at 1 g and an angle of attack [rad], the elevator in trim; None where
     there is none.
     """
     for _ in range(12):
-        elevator = held_by(held, speed, alpha)
+        elevator = elevator_for(frozen, speed, alpha)
         if elevator is None:
             return None
         state = State(speed, alpha, elevator=elevator)
-        lift = STANDARD_GRAVITY - held.accelerations(state).normal(alpha)
+        lift = STANDARD_GRAVITY - frozen.accelerations(state).normal(alpha)
         if lift <= 0.05 * STANDARD_GRAVITY:
             return None
         ratio = float(np.clip(sqrt(STANDARD_GRAVITY / lift), 0.5, 2.0))
@@ -239,30 +240,30 @@ def _steady(
     """Return steady flight at a true airspeed and a lever, climbing or sinking; None where nothing
     balances.
     """
-    held = model.held
+    frozen = model.frozen
     gradient = (_true(_calibrated(speed, height), height + 100.0) - speed) / 100.0
     state = replace(guess, speed=speed)
     try:
         for _ in range(8):
-            held.place(state)
-            held.set_lever(lever)
-            state, gain = balance(held, state)
+            frozen.place(state)
+            frozen.set_lever(lever)
+            state, gain = balance(frozen, state)
             along = gain + STANDARD_GRAVITY * sin(state.climb)
             slope = along / (STANDARD_GRAVITY + gradient * speed)
             if abs(slope) > 0.9:
                 return None
             change = asin(slope) - state.climb
             if abs(change) < 2e-4:
-                return _account(held, state, height, along)
+                return _account(frozen, state, height, along)
             state = replace(state, climb=asin(slope))
     except SimulationError:
-        held.climb_to(height, speed)  # an engine may have stopped
+        frozen.climb_to(height, speed)  # an engine may have stopped
     return None
 
 
-def _account(held: HeldAircraft, state: State, height: float, along: float) -> Steady:
-    mass = held.read("inertia/weight-lbs") * POUND
-    thrust = held.thrust() * POUND * STANDARD_GRAVITY
+def _account(frozen: FrozenAircraft, state: State, height: float, along: float) -> Steady:
+    mass = frozen.read("inertia/weight-lbs") * POUND
+    thrust = frozen.thrust() * POUND * STANDARD_GRAVITY
     return Steady(
         state,
         _calibrated(state.speed, height),
@@ -270,7 +271,7 @@ def _account(held: HeldAircraft, state: State, height: float, along: float) -> S
         thrust,
         mass * STANDARD_GRAVITY * cos(state.climb) - thrust * sin(state.alpha),
         thrust * cos(state.alpha) - mass * along,
-        held.power(),
+        frozen.power(),
     )
 
 
@@ -281,7 +282,7 @@ def _speeds(model: _Model, height: float, lever: float, slow: float) -> list[Ste
     limit = HIGHEST_MACH * float(air.sound_speed(air.standard_temperature(height)))
     found: list[Steady] = []
     state = State(slow, alpha=8.0 * DEGREE)
-    model.held.climb_to(height, 1.3 * slow)
+    model.frozen.climb_to(height, 1.3 * slow)
     for k in range(MOST_SPEEDS):
         speed = ABOVE_STALL * slow * GROWTH**k
         if speed > limit:
@@ -390,7 +391,7 @@ def _height_words(height: float) -> str:
 def _stalls(model: _Model) -> Figures:
     clean = stall(model, 0.0, 0.0)
     yield PerformanceFigure("stall speed", "flaps up, idle, 1 g", clean.calibrated / KNOT, "KCAS")
-    if not model.held.serves("fcs/flap-cmd-norm"):
+    if not model.frozen.serves("fcs/flap-cmd-norm"):
         raise SimulationError("the model has no flaps")
     down = stall(model, 0.0, 1.0)
     if abs(down.calibrated / clean.calibrated - 1.0) < MOVED:
@@ -440,7 +441,7 @@ def _glides(model: _Model) -> Figures:
     slender = max(several, key=_lift_to_drag, default=None)
     place = f"{_height_words(GLIDE_HEIGHT)}, flaps up"
     if flat is None or slender is None:
-        raise SimulationError(NOT_HELD)
+        raise SimulationError(NOT_FOUND)
     ratio = -1.0 / tan(flat.state.climb) if flat.state.climb < 0.0 else float("nan")
     yield PerformanceFigure("glide ratio", f"{place}, idle", ratio, "")
     yield PerformanceFigure(
@@ -500,16 +501,16 @@ class HandbookRow:
     @property
     def words(self) -> str:
         """The condition in words."""
-        told = [
+        stated = [
             f"{name.replace('_', ' ')} {value:,.4g}"
             if value < 1000.0
             else f"{name.replace('_', ' ')} {value:,.0f}"
             for name, value in self.given.items()
         ]
-        return f"handbook: {self.figure}, {', '.join(told)}"
+        return f"handbook: {self.figure}, {', '.join(stated)}"
 
     def figures(self, model: _Model) -> Figures:
-        """Yield the model's figure in the condition of the row, with the published one beside it."""
+        """Yield the model's figure in the condition of the row, with the published one."""
         model.load_weight(self.given.get("weight_lb"))
         _, unit, scale = _PUBLISHED[self.figure]
         value = _AT[self.figure](model, self.given)
@@ -592,7 +593,7 @@ def _climb_at(model: _Model, given: dict[str, float]) -> float:
 
 def _at_speed(model: _Model, height: float, lever: float, given: dict[str, float]) -> Steady | None:
     speed = _true(given["calibrated_airspeed_kt"] * KNOT, height)
-    model.held.climb_to(height, speed)
+    model.frozen.climb_to(height, speed)
     return _steady(model, height, speed, lever, State(speed, alpha=4.0 * DEGREE))
 
 
@@ -615,8 +616,8 @@ def _cruise_at(model: _Model, given: dict[str, float]) -> float:
     ):
         middle = 0.5 * (low + high)
         level = at(middle)
-        enough = level is not None and level.power >= given["power_hp"]
-        low, high = (low, middle) if enough else (middle, high)
+        strong = level is not None and level.power >= given["power_hp"]
+        low, high = (low, middle) if strong else (middle, high)
         found = level or found
     same = found is not None and abs(found.power / given["power_hp"] - 1.0) <= 3.0 * SAME_POWER
     return found.state.speed if found and same else float("nan")

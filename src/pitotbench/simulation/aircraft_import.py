@@ -25,14 +25,14 @@ from pitotbench.simulation.aircraft_files import (
     load_fdm,
     parse_xml,
 )
-from pitotbench.simulation.autopilot.held_aircraft import RATE
+from pitotbench.simulation.autopilot.frozen_aircraft import RATE
 from pitotbench.units import DEGREE, Array
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
 MOST_FILES = 100
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
-BESIDE = ("engine", "engines", "systems")  # folders of parts beside that of the aircraft
+SIBLINGS = ("engine", "engines", "systems")  # folders of parts next to that of the aircraft
 # Elements below a root through which JSBSim writes files, opens sockets or loads further airplanes.
 CLOSED = ("output", "input", "child")
 COMMANDS = re.compile(r"write-state-file|jsbsim-debug|simulation.*(reset|trim)", re.IGNORECASE)
@@ -72,15 +72,15 @@ def import_aircraft(file: Path, folder: Path) -> Path:
                 "aircraft"
             )
         file = files[0]
-    taking = _Taking(file.resolve().parent)
-    root = taking.read(file.resolve())
+    importing = _Import(file.resolve().parent)
+    root = importing.read(file.resolve())
     if root.tag != "fdm_config":
         raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{root.tag:.60}>")
     for part in (folder / "Engines", folder / "Systems"):
         part.mkdir(parents=True)
     for element in [e for e in root if e.tag not in (*WHOLE, *PARTS)]:
         root.remove(element)
-    taking.parts(root, folder)
+    importing.parts(root, folder)
     copy = folder / f"{folder.name}.xml"
     _write(root, copy)
     with suppress(SimulationError):  # what JSBSim cannot load is refused where it is flown
@@ -185,7 +185,7 @@ def aircraft_name(path: Path) -> str:
     return name.strip("_.")[:60] or "aircraft"
 
 
-class _Taking:
+class _Import:
     """One intake: the files read so far, and where parts are looked for."""
 
     def __init__(self, home: Path) -> None:
@@ -246,14 +246,14 @@ class _Taking:
 
     def _find(self, name: str, places: tuple[Path, ...]) -> Path:
         *folders, plain = name.strip().removesuffix(".xml").split("/")
-        beside = folders[:1] == [".."] and folders[-1].lower() in BESIDE and len(folders) == 2
-        inner = "/".join(folders[beside:])
-        if not all(NAME.fullmatch(p) and ".." not in p for p in [*folders[beside:], plain]):
+        sibling = folders[:1] == [".."] and folders[-1].lower() in SIBLINGS and len(folders) == 2
+        inner = "/".join(folders[sibling:])
+        if not all(NAME.fullmatch(p) and ".." not in p for p in [*folders[sibling:], plain]):
             raise BadInputError(
                 f"the aircraft names the file {name[:60]!r}: a plain file name is allowed, or one "
                 "in a folder of the aircraft's"
             )
-        sought = [place / inner for place in (*places, *[self._home.parent] * beside)]
+        sought = [place / inner for place in (*places, *[self._home.parent] * sibling)]
         name = f"{plain}.xml"
         for place in (*sought, *places):
             file = (place / name).resolve()

@@ -28,7 +28,8 @@ from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 TENTH = 0.1  # s
 INSTANT = 1e-6  # s, of a step in which nothing moves
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
-FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
+# s between states up to which the airplane flies on between them; over longer ones it is frozen
+FREE = 0.2
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
 ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
 # Control, the command that moves it, and the position it takes.
@@ -91,7 +92,7 @@ def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -
 
 
 def _hold(plant: Plant, motion: Motion) -> None:
-    """Start the engines while the airplane is held in flight."""
+    """Start the engines while the airplane is frozen in flight."""
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(
         air.calibrated_airspeed(
@@ -102,7 +103,7 @@ def _hold(plant: Plant, motion: Motion) -> None:
         GUIDANCE
     ):  # the controls are moved from here: without its modes it has no output, but a cost
         plant.set(GUIDANCE, 0.0)
-    plant.start_held(
+    plant.start_frozen(
         height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset)
     )
     if float(np.median(np.diff(motion.time))) <= FREE:
@@ -510,7 +511,7 @@ def measure_unit_forces(
 ) -> UnitForces:
     """Return the changes by unit forces along a measured motion, and the properties at `paths`.
 
-    The engines are held. Parameters and errors are those of `measure`; the plant has the
+    The engines are frozen. Parameters and errors are those of `measure`; the plant has the
     `unit_overlay`.
     """
     rig = Rig.set_up(plant, motion, loaded_mass)

@@ -66,8 +66,8 @@ class Air:
     seed: int = 1
 
     @classmethod
-    def of(cls, case: Case, warmer: float = 0.0) -> "Air":
-        """Return the air of a case, made warmer by `warmer` [K] for its effects.
+    def of(cls, case: Case, temperature_change: float = 0.0) -> "Air":
+        """Return the air of a case, warmer by `temperature_change` [K], which its effects make.
 
         Raises UnknownNameError for an unknown turbulence name.
         """
@@ -77,7 +77,7 @@ class Air:
             north=-wind.speed * cos(wind.from_direction),
             east=-wind.speed * sin(wind.from_direction),
             down=-wind.up,
-            temperature_offset=case.temperature_offset + warmer,
+            temperature_offset=case.temperature_offset + temperature_change,
             severity=SEVERITY[case.turbulence],
             seed=turbulence_seed(case.truth_seed),
         )
@@ -351,10 +351,10 @@ class Plant:
             self.set("turbulence_type", MILSPEC_TUSTIN)
             self.run(TURBULENCE_RUN_IN)
 
-    def start_held(
+    def start_frozen(
         self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None
     ) -> None:
-        """Hold the aircraft at a place in the air and start its engines; `release` lets it fly.
+        """Freeze the aircraft at a place in the air and start its engines; `release` lets it fly.
 
         This serves the force meter, which needs running engines but no level flight. An effect may
         be more than the autopilot can hold, or more than the starter can turn. Every effect
@@ -378,7 +378,7 @@ class Plant:
         """Hold an aircraft with an attached autopilot in level flight, with its engines at the
         power of that.
         """
-        self.start_held(altitude, airspeed, heading, air)
+        self.start_frozen(altitude, airspeed, heading, air)
         self.set("throttle_command", self.get("ap/model/lever-level"))
         self.run(TRIM_SPOOL_TIME)
         self._place(altitude, airspeed, heading, air, self.get("ap/model/alpha-level-rad"))

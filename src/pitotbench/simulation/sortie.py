@@ -196,7 +196,7 @@ def fly(
 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's;
     it jumps where a set-up between speeds was flown unrecorded. `progress(seconds, label)` is
-    called as each segment begins. `channels` names the channels to record beside the time, by
+    called as each segment begins. `channels` names the channels to record with the time, by
     default all: to read one costs 1 % of a step. The flight itself does not depend on them.
     Channels that the aircraft does not serve are left out.
 
@@ -237,7 +237,7 @@ def fly(
             mark_recording(plant)
         (recorder if cockpit.recorded else plant).advance(steps)
         plant.check()
-        cockpit.look()
+        cockpit.read_instruments()
         if cockpit.recorded:
             labels.append(cockpit.label)
             on_condition.append(before and cockpit.on_condition())

@@ -32,7 +32,7 @@ from pitotbench.simulation.autopilot.autopilot_file import (
     write_levers,
 )
 from pitotbench.simulation.autopilot.envelope import explore
-from pitotbench.simulation.autopilot.held_aircraft import Engines, HeldAircraft
+from pitotbench.simulation.autopilot.frozen_aircraft import Engines, FrozenAircraft
 from pitotbench.simulation.autopilot.linear_model import engine_time, linearize, wrong_slopes
 from pitotbench.simulation.autopilot.loops import shape
 from pitotbench.simulation.properties import CHANNELS
@@ -113,7 +113,7 @@ def make_flyable(folder: Path) -> Attached:
     import jsbsim
 
     try:
-        aircraft = HeldAircraft(folder.name, folder, ALTITUDE, kind)
+        aircraft = FrozenAircraft(folder.name, folder, ALTITUDE, kind)
     except jsbsim.BaseError as error:  # such as a property that only another program defines
         raise SimulationError(
             f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}"

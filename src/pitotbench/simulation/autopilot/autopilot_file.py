@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pitotbench.simulation.autopilot.envelope import Envelope, strict
-from pitotbench.simulation.autopilot.held_aircraft import HeldAircraft
+from pitotbench.simulation.autopilot.frozen_aircraft import FrozenAircraft
 from pitotbench.simulation.autopilot.linear_model import Linear
 from pitotbench.simulation.autopilot.loops import Gains, has_effect, pull
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY, Array
@@ -22,7 +22,7 @@ LEAD = 0.1  # of the speed range: how far the speed command may run ahead
 
 
 def write_autopilot(
-    file: Path, envelope: Envelope, models: Sequence[Linear], gains: Gains, aircraft: HeldAircraft
+    file: Path, envelope: Envelope, models: Sequence[Linear], gains: Gains, aircraft: FrozenAircraft
 ) -> None:
     """Write the autopilot as a JSBSim system file of its own."""
     speeds = [point.calibrated / KNOT for point in envelope.points]
@@ -166,7 +166,7 @@ def _levers(envelope: Envelope, accelerations: Array) -> str:
     return "\n".join(f"            {line}" for line in lines)
 
 
-def _throttles(aircraft: HeldAircraft) -> str:
+def _throttles(aircraft: FrozenAircraft) -> str:
     return "\n".join(_engine(i, aircraft.engines, aircraft.idle) for i in range(aircraft.engines))
 
 

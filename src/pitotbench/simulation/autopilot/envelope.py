@@ -1,7 +1,7 @@
 """Find the speeds between which an aircraft flies level, and its trim at each.
 
-All of it is flown in held flight (`held_aircraft.py`): nothing is typed in. The stall speed is the
-lowest at which the lift with trimmed elevator, engines idle, carries the weight. The maximum level
+All of it is flown in frozen flight (`frozen_aircraft.py`): nothing is typed in. The stall speed is
+the lowest at which the lift with trimmed elevator, engines idle, carries the weight. The maximum level
 speed is the highest at which full power is at least the drag.
 """
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.simulation.aircraft_files import SimulationError
-from pitotbench.simulation.autopilot.held_aircraft import HeldAircraft, State
+from pitotbench.simulation.autopilot.frozen_aircraft import FrozenAircraft, State
 from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array
 
 SLOWEST, FASTEST = 8.0 * KNOT, 500.0 * KNOT  # true; where a stall speed is looked for
@@ -56,7 +56,7 @@ class Envelope:
     points: tuple[Trim, ...]
 
 
-def explore(aircraft: HeldAircraft) -> Envelope:
+def explore(aircraft: FrozenAircraft) -> Envelope:
     """Return the envelope of an aircraft. Raises SimulationError where it does not fly level at any
     speed.
     """
@@ -85,7 +85,7 @@ def explore(aircraft: HeldAircraft) -> Envelope:
     return Envelope(aircraft.calibrated(stall), points[-1].calibrated, limited, points)
 
 
-def trim(aircraft: HeldAircraft, speed: float) -> Trim:
+def trim(aircraft: FrozenAircraft, speed: float) -> Trim:
     """Return the trim in level flight at a true airspeed [m/s].
 
     Raises SimulationError where neither idle nor full power holds the speed.
@@ -132,7 +132,7 @@ def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
     return gains[keep], levers[keep]
 
 
-def balance(aircraft: HeldAircraft, state: State) -> tuple[State, float]:
+def balance(aircraft: FrozenAircraft, state: State) -> tuple[State, float]:
     """Return the state with lift and pitching moment balanced, and the rate of its airspeed [m/s²].
 
     Newton's method in angle of attack and elevator; the lever stays. Raises SimulationError where
@@ -158,7 +158,7 @@ def balance(aircraft: HeldAircraft, state: State) -> tuple[State, float]:
     raise SimulationError(f"{aircraft.name}: no trim at {state.speed / KNOT:.0f} kt (true)")
 
 
-def _newton(aircraft: HeldAircraft, state: State, now: Array) -> Array:
+def _newton(aircraft: FrozenAircraft, state: State, now: Array) -> Array:
     """Return the change of angle of attack [rad] and elevator that balances a state, by the slopes
     there.
     """
@@ -182,17 +182,17 @@ def _newton(aircraft: HeldAircraft, state: State, now: Array) -> Array:
     return np.clip(change, (-3.0 * DEGREE, -0.3), (3.0 * DEGREE, 0.3))
 
 
-def _residual(aircraft: HeldAircraft, state: State) -> Array:
+def _residual(aircraft: FrozenAircraft, state: State) -> Array:
     found = aircraft.accelerations(state)
     return np.array([found.normal(state.alpha), found.q, found.along(state.alpha)])
 
 
-def _carries(aircraft: HeldAircraft, speed: float) -> bool:
+def _carries(aircraft: FrozenAircraft, speed: float) -> bool:
     """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the
     elevator holds.
     """
     for alpha in ALPHAS.tolist():
-        elevator = held_by(aircraft, speed, alpha)
+        elevator = elevator_for(aircraft, speed, alpha)
         if elevator is None:
             continue
         if aircraft.accelerations(State(speed, alpha, elevator=elevator)).normal(alpha) <= 0.0:
@@ -200,7 +200,7 @@ def _carries(aircraft: HeldAircraft, speed: float) -> bool:
     return False
 
 
-def held_by(aircraft: HeldAircraft, speed: float, alpha: float) -> float | None:
+def elevator_for(aircraft: FrozenAircraft, speed: float, alpha: float) -> float | None:
     """Return the elevator at which the pitching moment is zero; None where its travel does not
     suffice.
     """
@@ -213,7 +213,7 @@ def held_by(aircraft: HeldAircraft, speed: float, alpha: float) -> float | None:
     return MOST_ELEVATOR * (low + high) / (low - high) if low != high else None
 
 
-def _fastest(aircraft: HeldAircraft, stall: float) -> tuple[float, bool]:
+def _fastest(aircraft: FrozenAircraft, stall: float) -> tuple[float, bool]:
     """Return the highest true airspeed [m/s] of level flight at full power, and whether Mach 0.7
     came first.
     """

@@ -7,7 +7,7 @@ from math import cos
 import numpy as np
 
 from pitotbench.simulation.autopilot.envelope import Trim
-from pitotbench.simulation.autopilot.held_aircraft import HeldAircraft, State
+from pitotbench.simulation.autopilot.frozen_aircraft import FrozenAircraft, State
 from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array
 
 # Half widths of the central differences.
@@ -41,7 +41,7 @@ class Linear:
     gravity: float
 
 
-def linearize(aircraft: HeldAircraft, trim: Trim) -> Linear:
+def linearize(aircraft: FrozenAircraft, trim: Trim) -> Linear:
     """Return the linear models at a trim point. The flight control system of the aircraft is part
     of them.
     """
@@ -84,7 +84,7 @@ WRONG = (
 SLIGHT = 0.001  # rad/s² a radian or a rad/s: a smaller slope is none
 
 
-def wrong_slopes(aircraft: HeldAircraft, models: Sequence[Linear]) -> list[str]:
+def wrong_slopes(aircraft: FrozenAircraft, models: Sequence[Linear]) -> list[str]:
     """Return a sentence for each slope of a moment about the body axes whose sign makes the
     airplane unstable, with the calibrated airspeeds. Sideslip is positive with wind from the right.
     """
@@ -105,7 +105,7 @@ def wrong_slopes(aircraft: HeldAircraft, models: Sequence[Linear]) -> list[str]:
     ]
 
 
-def engine_time(aircraft: HeldAircraft, trim: Trim) -> float:
+def engine_time(aircraft: FrozenAircraft, trim: Trim) -> float:
     """Return the time [s] in which the thrust makes 63 % of its change after a step of the lever."""
     aircraft.place(State(trim.speed, trim.alpha, elevator=trim.elevator))
     lever = min(trim.lever, 1.0 - ENGINE_STEP)
@@ -113,8 +113,8 @@ def engine_time(aircraft: HeldAircraft, trim: Trim) -> float:
     after = aircraft.set_lever(lever + ENGINE_STEP)
     aircraft.set_lever(lever)
     aircraft.move_lever(lever + ENGINE_STEP)
-    for look in range(1, round(LARGEST_TIME / STEP_TIME)):
+    for sample in range(1, round(LARGEST_TIME / STEP_TIME)):
         aircraft.run(STEP_TIME * 100.0)
         if abs(aircraft.thrust() - before) >= 0.63 * abs(after - before):
-            return look * STEP_TIME
+            return sample * STEP_TIME
     return LARGEST_TIME

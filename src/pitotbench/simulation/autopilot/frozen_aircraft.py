@@ -1,4 +1,4 @@
-"""Hold an aircraft still in a flight state, with its engines running, and read its accelerations.
+"""Freeze an aircraft in a flight state, with its engines running, and read its accelerations.
 
 JSBSim's own trim fails for piston aircraft in the air. With the integrators switched off the state
 stays where it was put, while engines, propellers and flight control system run on until they are
@@ -31,7 +31,7 @@ IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
 STEADY, SPOOL_LIMIT = (
     0.002,
     25.0,
-)  # share of the thrust a look of 0.5 s; s until an engine is steady
+)  # share of the thrust a sample of 0.5 s; s until an engine is steady
 CONTROLS = ("elevator", "aileron", "rudder")
 OWN_LEVER = "ap/throttle-command-norm"  # of the bench's own aircraft
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
@@ -90,8 +90,8 @@ class Engines:
     idle_speed: float = 0.0
 
 
-class HeldAircraft:
-    """One aircraft, held in the air at a height [m] with its engines running.
+class FrozenAircraft:
+    """One aircraft, frozen in the air at a height [m] with its engines running.
 
     `idle` is the lowest position of the throttles, 0 to 1; a lever below it is set to it.
 

@@ -19,16 +19,7 @@ import pandas as pd
 
 from pitotbench.calibration import calibrate
 from pitotbench.campaigns.flights import rms, sense, wind_toward
-from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS
-from pitotbench.models.aircraft_model import aircraft_model
-from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.reconciliation.verdict import judge
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.case import Case
-from pitotbench.records.log import FlightLog
 from pitotbench.show.columns import Column
 from pitotbench.simulation.aircraft import find_aircraft, known_aircraft
 from pitotbench.simulation.aircraft_files import library_aircraft, read_record
@@ -226,36 +217,3 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         return
     seeds = range(options.first, options.first + options.seeds)
     print(verify_aircraft(seeds, names, lab.budget_of(options), options.out))
-
-
-TAKEN = "navajo,citation,c310,DHC6,c172x,c172p,J3Cub,pc7,B747,737,T38,f16,p51d"
-FEW = ("belly_pod", "mass", "pitot_lag", "gps_latency", "lift_slope")
-
-
-def taken_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly a deceleration with airplanes, and tell which of them reconcile puts on the force meter,
-    or why not.
-    """
-    parser.add_argument("--aircraft", default=TAKEN, help="comma list (default: %(default)s)")
-    for name in parser.parse_args(words).aircraft.split(","):
-        try:
-            log = sense(fly(Case(aircraft=name, maneuver="rapid_decel")), "20/20")
-            print(f"{name}: {_taken_by_reconcile(name, log)}", flush=True)
-        except BadInputError as error:
-            print(f"{name}: {error}", flush=True)
-
-
-def _taken_by_reconcile(name: str, log: FlightLog) -> str:
-    """What reconcile makes of a log without an effect, without null flights."""
-    model = aircraft_model(name)
-    effects = Catalog("effect", {each: EFFECTS[each] for each in FEW})
-    layout = lay_out(log, model, AnalysisSetting(day_known=True), effects)
-    if layout.reference.force_model is None:
-        lacking = (
-            [each for each in model.controls if each not in log.channels()]
-            if model is not None
-            else []
-        )
-        return f"sensors alone; the airplane's log has no {', '.join(lacking)}"
-    verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
-    return f"on the force meter; verdict without null flights: {verdict.kind}"

@@ -36,13 +36,16 @@ from pitotbench.campaigns.flights import (
 from pitotbench.estimation.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
+from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
+from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
+from pitotbench.show.columns import frame_rows
 from pitotbench.simulation import sortie
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import FIRST_SCORED_SEED, FlightStore, Row, Trial, random_case
-from pitotlab.fixed_speed import compare_points
+from pitotlab.tables import frame_columns, markdown_table
 
 BARTLETT_SECONDS = 20.0
 _FILTER_START, _FILTER_WALK = (
@@ -50,6 +53,14 @@ _FILTER_START, _FILTER_WALK = (
     (0.02, 0.02, 1e-4),
 )  # 1σ: wind [m/s], scale [-]; walk a second
 _FILTER_NOISE = 1.0  # m/s
+
+
+def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) -> Comparison:
+    """Compare fixed-speed points with the truth at their airspeeds."""
+    airspeed, correction, two_sigma = np.array(
+        [(point.indicated_airspeed, point.correction, point.two_sigma) for point in points]
+    ).T
+    return Comparison(correction - true_correction(truth, airspeed), two_sigma)
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,8 +317,8 @@ def _maneuver_rows(
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Hold the bounds that others publish against the truth beside ours, on the same flights; print
-    a page.
+    """Hold the bounds that others publish against the truth together with ours, on the same flights; print
+    a table.
 
     All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in development.
     """
@@ -319,8 +330,6 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         "--jobs", type=int, help="processes (default: one a core, at most one a maneuver)"
     )
     options = parser.parse_args(words)
-    from pitotlab.pages import peers_page  # loads the drawing library
-
     store = FlightStore(options.flights) if options.flights else None
     table = comparison(options.seeds, store=store, jobs=options.jobs)
-    print(peers_page(table, range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + options.seeds)), end="")
+    print(markdown_table(frame_columns(table, ".3g"), frame_rows(table)))

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pitotbench.bench.planner import PlanRequest as PlanRequest
+    from pitotbench.bench.forecasts import PlanRequest as PlanRequest
     from pitotbench.bench.planner import plan as plan
     from pitotbench.bench.questions import calibrate as calibrate
     from pitotbench.bench.questions import inspect as inspect
@@ -51,7 +51,7 @@ _MODULES = {
     "FullReconciliation": "bench.workflow",
     "NoAnswerError": "records",
     "Plan": "records.forecast",
-    "PlanRequest": "bench.planner",
+    "PlanRequest": "bench.forecasts",
     "Score": "records.flight",
     "UnknownNameError": "catalog",
     "Verdict": "records.verdict",

@@ -126,6 +126,9 @@ def calibration_files() -> list[Path]:
 
 
 _BENCH_OF_THE_JUDGE = (
+    "bench/flown_card.py",
+    "bench/fly_again.py",
+    "bench/null_cache.py",
     "bench/null_flights.py",
     "bench/workflow.py",
     "bench/verdict_folder.py",
@@ -134,6 +137,7 @@ _BENCH_OF_THE_JUDGE = (
     "models/coefficients.py",
     "models/identification.py",
     "models/maneuver_model.py",
+    "models/sidpac.py",
 )
 _LEGS_AND_CARDS = (
     "card_model.py",

@@ -2,7 +2,7 @@
 
 import shutil
 
-from pitotbench.bench.inspection import check_aircraft
+from pitotbench.bench.aircraft_check import check_aircraft
 from pitotbench.show.inspection import check_sentences
 from pitotbench.simulation.aircraft_files import library_aircraft
 

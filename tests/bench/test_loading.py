@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, FlightLog, fly, sense
-from pitotbench.bench.null_flights import as_flown, card_of
+from pitotbench.bench.flown_card import as_flown, card_of
 from pitotbench.effects.overlay import Overlay
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.track import motion_of, track_of

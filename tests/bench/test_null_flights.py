@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, FlightLog
-from pitotbench.bench import null_flights, workflow
-from pitotbench.bench.null_flights import MOST_KEPT, announce_flights, null_distribution_of
+from pitotbench.bench import null_cache, null_flights, workflow
+from pitotbench.bench.null_cache import MOST_KEPT
+from pitotbench.bench.null_flights import announce_flights, null_distribution_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.campaigns import digests
 from pitotbench.campaigns.digests import NOT_DECIDING
@@ -189,7 +190,7 @@ def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkey
         null_distribution_of(card)
     null_distribution_of(CARD, flights=6)
     for name in ("jsbsim", "numpy", "scipy"):
-        monkeypatch.setattr(null_flights, "version", lambda asked, name=name: f"{asked == name}")
+        monkeypatch.setattr(null_cache, "version", lambda asked, name=name: f"{asked == name}")
         null_distribution_of(CARD)
     assert len(entries(tmp_path)) == 8
 

@@ -19,15 +19,9 @@ from pitotbench import (
     read_case,
     write_case,
 )
-from pitotbench.bench.planner import (
-    _dryden,
-    best_card,
-    free_numbers,
-    gust_deviation,
-    known_noise_two_sigma,
-    smooth_flight,
-    with_gusts,
-)
+from pitotbench.bench.card_search import best_card, free_numbers
+from pitotbench.bench.forecasts import known_noise_two_sigma, smooth_flight
+from pitotbench.bench.gusts import _dryden, gust_deviation, with_gusts
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.campaigns.flights import sense, wind_toward
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly, reconcile, sense
-from pitotbench.bench.workflow import reported_warnings, wind_of_log
+from pitotbench.bench.fly_again import wind_of_log
+from pitotbench.bench.workflow import reported_warnings
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import Caution, FlightLog

@@ -9,7 +9,8 @@ import pytest
 
 from pitotbench import BadInputError, CampaignRequest, UnknownNameError
 from pitotbench.campaigns.campaign import forecast_of_costs
-from pitotbench.campaigns.plan_file import Draws, read_plan, seeds_of
+from pitotbench.campaigns.draws import Draws
+from pitotbench.campaigns.plan_file import read_plan, seeds_of
 from pitotbench.campaigns.task import sharded
 from pitotbench.cli.app import main
 from pitotbench.units import FOOT, KNOT

@@ -33,7 +33,7 @@ from pitotbench import (
     write_case,
     write_log,
 )
-from pitotbench.bench.planner import PlanRequest
+from pitotbench.bench.forecasts import PlanRequest
 from pitotbench.cli.app import DONE, main
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
@@ -228,7 +228,7 @@ def test_a_case_stands_for_the_plan_of_what_it_expects(monkeypatch):
         asked.append(request)
         raise BadInputError("enough")
 
-    monkeypatch.setattr("pitotbench.bench.planner.forecast", forecast)
+    monkeypatch.setattr("pitotbench.bench.forecasts.forecast", forecast)
     case = Case(turbulence="light")
     with pytest.raises(Exception, match="no maneuver can be flown"):
         plan(case)

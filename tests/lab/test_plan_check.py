@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pitotbench import CalibrationOptions, Case, PlanRequest
-from pitotbench.bench.planner import forecast, known_noise_two_sigma, smooth_flight
+from pitotbench.bench.forecasts import forecast, known_noise_two_sigma, smooth_flight
 from pitotbench.calibration import calibrate
 from pitotbench.campaigns.flights import score, sense
 from pitotbench.records.case import PressureErrorSpec

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pitotbench.cli.app import main
-from pitotbench.models.performance import find_performance, read_handbook
+from pitotbench.models.handbook import read_handbook
+from pitotbench.models.performance import find_performance
 from pitotbench.records import BadInputError
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY

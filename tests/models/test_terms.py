@@ -13,15 +13,16 @@ from pitotbench import BadInputError, Case, air, fly, sense
 from pitotbench.bench.workflow import NamedLog, entries, reconcile_fully
 from pitotbench.cli import main
 from pitotbench.effects.overlay import FunctionScaling, Overlay, product
-from pitotbench.models.identification import SLUG, align_vane, maneuvers_of, read_identification
+from pitotbench.models.identification import align_vane, maneuvers_of
 from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.sidpac import read_identification
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.maneuver import Maneuver
-from pitotbench.simulation.force_meter import UNIT_AXES, measure_terms, unit_overlay
 from pitotbench.simulation.modified import overlay_of
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import POUND_FORCE
-from pitotbench.units import DEGREE, FOOT, PSF, STANDARD_GRAVITY
+from pitotbench.simulation.unit_forces import UNIT_AXES, measure_terms, unit_overlay
+from pitotbench.units import DEGREE, FOOT, PSF, SLUG, STANDARD_GRAVITY
 
 SECONDS, RATE, SPEED, HEIGHT = 8.0, 50.0, 73.0, 2_190.0  # s, Hz, m/s, m
 FORCE_NOISE, TURN_NOISE = 0.02, 0.01  # m/s², rad/s²

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, UnknownNameError, fly, read_case, sense
-from pitotbench.bench.null_flights import card_of
+from pitotbench.bench.flown_card import card_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS

@@ -16,7 +16,7 @@ from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import force_meter
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.force_meter import GUIDANCE, inertia_of, measure
+from pitotbench.simulation.force_meter import GUIDANCE, measure
 from pitotbench.simulation.modified import (
     Loading,
     ballast_for,
@@ -28,6 +28,7 @@ from pitotbench.simulation.modified import (
     mass_of,
 )
 from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.unit_forces import inertia_of
 from pitotbench.units import FOOT, POUND, POUND_FORCE
 
 EVERY = 10  # samples of the flight a state

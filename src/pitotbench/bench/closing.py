@@ -1,19 +1,24 @@
-"""Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
+"""Close the loop: patch the airplane, judge its logs again with the patch, tell what is left.
+
+Each round patches what the last judgment found of the airplane, and judges the same logs again:
+with the forces of the patched airplane, the floor of the first null flights, and the errors of the
+patched sizes in it. What sensors and the air do is no airplane's: each judgment takes it out of the
+log anew.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from math import hypot
 
-from pitotbench.bench.null_flights import Progress
+from pitotbench.bench.fly_again import as_the_log_shows, fly_again
+from pitotbench.bench.null_cache import Progress
 from pitotbench.bench.workflow import (
     FullReconciliation,
     JudgedLog,
-    as_the_log_shows,
     bounds_of,
     coefficients_along,
     entries,
-    fly_again,
     judge_layouts,
     model_of,
     patch_of,
@@ -29,11 +34,6 @@ from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.verdict import Candidate, Closure, Gap
 from pitotbench.simulation.modified import FORM, install_variant, require_free
-
-# Each round patches what the last judgment found of the airplane, and judges the same logs again:
-# with the forces of the patched airplane, the floor of the first null flights, and the errors of
-# the patched sizes in it. What sensors and the air do is no airplane's: each judgment takes it out
-# of the log anew.
 
 ROUNDS = 5
 LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not worth a patch

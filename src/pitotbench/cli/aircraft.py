@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from pitotbench.bench.inspection import check_aircraft
+    from pitotbench.bench.aircraft_check import check_aircraft
     from pitotbench.show.inspection import check_tree
     from pitotbench.simulation.maneuvers import maneuvers_named
 

@@ -17,7 +17,7 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import SEARCH_FLIGHTS, BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.planner import PlanRequest
+    from pitotbench.bench.forecasts import PlanRequest
     from pitotbench.records.case import DataSystem
     from pitotbench.records.forecast import Plan
     from pitotbench.show.reader_units import Units
@@ -154,7 +154,7 @@ def _by_hand(options: argparse.Namespace) -> int:
 
 def request_of(options: argparse.Namespace) -> "PlanRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
-    from pitotbench.bench.planner import PlanRequest
+    from pitotbench.bench.forecasts import PlanRequest
     from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
     from pitotbench.simulation.maneuvers import maneuvers_named
     from pitotbench.units import KNOT, NAUTICAL_MILE

@@ -113,8 +113,9 @@ def _maneuvers(
     """The maneuvers of a file that stand for a log: those of system identification, and with
     --terms those of a log that states no card.
     """
-    from pitotbench.models.identification import maneuvers_of, read_identification
+    from pitotbench.models.identification import maneuvers_of
     from pitotbench.models.maneuver_model import in_place_of_log
+    from pitotbench.models.sidpac import read_identification
 
     if log is None:
         found = [read_identification(path)]
@@ -154,7 +155,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     from pitotbench.bench.questions import reconcile
     from pitotbench.bench.workflow import NamedLog
-    from pitotbench.models.identification import is_identification
+    from pitotbench.models.sidpac import is_identification
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]

@@ -11,7 +11,7 @@ from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.force_meter import FREE, measure, measure_unit_forces, unit_overlay
+from pitotbench.simulation.force_meter import FREE, measure
 from pitotbench.simulation.modified import (
     ballast_for,
     ballast_overlay,
@@ -19,6 +19,7 @@ from pitotbench.simulation.modified import (
     patch_errors,
 )
 from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.unit_forces import measure_unit_forces, unit_overlay
 
 # Hz. The signatures of effects differ by at most 3 % between the two rates, and by up to 17 % on
 # the c310, whose engines need small steps: at 10 Hz they are wrong.

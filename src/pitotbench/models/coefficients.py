@@ -15,8 +15,8 @@ from pitotbench.records.maneuver import CHANNELS
 from pitotbench.records.verdict import Gap
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.force_meter import measure_forces
 from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.unit_forces import measure_forces
 from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array
 
 UNITS = {

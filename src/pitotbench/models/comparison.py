@@ -1,5 +1,9 @@
-"""Compare two versions of an airplane's file: what changed in flight, by channel, by phase and by
-term.
+"""Compare two versions of an airplane's file: what changed in flight, by channel, phase and term.
+
+The old file flies the card once, in light turbulence. Both files are then put into its states on
+the force meter, with the surfaces and throttles of the old one. Nothing is random there: equal
+files give equal numbers. Each difference of the files is put alone into the old one, which gives
+its own part of the change.
 """
 
 import re
@@ -17,6 +21,7 @@ from numpy.typing import NDArray
 from pitotbench.effects.overlay import Baseline
 from pitotbench.effects.own_terms import terms_of
 from pitotbench.models.coefficients import coefficient, coefficient_units, values_of
+from pitotbench.models.file_edits import Edit, apply_edits, content, edits_between, token
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import (
     ChannelChange,
@@ -33,21 +38,15 @@ from pitotbench.simulation.aircraft_files import SimulationError, parse_xml, rea
 from pitotbench.simulation.aircraft_import import aircraft_name, import_aircraft
 from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.force_meter import measure_forces
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.sortie import fly
+from pitotbench.simulation.unit_forces import measure_forces
 from pitotbench.units import Array
-
-# The old file flies the card once, in light turbulence. Both files are then put into its states on
-# the force meter, with the surfaces and throttles of the old one. Nothing is random there: equal
-# files give equal numbers. Each difference of the files is put alone into the old one, which gives
-# its own part of the change.
 
 STEP = 0.5  # s between the states
 SAME = 1e-5  # share of a channel below which a change is rounding
 MOST_UNEXPLAINED = 0.05  # share of the whole change that the terms may miss before it is reported
 ALONE, TOGETHER = "", "several parts that do not load one by one"
-IGNORED = ("fileheader", "documentation", "description")
 CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 OTHERS = ("thrust", "power", "weight", "center of gravity", "I_xx", "I_yy", "I_zz", "I_xz")
 UNITS = dict(
@@ -71,7 +70,7 @@ def compare_models(
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         shelf = Path(scratch)
         folders = [_imported(shelf / side, path) for side, path in (("old", old), ("new", new))]
-        edits = _edits(*folders)
+        edits = edits_between(*folders)
         if not edits:
             return ModelComparison(old, new, card, np.empty(0), {}, (), (), ())
         say(f"fly {card} with {old}")
@@ -125,135 +124,6 @@ def _imported(folder: Path, path: str) -> Path:
     return place
 
 
-# The differences of two files, part by part.
-
-Key = tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Edit:
-    """A difference: the part's key, its element or file in the old and in the new one (None: it has
-    none).
-
-    `place` is that of the part in its section of the new file.
-    """
-
-    key: Key
-    old: ET.Element | Path | None
-    new: ET.Element | Path | None
-    place: int = 0
-
-    @property
-    def part(self) -> str:
-        """The part in the file's words."""
-        kind, *names = self.key
-        named = " ".join(name for name in names if name)
-        change = (
-            ""
-            if self.old is not None and self.new is not None
-            else " (added)"
-            if self.old is None
-            else " (gone)"
-        )
-        return (
-            named if kind == "aerodynamics" and len(names) == 2 else f"{kind}: {named}"
-        ) + change
-
-
-def _edits(old: Path, new: Path) -> list[_Edit]:
-    roots = [parse_xml(f / f"{f.name}.xml").getroot() for f in (old, new)]
-    parts = [dict(_parts(root)) for root in roots]
-    places = {id(child): i for section in roots[1].iter() for i, child in enumerate(section)}
-    files = [
-        {("file", p.relative_to(f).as_posix()): p for p in f.glob("*/*.xml")} for f in (old, new)
-    ]
-    found = []
-    for before, after in (parts, files):
-        for key in dict.fromkeys((*before, *after)):
-            a, b = before.get(key), after.get(key)
-            if a is None or b is None or _content(a) != _content(b):
-                found.append(_Edit(key, a, b, places.get(id(b), 0)))
-    return found
-
-
-def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
-    """Yield the parts of an aircraft's file with their keys: each function of the aerodynamics,
-    each child else.
-    """
-    for section, head in _sections(root):
-        seen: dict[Key, int] = {}
-        for child in section:
-            if child.tag in IGNORED or child.tag == "axis":
-                continue
-            name = child.get("name") or child.get("file") or ""
-            key = (*head, name if child.tag == "function" else f"{child.tag} {name}".strip())
-            number = seen[key] = seen.get(key, 0) + 1
-            yield (key if number == 1 else (*key[:-1], f"{key[-1]} {number}")), child
-
-
-def _sections(root: ET.Element) -> Iterator[tuple[ET.Element, Key]]:
-    for section in root:
-        if section.tag in IGNORED:
-            continue
-        name = "" if section.tag == "aerodynamics" else section.get("name", section.get("file", ""))
-        yield section, (section.tag, name)
-        if section.tag == "aerodynamics":
-            yield from (
-                (axis, (section.tag, axis.get("name", ""))) for axis in section.findall("axis")
-            )
-
-
-def _content(part: ET.Element | Path) -> object:
-    """Return all that JSBSim reads of a part; numbers count by their value, comments and spaces do
-    not.
-    """
-    element = parse_xml(part).getroot() if isinstance(part, Path) else part
-    inner = [_content(child) for child in element if child.tag not in IGNORED]
-    return (
-        element.tag,
-        sorted(element.attrib.items()),
-        [_token(t) for t in (element.text or "").split()],
-        inner,
-    )
-
-
-def _token(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def _edited(root: ET.Element, edits: Sequence[_Edit], folder: Path) -> None:
-    """Put differences into the file, and into the files of parts, of an aircraft."""
-    for edit in edits:
-        if isinstance(edit.new, Path):
-            target = folder / edit.key[1]
-            target.parent.mkdir(exist_ok=True)
-            shutil.copyfile(edit.new, target)
-            continue
-        if isinstance(edit.old, Path):
-            continue  # a file that nothing names any more does nothing
-        sections = {head: section for section, head in _sections(root)}
-        section = sections.get(edit.key[:2])
-        if section is None:
-            above = (
-                root if edit.key[0] != "aerodynamics" else sections.get(("aerodynamics", ""), root)
-            )
-            tag = "axis" if edit.key[0] == "aerodynamics" else edit.key[0]
-            section = ET.SubElement(above, tag, name=edit.key[1])
-        children = list(section)
-        place = dict(_parts(root)).get(edit.key)
-        at = children.index(place) if place is not None else min(edit.place, len(children))
-        if place is not None:
-            section.remove(place)
-        if edit.new is not None:
-            section.insert(at, edit.new)
-
-
-# The old airplane with some differences, in the states of its flight.
-
-
 @dataclass(slots=True)
 class _Meter:
     """The force meter along a motion, for the aircraft in a folder with some differences."""
@@ -265,7 +135,7 @@ class _Meter:
     defined: frozenset[str]
     count: int = 0
 
-    def forces(self, edits: Sequence[_Edit], name: str) -> ModelForces:
+    def forces(self, edits: Sequence[Edit], name: str) -> ModelForces:
         """Return the forces with some differences. Raises SimulationError where JSBSim refuses
         them.
         """
@@ -274,7 +144,7 @@ class _Meter:
         shutil.copytree(self.base, folder)
         file = folder / f"{folder.name}.xml"
         tree = parse_xml(file)
-        _edited(tree.getroot(), edits, folder)
+        apply_edits(tree.getroot(), edits, folder)
         if read_record(self.base) is not None:
             open_all_tanks(tree.getroot())
         tree.write(file, encoding="utf-8", xml_declaration=True)
@@ -413,11 +283,8 @@ def _located(
             )
 
 
-# What each difference is called, and what it was and is.
-
-
 def _term(
-    edit: _Edit,
+    edit: Edit,
     before: ModelForces,
     after: ModelForces,
     meter: _Meter,
@@ -445,7 +312,7 @@ def _term(
     return TermChange(name, edit.part, unit, old, new, effects)
 
 
-def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
+def _only_number(edit: Edit) -> tuple[str, str, float | None, float | None]:
     """Return the only number of a part that differs: its element below the part, unit, old and new
     value.
     """
@@ -457,13 +324,11 @@ def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
     ]
     leaves = [[each for each in part.iter() if (each.text or "").strip()] for part in pair]
     changed_values = [
-        (a, b)
-        for a, b in zip(*leaves, strict=False)
-        if a.tag != b.tag or _content(a) != _content(b)
+        (a, b) for a, b in zip(*leaves, strict=False) if a.tag != b.tag or content(a) != content(b)
     ]
     if len(leaves[0]) != len(leaves[1]) or len(changed_values) != 1:
         return "", "", None, None
-    old, new = (_token((each.text or "").strip()) for each in changed_values[0])
+    old, new = (token((each.text or "").strip()) for each in changed_values[0])
     if isinstance(old, str) or isinstance(new, str):
         return "", "", None, None
     changed = changed_values[0][1]

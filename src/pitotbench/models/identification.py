@@ -1,127 +1,19 @@
-"""Maneuvers of system identification: those of SIDPAC's array `fdata`, and the lively parts of a
-flight log.
-"""
+"""Find the maneuvers of a log: straight and quiet flight says nothing of an airplane's derivatives."""
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.matlab import read_mat
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import CHANNELS, Maneuver
 from pitotbench.timeline import fresh_fixes, minutes_text, pauses, stretches
-from pitotbench.units import DEGREE, FOOT, POUND_FORCE, PSF, SLUG, STANDARD_GRAVITY, Array, Booleans
+from pitotbench.units import DEGREE, Array, Booleans
 
-# The standard array of SIDPAC (Morelli, NASA, 2002): one row a sample, 90 columns, numbered from 1.
-# Columns that were not measured are zero. Deflections are positive where they turn the airplane the
-# negative way, so that its aileron is the negative of ours.
-
-COLUMNS = 90
-_SLUG_A_CUBIC_FOOT = SLUG / FOOT**3  # kg/m³
-_SPEED, _SIDESLIP, _ALPHA, _ROLL_RATE, _ATTITUDE, _FORCE, _ELEVATOR = 2, 3, 4, 5, 8, 11, 14
-_DYNAMIC_PRESSURE, _MACH, _DENSITY, _ALTITUDE, _THRUST, _TURNING, _MASS, _INERTIA = (
-    27,
-    28,
-    29,
-    30,
-    38,
-    42,
-    48,
-    49,
-)
-TENTH = 0.1  # s
 IDLE = 0.5  # of the throttles, whose position does not matter to the forces of the air
-
-
-def is_identification(path: Path) -> bool:
-    """Return whether a file is a .mat file with the array of SIDPAC. Raises BadInputError for a
-    broken one.
-    """
-    if path.suffix.lower() != ".mat" or not path.is_file():
-        return False
-    return f"fdata(:,{COLUMNS})" in read_mat(path).names
-
-
-def read_identification(path: Path) -> Maneuver:
-    """Return the maneuver of a file with the array of SIDPAC, in SI units and radians.
-
-    Pressure and temperature come from dynamic pressure and Mach number, else from density and
-    altitude. Raises BadInputError where neither is there, or where time does not increase.
-    """
-    table = read_mat(path)
-    number = {name: i for i, name in enumerate(table.names)}
-
-    def column(k: int) -> Array:
-        return np.asarray(table.columns[number[f"fdata(:,{k})"]], dtype=np.float64)
-
-    def columns(first: int) -> Array:
-        return np.stack([column(first + i) for i in range(3)], axis=1)
-
-    time = column(1)
-    if len(time) < 10 or not np.all(np.diff(time) > 0.0):
-        raise BadInputError(
-            f"{path}: column 1 of fdata, the time, does not increase in at least ten rows"
-        )
-    speed = column(_SPEED) * FOOT
-    if np.all(column(_MACH) > 0.0):
-        mach = column(_MACH)
-        pressure = column(_DYNAMIC_PRESSURE) * PSF / (0.5 * air.HEAT_RATIO * mach**2)
-        temperature = (speed / mach) ** 2 / (air.HEAT_RATIO * air.GAS_CONSTANT)
-    elif np.all(column(_DENSITY) > 0.0):
-        pressure = air.standard_pressure(column(_ALTITUDE) * FOOT)
-        temperature = pressure / (air.GAS_CONSTANT * column(_DENSITY) * _SLUG_A_CUBIC_FOOT)
-        mach = speed / air.sound_speed(temperature)
-    else:
-        raise BadInputError(
-            f"{path}: fdata needs Mach number (column {_MACH}) or density (column {_DENSITY})"
-        )
-    angles = np.hstack([columns(k) for k in (_ATTITUDE, _ROLL_RATE, _ELEVATOR)]) * DEGREE
-    names = (
-        "roll",
-        "pitch",
-        "heading",
-        "roll_rate",
-        "pitch_rate",
-        "yaw_rate",
-        "elevator",
-        "aileron",
-        "rudder",
-    )
-    turned = dict(zip(names, angles.T, strict=True))
-    thrust = (column(_THRUST) + column(_THRUST + 1)) * POUND_FORCE
-    mass = column(_MASS) * SLUG
-    inertia = [float(np.mean(column(_INERTIA + i))) * SLUG * FOOT**2 for i in range(4)]
-    motion = Motion(
-        time=time - time[0],
-        static_pressure=pressure,
-        mach=mach,
-        angle_of_attack=column(_ALPHA) * DEGREE,
-        sideslip=column(_SIDESLIP) * DEGREE,
-        **{**turned, "aileron": -turned["aileron"]},
-        throttle_left=np.full(len(time), IDLE),
-        throttle_right=np.full(len(time), IDLE),
-        mass=mass,
-        temperature_offset=_offset(temperature, pressure),
-    )
-    # Of the mean of white noise over a tenth of a second, which is what is compared.
-    mean = float(np.sqrt(min(1.0, np.median(np.diff(time)) / TENTH)))
-    return Maneuver(
-        path.stem,
-        motion,
-        columns(_FORCE) * STANDARD_GRAVITY,
-        columns(_TURNING) * DEGREE,
-        thrust if np.any(thrust) else None,
-        mass if np.all(mass > 0.0) else None,
-        tuple(inertia) if min(inertia[:3]) > 0.0 else None,
-        noise={each: mean * _roughness(getattr(motion, each)) for each in NOISY},
-    )
-
-
 NOISY = (
     "angle_of_attack",
     "sideslip",
@@ -132,22 +24,6 @@ NOISY = (
     "aileron",
     "rudder",
 )
-
-
-def _roughness(values: Array) -> float:
-    """The deviation of white noise that second differences show: those of a motion are far smaller."""
-    return float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)) if len(values) > 2 else 0.0
-
-
-def _offset(temperature: Array, pressure: Array) -> float:
-    """The mean offset from a standard day [K], height by height."""
-    standard = air.standard_temperature(air.pressure_altitude(pressure))
-    return float(np.mean((temperature - standard) * air.SEA_LEVEL_TEMPERATURE / standard))
-
-
-# Find the maneuvers of a log: an airplane that flies straight and quietly says nothing of its
-# derivatives.
-
 LIVELY = 2.0 * DEGREE  # rad/s, of any body rate
 QUIET_LEAST, QUIET_MOST = (
     4.0,
@@ -256,7 +132,7 @@ def _whole(log: FlightLog, mach: Array, rates: Array) -> Maneuver:
         throttle_left=channels.get("throttle_left", idle),
         throttle_right=channels.get("throttle_right", idle),
         mass=channels.get("mass", nothing),
-        temperature_offset=_offset(temperature, log.static_pressure),
+        temperature_offset=temperature_offset(temperature, log.static_pressure),
         **{
             each: smooth(channels[each]) for each in NEEDED if not each.startswith("specific_force")
         },
@@ -265,7 +141,7 @@ def _whole(log: FlightLog, mach: Array, rates: Array) -> Maneuver:
     kept = CHANNELS if seen is not None else ("drag", "lift", "pitch moment")
     # Of white noise the filter leaves the share of its middle weight in the variance.
     left = float(np.sqrt(savgol_coeffs(window, 2)[window // 2]))
-    noise = {each: left * _roughness(channels[each]) for each in NOISY if each in channels}
+    noise = {each: left * roughness(channels[each]) for each in NOISY if each in channels}
     return Maneuver(
         "", motion, forces, smooth(rates, 1), mass=channels.get("mass"), channels=kept, noise=noise
     )
@@ -318,3 +194,16 @@ def _part(whole: Maneuver, rows: slice, name: str) -> Maneuver:
         angular_acceleration=whole.angular_acceleration[rows],
         mass=None if whole.mass is None else whole.mass[rows],
     )
+
+
+def roughness(values: Array) -> float:
+    """Return the deviation of white noise that second differences show: a motion has far
+    smaller ones.
+    """
+    return float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)) if len(values) > 2 else 0.0
+
+
+def temperature_offset(temperature: Array, pressure: Array) -> float:
+    """Return the mean offset from a standard day [K], height by height."""
+    standard = air.standard_temperature(air.pressure_altitude(pressure))
+    return float(np.mean((temperature - standard) * air.SEA_LEVEL_TEMPERATURE / standard))

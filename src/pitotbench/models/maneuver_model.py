@@ -14,9 +14,9 @@ from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.records.maneuver import Maneuver, Maneuvers
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.force_meter import AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.simulation.modified import patch_errors
 from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.unit_forces import AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.units import FOOT, POUND_FORCE, Array
 
 # What an engine does in a maneuver is measured or free: the model's thrust, which depends on the

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.workflow import as_the_log_shows, error_curve_of, fly_again
+from pitotbench.bench.fly_again import as_the_log_shows, error_curve_of, fly_again
 from pitotbench.campaigns.flights import true_correction
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS

@@ -1,5 +1,5 @@
-"""The settings in which the study flies, its looks at a flight, and the changes of a log that a
-look asks for.
+"""The settings in which the study flies, its reductions of a flight, and the changes of a log that
+a reduction asks for.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -194,7 +194,7 @@ _SIMULATED = 100.0  # Hz
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Reduction:
     """A data system, the options of the fit, and a change of the flight before it is sensed.
 
     `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of
@@ -216,29 +216,29 @@ class Look:
 
     @property
     def sensing(self) -> tuple[object, ...]:
-        """The fields that determine the log. Looks with the same fields share one log."""
+        """The fields that determine the log. Reductions with the same fields share one log."""
         return tuple(
             getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form")
         )
 
 
-def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
-    """Return the flight with the change of a look, and its log. Twice the simulator's rate is
+def sense_for(flight: Flight, reduction: Reduction) -> tuple[Flight, FlightLog]:
+    """Return the flight with the change of a reduction, and its log. Twice the simulator's rate is
     allowed.
 
     Raises BadInputError for impossible rates, UnknownNameError for an unknown change.
     """
-    system = _exact(_system(look.das)) if look.alone else _system(look.das)
-    changed = CHANGES[look.change](flight, look.level)
+    system = _exact(_system(reduction.das)) if reduction.alone else _system(reduction.das)
+    changed = CHANGES[reduction.change](flight, reduction.level)
     if system.air_rate > _SIMULATED:
         changed = CHANGES["twice the rate"](changed, 0.0)
     noisy = replace(
         system,
-        impact_pressure_noise=look.noise * system.impact_pressure_noise,
-        velocity_noise=look.gps_noise * system.velocity_noise,
+        impact_pressure_noise=reduction.noise * system.impact_pressure_noise,
+        velocity_noise=reduction.gps_noise * system.velocity_noise,
     )
     return changed, record(
-        changed, noisy, flight.case.sensor_seed, True if look.given_down else None
+        changed, noisy, flight.case.sensor_seed, True if reduction.given_down else None
     )
 
 
@@ -317,11 +317,11 @@ SETTINGS: Catalog[StudySetting] = Catalog(
 
 @dataclass(frozen=True, slots=True)
 class Sortie:
-    """One flight of the study and the looks at it; `variant` is the name of an unusual card."""
+    """One flight of the study and the reductions of it; `variant` is the name of an unusual card."""
 
     setting: str
     case: Case
-    looks: tuple[Look, ...]
+    reductions: tuple[Reduction, ...]
     variant: str = "standard"
     track: bool = False
     curves: bool = False
@@ -358,96 +358,102 @@ FLOWN_BY_PITCH = (
 )  # Circle at fixed power; the last two are rare
 
 
-def main_looks() -> tuple[Look, ...]:
-    """Return the looks of every claim: data systems, models, V_down, turns, and the covering bound."""
-    looks = []
+def main_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions of every claim: data systems, models, V_down, turns, and the covering bound."""
+    reductions = []
     for das in SYSTEMS:
-        looks += [
-            Look(das, replace(one, on_condition=on)) for one in EITHER_WAY for on in (False, True)
+        reductions += [
+            Reduction(das, replace(one, on_condition=on))
+            for one in EITHER_WAY
+            for on in (False, True)
         ]
-        looks += [Look(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
-        looks += [Look(das, COVERING)]
-    looks += [Look("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
-    return tuple(looks)
+        reductions += [Reduction(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
+        reductions += [Reduction(das, COVERING)]
+    reductions += [Reduction("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
+    return tuple(reductions)
 
 
-def pooled_looks() -> tuple[Look, ...]:
+def pooled_reductions() -> tuple[Reduction, ...]:
     """Return the fits of ground velocity as two and as three outputs, with noise on the impact
     pressure alone.
 
     All data at each data system, and on-condition data at 50/50 Hz.
     """
-    pooled = partial(Look, given_down=True, alone=True, form="vector")
+    pooled = partial(Reduction, given_down=True, alone=True, form="vector")
     every = [pooled(das, one) for das in SYSTEMS for one in EITHER_WAY]
     return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in EITHER_WAY))
 
 
-def other_errors() -> tuple[Look, ...]:
+def other_errors() -> tuple[Reduction, ...]:
     """Return the fits of every model to pressure errors that were not chosen for a claim."""
     models = [replace(PAPER, model=model) for model in PAPER_MODELS]
-    sizes = [Look("50/50", one, "error size", times) for times in ERROR_SIZES for one in models]
-    return (*sizes, *(Look("50/50", one, shape) for shape in ERROR_SHAPES for one in models))
+    sizes = [
+        Reduction("50/50", one, "error size", times) for times in ERROR_SIZES for one in models
+    ]
+    return (*sizes, *(Reduction("50/50", one, shape) for shape in ERROR_SHAPES for one in models))
 
 
-def explaining_looks() -> tuple[Look, ...]:
-    """Return the looks that explain C2, C5, C7 and C8.
+def explaining_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions that explain C2, C5, C7 and C8.
 
     They have less noise, steeper paths with and without V_down, ground velocity as outputs, and
     other errors.
     """
-    quiet = [Look(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
-    steep = [Look("50/50", one, "vertical speed", times) for times in STEEPER for one in EITHER_WAY]
-    slow = [Look("20/1", one, "vertical speed", STEEP, given_down=True) for one in EITHER_WAY]
-    vector = [Look("50/50", one, form="vector") for one in EITHER_WAY]
+    quiet = [Reduction(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
+    steep = [
+        Reduction("50/50", one, "vertical speed", times) for times in STEEPER for one in EITHER_WAY
+    ]
+    slow = [Reduction("20/1", one, "vertical speed", STEEP, given_down=True) for one in EITHER_WAY]
+    vector = [Reduction("50/50", one, form="vector") for one in EITHER_WAY]
     return (
         *quiet,
         *steep,
         *slow,
         *vector,
-        *quiet_looks(),
-        *pooled_looks(),
+        *quiet_reductions(),
+        *pooled_reductions(),
         *other_errors(),
         STRAIGHT,
     )
 
 
-STRAIGHT = Look(
+STRAIGHT = Reduction(
     "20/1", replace(PAPER, model="quadratic", on_condition=True)
 )  # like the airplane's data
 
 
-def quiet_looks() -> tuple[Look, ...]:
-    """Return the looks with and without V_down, with the specified noise of pressure and velocity."""
+def quiet_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions with and without V_down, with the specified noise of pressure and velocity."""
     return tuple(
-        Look("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY
+        Reduction("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY
     )
 
 
-def rare_looks() -> tuple[Look, ...]:
-    """Return the looks of a rare setting."""
-    held = tuple(Look(das, one) for das in SYSTEMS for one in EITHER_WAY)
-    return (*held, STRAIGHT, Look("50/50", COVERING))
+def rare_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions of a rare setting."""
+    held = tuple(Reduction(das, one) for das in SYSTEMS for one in EITHER_WAY)
+    return (*held, STRAIGHT, Reduction("50/50", COVERING))
 
 
-def airplane_looks() -> tuple[Look, ...]:
-    """Return looks with the airplane's data system and model, with and without turns, by both
+def airplane_reductions() -> tuple[Reduction, ...]:
+    """Return reductions with the airplane's data system and model, with and without turns, by both
     methods.
     """
     options = [replace(method, model="quadratic") for method in (PAPER, COVERING)]
     return tuple(
-        Look("20/1", replace(one, on_condition=straight))
+        Reduction("20/1", replace(one, on_condition=straight))
         for one in options
         for straight in (True, False)
     )
 
 
-def _looks(name: str, rare: bool) -> tuple[Look, ...]:
+def _reductions(name: str, rare: bool) -> tuple[Reduction, ...]:
     if name == "airplane":
-        return airplane_looks()
+        return airplane_reductions()
     if SETTINGS[name].rare:
-        return (*rare_looks(), *(quiet_looks() if name == "busy" else ()))
-    more = {"smooth": explaining_looks() if rare else (), "light": (STRAIGHT,)}
-    return (*main_looks(), *more.get(name, ()))
+        return (*rare_reductions(), *(quiet_reductions() if name == "busy" else ()))
+    more = {"smooth": explaining_reductions() if rare else (), "light": (STRAIGHT,)}
+    return (*main_reductions(), *more.get(name, ()))
 
 
 def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
@@ -458,13 +464,19 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
         for maneuver in setting.flown:
             track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
             yield Sortie(
-                name, case_of(name, maneuver, seed), _looks(name, rare), track=track, curves=curves
+                name,
+                case_of(name, maneuver, seed),
+                _reductions(name, rare),
+                track=track,
+                curves=curves,
             )
-    plain = (*(Look(das) for das in SYSTEMS), Look("50/50", COVERING))
+    plain = (*(Reduction(das) for das in SYSTEMS), Reduction("50/50", COVERING))
     if rare:
-        models = tuple(Look("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
+        models = tuple(Reduction("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
         for name in ("smooth", "light"):
-            yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*models, Look("50/50", COVERING)))
+            yield Sortie(
+                name, case_of(name, BOTH_WAYS, seed), (*models, Reduction("50/50", COVERING))
+            )
     for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
         yield Sortie(
             name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER

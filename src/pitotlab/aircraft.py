@@ -2,16 +2,10 @@
 truth.
 """
 
-import os
-import shutil
-import subprocess
-import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -21,8 +15,8 @@ from pitotbench.calibration import calibrate
 from pitotbench.campaigns.flights import rms, sense, wind_toward
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.show.columns import Column
-from pitotbench.simulation.aircraft import find_aircraft, known_aircraft
-from pitotbench.simulation.aircraft_files import library_aircraft, read_record
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import fly, scaled_case
 from pitotlab import experiment as lab
@@ -30,22 +24,6 @@ from pitotlab.tables import markdown_table
 
 FOREIGN = ("c172x", "pa28", "J3Cub", "c310", "DHC6", "pc7", "T38", "B747", "aerosonde")
 SYSTEM = "20/1"
-LONGEST = 300.0  # s, for a first flight
-
-
-@dataclass(frozen=True, slots=True)
-class FirstFlight:
-    """The times [s] of the command that flies a case of an aircraft which the bench sees for the
-    first time.
-
-    `wall` is that of the clock, `cpu` that of the processor. `failure` is what the command said
-    where it failed.
-    """
-
-    aircraft: str
-    wall: float
-    cpu: float
-    failure: str = ""
 
 
 def fly_foreign(
@@ -115,48 +93,6 @@ def speeds_of(aircraft: str) -> str:
     )
 
 
-def time_first_flight(aircraft: str) -> FirstFlight:
-    """Time `pitotbench fly` with the path of an airplane's file, copied to an empty place and with
-    an empty cache.
-
-    The maneuver is a Rapid Deceleration in light turbulence.
-    """
-    folder = known_aircraft().get(aircraft) or library_aircraft()[aircraft].parent
-    with TemporaryDirectory(prefix="pitotbench-") as place:
-        file = Path(shutil.copytree(folder, Path(place) / aircraft)) / f"{aircraft}.xml"
-        case = Path(place) / "case.toml"
-        text = 'aircraft = "{}"\nmaneuver = "rapid_decel"\nturbulence = "light"\n'
-        case.write_text(text.format(file.as_posix()), encoding="utf-8")
-        command = [
-            sys.executable,
-            "-m",
-            "pitotbench",
-            "fly",
-            str(case),
-            "-o",
-            str(Path(place) / "flight.csv"),
-        ]
-        before, cpu = perf_counter(), _children_cpu()
-        done = subprocess.run(
-            command,
-            env=os.environ | {"PITOTBENCH_CACHE": str(Path(place) / "cache")},
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            timeout=LONGEST,
-            check=False,
-        )
-        failure = (
-            "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
-        )
-        return FirstFlight(aircraft, perf_counter() - before, _children_cpu() - cpu, failure)
-
-
-def _children_cpu() -> float:
-    times = os.times()
-    return times.children_user + times.children_system
-
-
 _FLOWN: tuple[Column[Any], ...] = (
     Column("airplane", lambda row: f"`{row.aircraft}`"),
     Column("engines and speeds", lambda row: speeds_of(row.aircraft)),
@@ -170,12 +106,6 @@ _FLOWN: tuple[Column[Any], ...] = (
     ),
     Column("mean 2σ [kt]", lambda row: f"{row.two_sigma_kt:.2f}"),
     Column("rms error [kt]", lambda row: f"{row.rms_error_kt:.2f}"),
-)
-_FIRST: tuple[Column[FirstFlight], ...] = (
-    Column("airplane", lambda one: f"`{one.aircraft}`"),
-    Column("clock [s]", lambda one: f"{one.wall:.1f}"),
-    Column("processor [s]", lambda one: f"{one.cpu:.1f}"),
-    Column("outcome", lambda one: one.failure or "flown and recorded"),
 )
 
 
@@ -206,14 +136,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         "--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)"
     )
     parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
-    parser.add_argument(
-        "--times", action="store_true", help="only time the first flight of each airplane"
-    )
     lab.add_budget(parser)
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))
-    if options.times:
-        print(markdown_table(_FIRST, [time_first_flight(name) for name in names]))
-        return
     seeds = range(options.first, options.first + options.seeds)
     print(verify_aircraft(seeds, names, lab.budget_of(options), options.out))

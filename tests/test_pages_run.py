@@ -88,5 +88,5 @@ def test_the_readme_ends_as_it_says(tmp_path, monkeypatch, capsys):
     """With null flights that are kept: `make test-lab` flies them, on the card without the effect."""
     monkeypatch.chdir(tmp_path)
     kept = Path(shutil.copy(KEPT, tmp_path))  # its use is noted on it
-    monkeypatch.setattr("pitotbench.bench.null_cache.cache_entry", lambda *_: kept)
+    monkeypatch.setattr("pitotbench.bench.null_flights.cache_entry", lambda *_: kept)
     require_the_readme_to_hold(capsys, without=" --out gap")

@@ -228,7 +228,7 @@ def test_a_case_stands_for_the_plan_of_what_it_expects(monkeypatch):
         asked.append(request)
         raise BadInputError("enough")
 
-    monkeypatch.setattr("pitotbench.bench.forecasts.forecast", forecast)
+    monkeypatch.setattr("pitotbench.bench.planner.forecast", forecast)
     case = Case(turbulence="light")
     with pytest.raises(Exception, match="no maneuver can be flown"):
         plan(case)

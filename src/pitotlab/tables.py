@@ -14,6 +14,7 @@ from re import fullmatch
 from statistics import mode
 from typing import TYPE_CHECKING, Any
 
+from pitotbench.calibration.options import PRIORS, Priors
 from pitotbench.effects import EFFECTS, FAMILIES
 from pitotbench.effects import effect as effect_records
 from pitotbench.effects.effect import Effect, Excitation, Parameter
@@ -115,6 +116,14 @@ def _number(value: float | list[float]) -> str:
     return f"[{', '.join(map(_number, value))}]" if isinstance(value, list) else f"{value:g}"
 
 
+def prior_rows() -> Rows:
+    """Yield a row for each number of the calibration's priors."""
+    for each in fields(Priors):
+        (low, high), told = each.metadata["usual"], each.metadata
+        value = getattr(PRIORS, each.name)
+        yield [f"`{each.name}`", f"{value:g}", told["unit"], f"{low:g}…{high:g}", told["source"]]
+
+
 # Page and heading line of each table, and its rows.
 TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("effects.md", "| best shown by | what to fly | maneuvers |"): excitation_rows,
@@ -125,6 +134,10 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
         for family, effects in FAMILIES.items()
     },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
+    (
+        "method.md",
+        "| prior | usual value | unit | usual range | why |",
+    ): prior_rows,
 }
 
 

@@ -29,7 +29,8 @@ def _error_kt(result: Calibration) -> np.ndarray:
 
 def _rows_of(log: FlightLog, options: CalibrationOptions = STATIC, total_source: float = 0.0):
     obs = observe(log, options)
-    return altitude_rows(log, obs, options.gps_latency, np.array(fixture.WIND), total_source)
+    options = replace(options, accuracies={"total_source": 2.0 * total_source})
+    return altitude_rows(log, obs, options, np.array(fixture.WIND))
 
 
 @pytest.mark.parametrize("down", [True, False])

@@ -2,6 +2,7 @@
 noise.
 """
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -130,6 +131,33 @@ def test_jacobian_is_the_derivative(calm, name, static_error):
         np.testing.assert_allclose(
             jacobian[:, i], (up.indicated - down.indicated) / 2e-5, rtol=2e-5, atol=2e-4
         )
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+def test_the_curve_is_read_at_another_airspeed_as_if_that_had_been_flown(calm, name):
+    """Shifted by nothing the columns are the Jacobian's; shifted by 1 m/s their shape is that of a
+    prediction 1 m/s faster.
+    """
+    model = PredictionModel(MODELS[name], REFERENCE_PRESSURE)
+    theta = theta_for(model)
+    here = model.predict(theta, calm)
+    plain = here.jacobian[:, : model.error_count] / here.slope[:, None]
+    unmoved = model.curve_columns(here, np.zeros(len(calm)))
+    np.testing.assert_allclose(unmoved, plain, rtol=1e-6, atol=1e-6)
+    longer = 1.0 + 1.0 / here.true_airspeed
+    wind = theta[model.error_count :]
+    faster = replace(
+        calm,
+        velocity_north=wind[0] + longer * (calm.velocity_north - wind[0]),
+        velocity_east=wind[1] + longer * (calm.velocity_east - wind[1]),
+        velocity_down=longer * calm.velocity_down,
+    )
+    there = model.predict(theta, faster).jacobian[:, : model.error_count]
+    found = model.curve_columns(here, np.ones(len(calm)))
+    shapes = [columns / columns[:, :1] for columns in (found, there, plain)]
+    np.testing.assert_allclose(shapes[0], shapes[1], rtol=2e-3, atol=2e-3)
+    if model.error_count > 1:
+        assert np.max(np.abs(shapes[2] - shapes[1])) > 5e-3
 
 
 def test_static_source_error_moves_the_static_pressure(calm):

@@ -19,8 +19,9 @@ from pitotbench import (
     write_log,
 )
 from pitotbench.calibration import calibrate, calibrate_flights
-from pitotbench.calibration.covering import GUST_LENGTH, Structure, log_prior_of
+from pitotbench.calibration.covering import Structure, log_prior_of
 from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import PRIORS
 from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.campaigns.flights import compare_curve
 from pitotbench.cli.app import main
@@ -125,8 +126,8 @@ def log_prior_at(height_pressure):
 def test_a_length_one_factor_off_is_one_standard_deviation_off(height_pressure, factor):
     """2.5 low, 4 above 10,000 ft (69,682 Pa): gusts of 2,000 m are then nothing unusual."""
     log_prior = log_prior_at(height_pressure)
-    usual = log_prior(np.log([0.5, GUST_LENGTH, 0.05]))
-    for length in (GUST_LENGTH * factor, GUST_LENGTH / factor):
+    usual = log_prior(np.log([0.5, PRIORS.gust_length_m, 0.05]))
+    for length in (PRIORS.gust_length_m * factor, PRIORS.gust_length_m / factor):
         assert log_prior(np.log([0.5, length, 0.05])) - usual == pytest.approx(-0.5, abs=1e-9)
 
 
@@ -134,17 +135,15 @@ def test_a_length_one_factor_off_is_one_standard_deviation_off(height_pressure, 
 def test_of_small_gusts_every_size_is_as_likely_as_the_next(level):
     """Jeffreys' prior: ten times less is no less likely, so that calm air may be found calm."""
     log_prior = log_prior_at(81200.0)
-    more, less = (log_prior(np.log([size, GUST_LENGTH, 0.05])) for size in (level, 0.1 * level))
+    more, less = (
+        log_prior(np.log([size, PRIORS.gust_length_m, 0.05])) for size in (level, 0.1 * level)
+    )
     assert more == pytest.approx(less, abs=1e-4)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the noise of a fix is in its row's instrument too: in smooth air it passes for a slope",
-)
 def test_the_noise_of_a_slow_receiver_is_no_slope_of_the_curve():
-    """On legs in smooth air each airspeed is held to less than the noise of a fix. The curve swings
-    by half a knot between the airspeeds, more than its bound.
+    """On legs in smooth air each airspeed is held to less than the noise of a fix. Read at the
+    airspeed of the fixes, the curve swings by half a knot between them, more than its bound.
     """
     flight = fly(Case(maneuver="four_leg", turbulence="none", truth_seed=3, sensor_seed=3))
     curve = calibrate(sense(flight, "20/1"), SMOOTH).curve

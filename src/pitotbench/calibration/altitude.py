@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.options import WITHOUT_TEMPERATURE
+from pitotbench.calibration.options import (
+    PRIORS,
+    WITHOUT_TEMPERATURE,
+    CalibrationOptions,
+    Priors,
+    accuracies_of,
+    priors_of,
+)
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.estimation.point_noise import (
@@ -107,7 +114,8 @@ def _integrated(
 # NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
-_LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
+_LONG = 480.0  # s of data, above which a log has
+_LONG_BLOCK = 4.0  # s: such blocks
 _FEWEST_BLOCKS = 15
 _EARTH = 6.357e6  # m, radius of the earth
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
@@ -118,16 +126,16 @@ _LAYER = (
 )
 # Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it
 # is taken for the middle, and the deviation is that of a uniform distribution.
-_HALF, _UNIFORM = 0.5, 1.0 / float(np.sqrt(12.0))
+_HALF = 0.5  # of saturation: the middle of what the humidity can be
+_UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
 _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
-_LAYER_DEPTH, _MOST_LAYERS, _FINE = (
-    1000.0,
-    20,
-    50,
-)  # m, of a layer of the air; most layers; steps in each
+_LAYER_DEPTH = 1000.0  # m, of a layer of the air
+_MOST_LAYERS = 20
+_FINE = 50  # steps in each layer
 _SMOOTH = 0.1  # weight of a bend of the temperature's profile beside one reading
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
-_AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
+_AT_REST = 1.0  # m/s over the ground
+_NO_AIRSPEED = 10.0 * KNOT  # m/s: below it a reading is that of an airplane at rest
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of the screening in `reduction`
 # Share of the level that the total source's slope has over half the flown range of ln q_ci: the
 # error of a pitot tube hardly changes with the airspeed (Gracey, NASA RP-1046, 1980, ch. 3).
@@ -145,7 +153,7 @@ class AltitudeRows:
     minus the integral of its vertical velocity [m], None without vertical velocity. `sensor`,
     `fix`: white variances [m²]; the latter is infinite where a block has no fix (without vertical
     velocity: one over the number of fixes).
-    `first`: whether the block begins a stretch. `temperature_slope`: change of `rise` per kelvin
+    `first`: whether the block begins a stretch. `priors`: those of the noise. `temperature_slope`: change of `rise` per kelvin
     [m/K]. `unknown`: columns of the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
     shows in [m].
     """
@@ -161,6 +169,7 @@ class AltitudeRows:
     temperature_slope: Array
     unknown: UnknownColumns
     spread: float
+    priors: Priors = PRIORS
 
     def __len__(self) -> int:
         return len(self.time)
@@ -180,18 +189,17 @@ class AltitudeRows:
 
 
 def altitude_rows(
-    log: FlightLog, obs: Observations, latency: float, wind: Array, total_source: float
+    log: FlightLog, obs: Observations, options: CalibrationOptions, wind: Array
 ) -> AltitudeRows | None:
     """Compute the altitude rows from a log's used rows and its rows at rest; None where its height
     is of no use.
 
-    Parameters: log; obs; latency, by which the GPS is stamped late [s]; wind (2,), roughly, toward
-    north and east [m/s], which gives the size of the horizontal pressure gradient; total_source,
-    one standard deviation of the error of the total source, as a share of the impact pressure.
+    Parameters: log; obs; options, with the accuracy of the total source; wind (2,), roughly, toward
+    north and east [m/s], which gives the size of the horizontal pressure gradient.
     """
     if log.altitude is None:
         return None
-    carried = carried_height(log, latency, obs.has_down)
+    carried = carried_height(log, options.gps_latency, obs.has_down)
     rest = _at_rest(log)
     rows = np.flatnonzero((obs.used | rest) & np.isfinite(carried.height))
     if len(rows) < _FEWEST_BLOCKS:
@@ -200,7 +208,7 @@ def altitude_rows(
     blocks = _divided(log, carried, rows[~spikes])
     if len(blocks.count) < _FEWEST_BLOCKS or float(np.ptp(log.altitude)) == 0.0:
         return None
-    return _assembled(
+    found = _assembled(
         log,
         obs,
         carried,
@@ -208,8 +216,9 @@ def altitude_rows(
         np.where(rest, 0.0, log.impact_pressure),
         noise,
         wind,
-        total_source,
+        0.5 * accuracies_of(options.accuracies, {}).total_source,
     )
+    return replace(found, priors=priors_of(options.priors))
 
 
 def altitude_regression(
@@ -261,7 +270,7 @@ def _geopotential(height: Meters) -> Meters:
     return height / (1.0 + height / _EARTH)
 
 
-def saturated_warmth(temperature: float, pressure: float) -> float:
+def virtual_temperature_rise(temperature: float, pressure: float) -> float:
     """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a
     temperature [K].
 
@@ -332,7 +341,9 @@ def _assembled(
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
     height = _geopotential(blocks.mean(carried.height))
     profile = _air_temperature(log, obs, blocks, impact, static, height)
-    moist = saturated_warmth(float(np.median(profile.temperature)), float(np.median(static)))
+    moist = virtual_temperature_rise(
+        float(np.median(profile.temperature)), float(np.median(static))
+    )
     profile = profile.warmed(_HALF * moist)
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
     gain = air.GAS_CONSTANT * profile.at(height) / (static * air.GRAVITY)
@@ -548,18 +559,11 @@ def _with_total_source(
 # The noise of the altitude rows: the slow and the white error of the receiver's height, and their
 # priors.
 
-SLOW_SCALE = 5.0  # m, half-normal prior on the slow height error: 1 to 3 m for a receiver alone
-SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal prior, 1σ as a factor
-WALK_SCALE = (
-    0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
-)
-WHITE_SCALE = (
-    3.0  # m, half-normal prior on the white height error where there is no vertical velocity
-)
 NOISE_COUNT = 3
 # m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a
 # log can show.
-WANDER, WANDER_TIME = 1.0, 1800.0
+WANDER = 1.0  # m (1σ)
+WANDER_TIME = 1800.0  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -599,13 +603,15 @@ def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
 
     The φ terms convert the density of a level to that of its logarithm.
     """
-    third = WHITE_SCALE if rows.tie is None else WALK_SCALE
-    memory = (phi[1] - np.log(SLOW_TIME)) / np.log(SLOW_TIME_FACTOR)
-    levels = (np.exp(phi[0]) / SLOW_SCALE) ** 2 + (np.exp(phi[2]) / third) ** 2
+    priors = rows.priors
+    third = priors.height_white_m if rows.tie is None else priors.height_walk
+    memory = (phi[1] - np.log(priors.height_memory_s)) / np.log(priors.height_memory_factor)
+    levels = (np.exp(phi[0]) / priors.height_slow_m) ** 2 + (np.exp(phi[2]) / third) ** 2
     return float(phi[0] + phi[2] - 0.5 * (levels + memory**2))
 
 
 def altitude_guess(rows: AltitudeRows) -> Array:
     """A start for φ, (3,)."""
     third = 0.3 if rows.tie is None else 0.03
-    return np.log([np.clip(rows.spread, 0.1, SLOW_SCALE), SLOW_TIME, third])
+    slow = np.clip(rows.spread, 0.1, rows.priors.height_slow_m)
+    return np.log([slow, rows.priors.height_memory_s, third])

@@ -15,7 +15,9 @@ from pitotbench.units import DEGREE, FOOT, KNOT
 DISPLAY = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 LEG_MINUTES = 1.5  # 30 s on the leg, and the turn to the next
 POINT_MINUTES = 1.5  # to set up another airspeed
-_LEGS, _POINTS, _TIMES = (3, 4), (3, 4, 5, 6, 8), (1, 2, 3, 4)
+_LEGS = (3, 4)  # a point
+_POINTS = (3, 4, 5, 6, 8)
+_TIMES = (1, 2, 3, 4)  # that the card is flown
 _SPEEDS = 7
 _TEMPERATURE = 278.15  # K; the bound hardly depends on it
 

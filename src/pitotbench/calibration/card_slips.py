@@ -34,7 +34,8 @@ _BACK = 2.0  # log odds less, at which a leg that is struck out comes back
 _FEWEST = 3  # legs of a card below which nothing can be judged
 _FULL_TURN = 360.0
 _TIGHT = 12  # degrees from the middle of a track
-_SHOWN_BY, _SHARE = 3, 0.5  # points that fly a common track: more than so many, and of all points
+_SHOWN_BY = 3  # points: more than so many fly a common track,
+_SHARE = 0.5  # and more than this share of all points
 _LEAST_SPREADS = 5.0 * DEGREE, 2.0 * KNOT  # 1σ of a pilot's tracks and airspeeds about those meant
 _QUARTILE = 0.6745  # of a normal deviation: half of all are within
 

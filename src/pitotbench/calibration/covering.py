@@ -18,6 +18,7 @@ from pitotbench.calibration.altitude import (
     altitude_regression,
 )
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
+from pitotbench.calibration.options import PRIORS, Priors
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
     Nuisance,
@@ -59,25 +60,15 @@ from pitotbench.units import Array
 # with the length of the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In
 # a turn the flight path points along one component, then along the other.
 
-GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
-GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a factor
-HIGH_LENGTH_FACTOR = (
-    4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
-)
-GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
-WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
-WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation, for half an hour
-WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
 _ROUNDING = 1e-16  # variance of a number that is known
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
-_SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """The structure to be fitted: the prediction, the nuisances and the equations.
+    """The structure to be fitted: the prediction, the nuisances, the equations and the priors.
 
     `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation,
     for an error of the static source in a log with heights.
@@ -86,6 +77,7 @@ class Structure:
     model: PredictionModel
     nuisances: tuple[Nuisance, ...]
     drifting: bool
+    priors: Priors = PRIORS
     altitude: AltitudeRows | None = None
 
 
@@ -110,14 +102,15 @@ def linearize(
     obs: Observations,
     blocks: Blocks,
     theta: Array,
-    gust_variance: float = 0.0,
+    noise: Array | None = None,
     path: WindPath | None = None,
 ) -> Linearized:
     """Linearize the problem at θ (p,), for a drifting wind along its `path`.
 
-    Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² =
-    `gust_variance` [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the
-    model's domain.
+    With the parameters of the noise, φ (d,), two effects of it are taken off. Gusts across the
+    flight path lengthen the airspeed vector by σ²/V on average. The noise of the ground velocity is
+    in the residual and in the airspeeds at which the curve is read; see `_best_airspeed`. Raises
+    NoAnswerError where θ is outside the model's domain.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         prediction = structure.model.predict(theta, obs if path is None else path.taken_from(obs))
@@ -134,20 +127,30 @@ def linearize(
     )
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
-    response -= gust_variance / airspeed
+    if noise is not None:
+        response -= np.exp(2.0 * noise[0]) / airspeed
     if (
         path is not None
     ):  # the problem is one of the whole wind, not of its difference from the path
         response += blocks.mean(np.sum(along_track(prediction) * path.at(obs.time), axis=1))
-    regression = Regression(
-        response, regressors, smoothed(regressors, blocks), *_priors(structure, theta)
-    )
     # A residual falls by the wind component along its direction: these are the direction cosines.
     first = structure.model.error_count
     seen = -regressors[None, :, first : first + 2]
-    kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
     at_edges = blocks.intervals.at_edges(airspeed)
-    noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
+    memory = structure.priors.slow_wind_s
+    noise_of = WindNoise(
+        blocks.intervals, at_edges, seen, sensor, memory if structure.drifting else None
+    )
+    if noise is not None:
+        shift = _best_airspeed(noise_of, noise, response)[blocks.index]
+        regressors[:, :first] = blocks.mean(structure.model.curve_columns(prediction, shift))
+    regression = Regression(
+        response,
+        regressors,
+        smoothed(regressors, blocks, structure.priors.instruments_s),
+        *_priors(structure, theta),
+    )
+    kernel = kernel_means(blocks, memory) if structure.drifting else None
     problem = Linearized(regression, noise_of, sensor, kernel)
     return (
         problem
@@ -198,11 +201,9 @@ def _with_altitude(
     return replace(triangle, regression=both, noise_of=noise_of, kernel=kernel)
 
 
-def smoothed(regressors: Array, blocks: Blocks) -> Array:
-    """Smooth regressors (blocks, p) into instruments (blocks, p), without their fast noise."""
-    return np.asarray(
-        gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest")
-    )
+def smoothed(values: Array, blocks: Blocks, width: float) -> Array:
+    """Smooth values of the blocks, (blocks, p), by a zero-phase filter of a width [s]."""
+    return np.asarray(gaussian_filter1d(values, width / blocks.length, axis=0, mode="nearest"))
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -218,14 +219,14 @@ class WindNoise:
     φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation
     [m/s])). `at_edges` are airspeeds at the edges of the intervals [m/s], `seen` (1, blocks, 2)
     direction cosines, and `sensor` (blocks,) the pressure sensor's part of the noise along the path
-    [(m/s)²]. `drifting` is that of the structure.
+    [(m/s)²]. `memory` [s] is the correlation time of a drifting wind, None for another wind.
     """
 
     intervals: Intervals
     at_edges: Array
     seen: Array
     sensor: Array
-    drifting: bool
+    memory: float | None
 
     def __call__(self, phi: Array, /) -> MarkovNoise:
         """Return the covariance for φ (d,)."""
@@ -235,19 +236,32 @@ class WindNoise:
         """Return the covariances for many φ, (b, d)."""
         levels = np.exp(phis)
         winds = [MarkovProcess(levels[..., 0], levels[..., 1, None] / self.at_edges, self.seen)]
-        if self.drifting:
-            winds.append(
-                MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen)
-            )
+        if self.memory is not None:
+            memory = np.full(len(self.at_edges), self.memory)
+            winds.append(MarkovProcess(levels[..., 3], memory, self.seen))
         variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
         return MarkovNoise(self.intervals, variance[..., None, :], winds)
 
 
-def wind_scale(obs: Observations) -> float:
-    """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time
-    beyond 30 min.
+def _best_airspeed(noise_of: WindNoise, noise: Array, response: Array) -> Array:
+    """The likeliest true airspeed in steady air less the predicted one, (blocks,) [m/s].
+
+    The predicted airspeed has the noise of the ground velocity, and the residual has it with the
+    other sign. On a leg in smooth air, where the airspeed hardly changes but for this noise, a
+    curve that is read at the predicted airspeed takes it for a slope. The best prediction of the
+    noise from the residual r, σ²C⁻¹r (Goldberger 1962), leaves an error that no residual shares. σ
+    is the white noise that is not the pressure sensor's.
     """
-    return WIND_SCALE * max(1.0, float(np.sqrt((obs.time[-1] - obs.time[0]) / WIND_TIME)))
+    return np.asarray(np.exp(2.0 * noise[2]) * noise_of(noise).weigh(response[:, None])[:, 0])
+
+
+def wind_scale(structure: Structure, obs: Observations) -> float:
+    """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time
+    beyond the wind's memory.
+    """
+    priors = structure.priors
+    times = float(obs.time[-1] - obs.time[0]) / priors.slow_wind_s
+    return priors.slow_wind_mps * max(1.0, float(np.sqrt(times)))
 
 
 def length_factor(structure: Structure, obs: Observations) -> float:
@@ -256,9 +270,10 @@ def length_factor(structure: Structure, obs: Observations) -> float:
     It is greater for a log above 10,000 ft, unless a drifting wind stands for the slow part.
     """
     if structure.drifting:
-        return GUST_LENGTH_FACTOR
+        return structure.priors.gust_length_factor
     high = float(np.median(obs.static_pressure)) < _HIGH
-    return HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
+    priors = structure.priors
+    return priors.high_length_factor if high else priors.gust_length_factor
 
 
 def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
@@ -269,17 +284,18 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     centimeters a second into calm air, which outweigh all sensor noise.
     """
     rows = structure.altitude
-    levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
+    priors = structure.priors
+    levels = {0: (priors.gust_mps, 0.0), 2: (priors.white_mps, 1.0)}
     if structure.drifting:
-        levels[3] = (wind_scale(obs), 1.0)
-    factor = length_factor(structure, obs)
+        levels[3] = (wind_scale(structure, obs), 1.0)
+    usual, factor = np.log(priors.gust_length_m), np.log(length_factor(structure, obs))
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
             flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2
             for i, (scale, flat) in levels.items()
         )
-        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(factor)) ** 2
+        length = -0.5 * ((phi[1] - usual) / factor) ** 2
         height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
         return float(half_normal + length) + height
 
@@ -304,11 +320,13 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     once, twice = (max(float(np.mean(rest[k:] * rest[:-k])), 0.05 * total) for k in (1, 2))
     gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
-    start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white), *[0.3 * WIND_SCALE] * structure.drifting]
+    priors = structure.priors
+    start = [np.sqrt(gust), priors.gust_length_m, np.sqrt(white)]
+    start += [0.3 * priors.slow_wind_mps] * structure.drifting
     if (
-        structure.drifting and gust > GUST_SCALE**2
+        structure.drifting and gust > priors.gust_mps**2
     ):  # what is too much for gusts is more likely the wind's drift
-        start = [0.5 * GUST_SCALE, GUST_LENGTH, np.sqrt(white), np.sqrt(gust)]
+        start = [0.5 * priors.gust_mps, priors.gust_length_m, np.sqrt(white), np.sqrt(gust)]
     height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
     return np.concatenate([np.log(start), height])
 
@@ -319,10 +337,8 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
 _LEAST_PLANNED = (
     10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
 )
-_PASSES, _FAR = (
-    10,
-    4.0,
-)  # passes at most; a step of more standard errors than this is followed by another
+_PASSES = 10  # at most
+_FAR = 4.0  # standard errors: a longer step is followed by another
 _SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
 _SAME_PATH = (
     2.0  # m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
@@ -375,17 +391,17 @@ def fit_covering(
 
     The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise.
     The last pass linearizes there and gives the bound. Raises NoAnswerError where the log is too
-    short, the fit leaves the model's domain or the steps do not settle.
+    short, the fit leaves the model's domain or the steps do not converge.
     """
-    return settle(structure, obs, approach(structure, obs, start, path))
+    return final_pass(structure, obs, first_pass(structure, obs, start, path))
 
 
-def settle(structure: Structure, obs: Observations, approached: FirstPass) -> CoveringFit:
+def final_pass(structure: Structure, obs: Observations, near: FirstPass) -> CoveringFit:
     """Run the last pass of `fit_covering`."""
     length, log_prior = block_length(obs), log_prior_of(structure, obs)
-    theta, mode = approached.theta, approached.noise
+    theta, mode = near.theta, near.noise
     blocks = divide(obs, length)
-    fine = linearize(structure, obs, blocks, theta, float(np.exp(2.0 * mode[0])), approached.path)
+    fine = linearize(structure, obs, blocks, theta, mode, near.path)
     nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
     likely = max(nodes, key=lambda node: node.weight)
     best = likely.noise
@@ -398,7 +414,7 @@ def settle(structure: Structure, obs: Observations, approached: FirstPass) -> Co
         blocks=len(blocks.count),
         problem=fine.regression,
         noise_of=fine.noise_of,
-        path=approached.path,
+        path=near.path,
         winds=_window_winds(structure, obs, blocks, fine, likely, theta)
         if structure.drifting
         else (),
@@ -407,11 +423,9 @@ def settle(structure: Structure, obs: Observations, approached: FirstPass) -> Co
 
 # The wind of a long flight, window by window.
 
-_WINDOW, _SHORTEST_WINDOW, _GAP = (
-    600.0,
-    60.0,
-    60.0,
-)  # s: longest and shortest window, and a gap that ends one
+_WINDOW = 600.0  # s, the longest window
+_SHORTEST_WINDOW = 60.0  # s
+_GAP = 60.0  # s: a gap that ends a window
 
 
 def _windows(blocks: Blocks) -> list[slice]:
@@ -455,7 +469,7 @@ def _window_winds(
     shares = np.zeros((len(blocks.count), len(windows)))
     for number, window in enumerate(windows):
         shares[window, number] = blocks.count[window] / blocks.count[window].sum()
-    kernels = correlated(blocks, WIND_TIME, shares)
+    kernels = correlated(blocks, structure.priors.slow_wind_s, shares)
     for window, weights, kernel in zip(windows, shares.T, kernels.T, strict=True):
         of_level = known.copy()
         of_level[:, structure.model.count :] = np.einsum("b,ban->an", weights, changes)
@@ -506,28 +520,12 @@ def _of_mean_wind(
     return [mean.of(each) for each in found]
 
 
-def linearized(
-    structure: Structure,
-    obs: Observations,
-    theta: Array,
-    gust_deviation: float,
-    path: WindPath | None,
-) -> Linearized:
-    """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust
-    deviation [m/s].
-    """
-    blocks = divide(obs, block_length(obs))
-    return linearize(
-        structure, obs, blocks, theta[: structure.model.count], gust_deviation**2, path
-    )
-
-
-def approach(
+def first_pass(
     structure: Structure, obs: Observations, start: Array, path: WindPath | None = None
 ) -> FirstPass:
     """Run the first pass of `fit_covering`, repeated from a start (p,) or a path that is far away.
 
-    Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
+    Raises NoAnswerError where the log is too short for its unknowns or the steps do not converge.
     """
     theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure, obs)
     blocks = divide(obs, 2.0 * block_length(obs))
@@ -551,9 +549,9 @@ def approach(
         theta, last = theta + step[:count], path
         if structure.drifting:
             path = _path(structure, obs, blocks, rough, mode, found[best].estimate)
-        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(
-            last, path
-        ):
+        if np.all(
+            np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])
+        ) and _has_converged(last, path):
             return FirstPass(
                 theta,
                 mode,
@@ -564,7 +562,7 @@ def approach(
                 path,
             )
     raise NoAnswerError(
-        "the fit does not settle: check the log for gross errors, or choose a simpler model"
+        "the fit does not converge: check the log for gross errors, or choose a simpler model"
     )
 
 
@@ -581,7 +579,7 @@ def _path(
     wind += blocks.mean(
         path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs)
     )
-    wind = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
+    wind = smoothed(wind, blocks, _SMOOTH_PATH)
     return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
 
 
@@ -594,7 +592,8 @@ def _process(
     seen = (rest * data.regressors[:, first : first + 2])[
         : len(blocks.count)
     ]  # the height sees no wind
-    return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen))
+    memory = structure.priors.slow_wind_s
+    return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, memory, seen))
 
 
 def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: Array) -> WindPath:
@@ -605,7 +604,7 @@ def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: 
     """
     count, first = structure.model.count, structure.model.error_count
     blocks, phi = divide(obs, block_length(obs)), max(fit.nodes, key=lambda n: n.weight).noise
-    problem = linearized(structure, obs, answer, fit.gust_deviation, fit.path)
+    problem = linearize(structure, obs, blocks, answer[:count], phi, fit.path)
     data, estimate = problem.regression, np.zeros(len(answer))
     estimate[count:] = answer[count:]
     winds = data.regressors[:, first : first + 2]
@@ -614,11 +613,10 @@ def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: 
     level = np.linalg.solve(weighed.T @ winds, weighed.T @ left)
     estimate[first : first + 2] = level
     wind = level + _process(structure, blocks, problem, phi, estimate)
-    smooth = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
-    return WindPath(blocks.mean(obs.time), smooth)
+    return WindPath(blocks.mean(obs.time), smoothed(wind, blocks, _SMOOTH_PATH))
 
 
-def _settled(before: WindPath | None, path: WindPath | None) -> bool:
+def _has_converged(before: WindPath | None, path: WindPath | None) -> bool:
     """Whether another path of the wind would hardly change the problem.
 
     The path before may be that of other rows, as before a faulty one was left out.
@@ -659,7 +657,7 @@ def acceleration_effect(
     theta = fit.theta[: structure.model.count]
     plain = linearize(structure, obs, blocks, theta, path=fit.path)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
-    smooth = smoothed(added, blocks)
+    smooth = smoothed(added, blocks, structure.priors.instruments_s)
     planned = np.where(np.abs(smooth) > column.deviation, smooth, 0.0)
     if float(planned @ planned) < _LEAST_PLANNED:
         return Estimate(column.name, 0.0, float("inf"))

@@ -10,18 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.altitude import SLOW_TIME, altitude_rows
-from pitotbench.calibration.covering import (
-    GUST_LENGTH,
-    GUST_SCALE,
-    Posterior,
-    Structure,
-    covariance_given,
-    wind_scale,
-)
+from pitotbench.calibration.altitude import altitude_rows
+from pitotbench.calibration.covering import Posterior, Structure, covariance_given, wind_scale
 from pitotbench.calibration.fit_checks import USELESS, require_observable
 from pitotbench.calibration.observations import block_length, divide, observe, wind_drifts
-from pitotbench.calibration.options import CalibrationOptions, accuracies_of
+from pitotbench.calibration.options import (
+    PRIORS,
+    CalibrationOptions,
+    accuracies_of,
+    priors_of,
+)
 from pitotbench.calibration.prediction import CurveMap, nuisances_of
 from pitotbench.calibration.reduction import model_of, scale_of
 from pitotbench.calibration.result import correction_gradient
@@ -43,10 +41,10 @@ class ExpectedNoise:
     """
 
     gust_deviation: float
-    gust_length: float = GUST_LENGTH
+    gust_length: float = PRIORS.gust_length_m
     white_deviation: float = 0.03
     height_deviation: float = 0.0
-    height_memory: float = SLOW_TIME
+    height_memory: float = PRIORS.height_memory_s
     height_white: float = 1.5
     height_walk: float = 0.05
 
@@ -73,13 +71,17 @@ def expected_two_sigma(
     require_observable(model, obs)
     rows = None
     if model.static_error and options.use_altitude:
-        rows = altitude_rows(log, obs, options.gps_latency, wind, 0.5 * stated.total_source)
+        rows = altitude_rows(log, obs, options, wind)
     structure = Structure(
-        model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows
+        model,
+        nuisances_of(options, obs),
+        wind_drifts(options, obs),
+        priors_of(options.priors),
+        altitude=rows,
     )
     phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
     if structure.drifting:
-        phi = np.append(phi, np.log(wind_scale(obs)))
+        phi = np.append(phi, np.log(wind_scale(structure, obs)))
     if rows is not None:
         third = noise.height_white if rows.tie is None else noise.height_walk
         phi = np.append(
@@ -103,7 +105,7 @@ def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
     plain = replace(options, model=CalibrationOptions().model, use_down=False, wind_down=False)
     speed = air.calibrated_airspeed(np.quantile(log.impact_pressure, [0.05, 0.5, 0.95]))
     try:
-        bound = expected_two_sigma(log, plain, np.zeros(2), ExpectedNoise(GUST_SCALE), speed)
+        bound = expected_two_sigma(log, plain, np.zeros(2), ExpectedNoise(PRIORS.gust_mps), speed)
     except (BadInputError, NoAnswerError):
         return False
     return bool(np.all(bound < USELESS))  # not for NaN

@@ -8,18 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from pitotbench.calibration.altitude import (
-    NOISE_COUNT,
-    SLOW_SCALE,
-    SLOW_TIME,
-    SLOW_TIME_FACTOR,
-    WALK_SCALE,
-)
-from pitotbench.calibration.altitude import WHITE_SCALE as HEIGHT_SCALE
+from pitotbench.calibration.altitude import NOISE_COUNT
 from pitotbench.calibration.covering import (
-    GUST_LENGTH,
-    GUST_SCALE,
-    WHITE_SCALE,
     CoveringFit,
     Posterior,
     Structure,
@@ -180,20 +170,16 @@ def _verdict(
 # Where their mean near an airspeed lies off the curve by more than its bound and their own scatter
 # allow, the model of the curve or of the wind does not describe the log.
 
-_BIN, _MEAN_OVER = (
-    10.0 * KNOT,
-    30.0,
-)  # m/s and s: samples are taken together near an airspeed, and over so long
+_BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
+_MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
 DISAGREE = (
     0.001  # probability of so much disagreement by chance: below it two equations are not averaged
 )
-_CLEAR, _BOUNDS, _LEAST_OFF = (
-    3.0,
-    1.5,
-    0.5 * KNOT,
-)  # standard errors, times 2σ, and m/s beyond which samples disagree
+_CLEAR = 3.0  # standard errors beyond which samples disagree
+_BOUNDS = 1.5  # times 2σ, likewise
+_LEAST_OFF = 0.5 * KNOT  # m/s, likewise
 
 
 def disagreements(
@@ -339,7 +325,7 @@ def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
 # A 143, 1980).
 
 _FAR = 3.0  # standard deviations of the prior of a noise parameter
-_SELDOM = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
+_Z_1_PERCENT = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
 _LEAST_KNOWN = (
     0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
 )
@@ -416,7 +402,7 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
         # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
         scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
-        if abs(float(mean[place])) > _SELDOM * scatter:
+        if abs(float(mean[place])) > _Z_1_PERCENT * scatter:
             # What the log says without the prior, which draws the estimate to zero.
             freed = (nuisance.deviation / scatter) ** 2
             value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5
@@ -457,22 +443,30 @@ def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) ->
 
 def _noise_priors(structure: Structure, obs: Observations) -> list[_Level | _Extent]:
     """The priors of the noise parameters in their order."""
+    assumed = structure.priors
     priors: list[_Level | _Extent] = [
-        _Level("gusts' standard deviation", "m/s", GUST_SCALE),
-        _Extent("gusts' length", "m", GUST_LENGTH, length_factor(structure, obs)),
-        _Level("white noise of the airspeed", "m/s", WHITE_SCALE),
+        _Level("gusts' standard deviation", "m/s", assumed.gust_mps),
+        _Extent("gusts' length", "m", assumed.gust_length_m, length_factor(structure, obs)),
+        _Level("white noise of the airspeed", "m/s", assumed.white_mps),
     ]
     if structure.drifting:
-        priors.append(_Level("standard deviation of the drifting wind", "m/s", wind_scale(obs)))
+        priors.append(
+            _Level("standard deviation of the drifting wind", "m/s", wind_scale(structure, obs))
+        )
     if structure.altitude is not None:
         third = (
-            _Level("white noise of the height", "m", HEIGHT_SCALE)
+            _Level("white noise of the height", "m", assumed.height_white_m)
             if structure.altitude.tie is None
-            else _Level("wander of the integrated vertical velocity", "m/√s", WALK_SCALE)
+            else _Level("wander of the integrated vertical velocity", "m/√s", assumed.height_walk)
         )
         height: list[_Level | _Extent] = [
-            _Level("slow error of the height", "m", SLOW_SCALE),
-            _Extent("memory of the height error", "s", SLOW_TIME, SLOW_TIME_FACTOR),
+            _Level("slow error of the height", "m", assumed.height_slow_m),
+            _Extent(
+                "memory of the height error",
+                "s",
+                assumed.height_memory_s,
+                assumed.height_memory_factor,
+            ),
             third,
         ]
         assert len(height) == NOISE_COUNT

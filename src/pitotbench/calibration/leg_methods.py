@@ -151,7 +151,8 @@ _ILL_CONDITIONED = 1e6  # condition number: beyond it the tracks are practically
 _LEAST_SPEED = 1e-3  # m/s, below which a velocity has no direction
 _STEPS = 6  # of Gauss-Newton, which converges in three or four
 _METHODS = {3: "three_leg", 4: "four_leg"}
-_ROUNDS, _SETTLED = 40, 1e-9  # at most; m/s
+_ROUNDS = 40  # at most
+_LAST_STEP = 1e-9  # m/s, of the last step
 _SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 _RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
 
@@ -430,7 +431,7 @@ def solve_group(group: Legs) -> SolvedGroup:
             if group.turning
             else answer_of_legs(group.leg_means(velocity))
         )
-        if np.max(np.abs(answer - before)) < _SETTLED:
+        if np.max(np.abs(answer - before)) < _LAST_STEP:
             break
     along = unit(velocity - answer[1:])
     residual = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibration.covering import GUST_LENGTH, GUST_SCALE, WHITE_SCALE, WindNoise
+from pitotbench.calibration.covering import WindNoise
 from pitotbench.calibration.leg_methods import (
     LegAir,
     Legs,
@@ -19,7 +19,13 @@ from pitotbench.calibration.leg_methods import (
     unit,
 )
 from pitotbench.calibration.observations import Observations, observe
-from pitotbench.calibration.options import AUTO, Accuracies, CalibrationOptions, accuracies_of
+from pitotbench.calibration.options import (
+    AUTO,
+    PRIORS,
+    Accuracies,
+    CalibrationOptions,
+    accuracies_of,
+)
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.estimation.noise import Intervals
 from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises
@@ -307,7 +313,7 @@ def plausible_noises(groups: Sequence[SolvedGroup]) -> tuple[Array, Array]:
     """
     level = float(np.concatenate([group.residual for group in groups]).std())
     if level < _FLOOR:  # computed legs without noise
-        return np.log([[_FLOOR, GUST_LENGTH, _FLOOR]]), np.ones(1)
+        return np.log([[_FLOOR, PRIORS.gust_length_m, _FLOOR]]), np.ones(1)
     likelihood = LegLikelihood(groups)
 
     def log_posterior(noise: Array) -> float:
@@ -316,7 +322,7 @@ def plausible_noises(groups: Sequence[SolvedGroup]) -> tuple[Array, Array]:
         except np.linalg.LinAlgError:
             return -np.inf  # the search rejects this noise
 
-    return weighted_noises(log_posterior, np.log([level, GUST_LENGTH, 0.3 * level]))
+    return weighted_noises(log_posterior, np.log([level, PRIORS.gust_length_m, 0.3 * level]))
 
 
 def _log_prior(phi: Array) -> float:
@@ -325,9 +331,14 @@ def _log_prior(phi: Array) -> float:
     """
     deviation, white = np.exp(phi[0]), np.exp(phi[2])
     levels = (
-        -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
+        -0.5 * (deviation / PRIORS.gust_mps) ** 2
+        - 0.5 * (white / PRIORS.white_mps) ** 2
+        + phi[0]
+        + phi[2]
     )
-    return float(levels - 0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(_LENGTH_FACTOR)) ** 2)
+    return float(
+        levels - 0.5 * ((phi[1] - np.log(PRIORS.gust_length_m)) / np.log(_LENGTH_FACTOR)) ** 2
+    )
 
 
 class LegLikelihood:
@@ -341,7 +352,7 @@ class LegLikelihood:
         airspeed = np.repeat([group.answer[0] for group in groups], lengths)
         sensor = np.zeros(len(along))  # in the white part
         self._noise_of = WindNoise(
-            intervals, intervals.at_edges(airspeed), along[None], sensor, drifting=False
+            intervals, intervals.at_edges(airspeed), along[None], sensor, memory=None
         )
         residual = np.concatenate([group.residual for group in groups])
         self._data = np.column_stack([np.ones(len(residual)), along, residual])

@@ -26,10 +26,10 @@ from pitotbench.calibration.covering import (
     FirstPass,
     Posterior,
     Structure,
-    approach,
+    final_pass,
+    first_pass,
     fit_covering,
     posterior_of,
-    settle,
 )
 from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
@@ -125,10 +125,9 @@ def fit_located(
     rows = None
     if options.use_altitude and stated in (None, STATIC):
         count = structure.model.error_count
-        total = 0.5 * accuracies_of(options.accuracies, {}).total_source
-        rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2], total)
+        rows = altitude_rows(log, obs, options, start[count : count + 2])
     if rows is not None:
-        return _with_height(stated, assumed, rows, obs, bare, approach(bare, obs, start, path))
+        return _with_height(stated, assumed, rows, obs, bare, first_pass(bare, obs, start, path))
     fit = fit_covering(bare, obs, start, path)
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
@@ -163,11 +162,11 @@ def _with_height(
         """The answer of triangle and height together; where they disagree, the mixture with the
         triangle's own.
         """
-        answers = [fit, settle(_at(bare, True), obs, near)] if chance < DISAGREE else [fit]
+        answers = [fit, final_pass(_at(bare, True), obs, near)] if chance < DISAGREE else [fit]
         return mixed([(1.0, posterior_of(each)) for each in answers])
 
     if stated is not None:
-        fit = settle(moved, obs, joint)
+        fit = final_pass(moved, obs, joint)
         return ErrorPlace(stated, None, moved, fit, held(fit), chance)
     noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
     odds = gain - without
@@ -177,7 +176,9 @@ def _with_height(
     beside = replace(near, noise=np.concatenate([near.noise, noise]))
     tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), beside)}
     fits = {
-        name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE
+        name: final_pass(tried[name][0], obs, tried[name][1])
+        for name in tried
+        if shares[name] > SURE
     }
     best = max(fits, key=lambda name: shares[name])
     answer = mixed(
@@ -202,8 +203,7 @@ def fit_by_height(
     does.
     """
     stated = accuracies_of(options.accuracies, {})
-    wind, total = np.array([_UNKNOWN_WIND, 0.0]), 0.5 * stated.total_source
-    rows = altitude_rows(log, obs, options.gps_latency, wind, total)
+    rows = altitude_rows(log, obs, options, np.array([_UNKNOWN_WIND, 0.0]))
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
         raise NoAnswerError("no height by GPS tells of the static source")
     probe = 0.5 * stated.temperature_k

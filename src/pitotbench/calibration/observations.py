@@ -100,7 +100,8 @@ _MINIMUM_PRESSURE = float(air.impact_pressure(_MINIMUM_AIRSPEED))
 
 _FLYING = 0.45  # of the fast airspeed of the log: below it an airplane rolls, or stalls
 _FAST = 0.9  # quantile of the airspeeds above 20 kt
-_AFTER_TAKE_OFF, _BEFORE_LANDING = 60.0, 120.0  # s
+_AFTER_TAKE_OFF = 60.0  # s
+_BEFORE_LANDING = 120.0  # s
 _MOST_CUT = 0.25  # of a time in the air, at either end
 _STEEP = 6.0 * DEGREE  # of the path, twice that of a usual approach
 _OVER = 20.0  # s, over which the angle of the path is taken
@@ -321,10 +322,8 @@ def observe(
     )
 
 
-_LONG_FLIGHT, _HIGH_CLIMB = (
-    1800.0,
-    500.0,
-)  # s, m: beyond either, one wind does not hold for all rows
+_LONG_FLIGHT = 1800.0  # s: beyond it one wind does not hold for all rows
+_HIGH_CLIMB = 500.0  # m: nor beyond this
 
 
 def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
@@ -471,9 +470,13 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
 # sums.
 
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
-_SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
-_LONG, _LONG_BLOCK = 480.0, 2.0  # s: blocks of a log with more data
-_LONGEST, _LONGEST_BLOCK = 3600.0, 4.0  # s: blocks of a flight of hours
+_SHORT = 120.0  # s of data, below which a log has
+_SHORT_BLOCK = 0.5  # s: such blocks
+_LONG = 480.0  # s of data, above which a log has
+_LONG_BLOCK = 2.0  # s: such blocks
+_LONGEST = 3600.0  # s of data, above which a flight has
+_LONGEST_BLOCK = 4.0  # s: such blocks
+_MOST_BLOCKS = 5000  # of a flight: of more the bound hardly falls, and the time grows with them
 
 
 @dataclass(frozen=True, slots=True)
@@ -502,10 +505,12 @@ class Blocks:
 
 
 def block_length(obs: Observations) -> float:
-    """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4."""
+    """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4,
+    and more where there would be over 5,000 blocks.
+    """
     duration = len(obs) * float(np.median(np.diff(obs.time)))
     if duration > _LONGEST:
-        return _LONGEST_BLOCK
+        return max(_LONGEST_BLOCK, duration / _MOST_BLOCKS)
     return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
 
 

@@ -2,8 +2,8 @@
 show.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, dataclass, field, fields
 from math import inf, isfinite
 from typing import Any
 
@@ -95,37 +95,117 @@ def parse_accuracies(text: str) -> dict[str, float]:
     unknown name, with the known ones, or for a value that is not a number.
     """
     parts = [part.strip() for part in text.split(",") if part.strip()]
-    stated = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
+    known = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
+    others = [part for part in parts if part != NONE]
+    return _checked(known | _pairs("accuracy", others, "temperature_k=1"))
+
+
+def parse_priors(text: str) -> dict[str, float]:
+    """Read priors from text such as `gust_length_m=300,gust_mps=1`. Raises as `priors_of`."""
+    return _pairs("prior", text.split(","), "gust_length_m=300")
+
+
+def _pairs(what: str, parts: Sequence[str], example: str) -> dict[str, float]:
+    """Read pairs NAME=NUMBER. Raises BadInputError where one is not."""
+    found = {}
     for part in parts:
-        if part == NONE:
-            continue
-        name, equals, number = part.partition("=")
+        name, _, number = part.partition("=")
         try:
-            stated[name.strip()] = float(number)
+            found[name.strip()] = float(number)
         except ValueError as error:
-            raise BadInputError(
-                f"accuracy {part!r}: write name=2σ, such as temperature_k=1"
-            ) from error
-        if not equals:
-            raise BadInputError(f"accuracy {part!r}: write name=2σ, such as temperature_k=1")
-    return _checked(stated)
+            raise BadInputError(f"{what} {part!r}: write name=number, such as {example}") from error
+    return found
+
+
+def _numbers(
+    what: str, stated: object, known: Sequence[Field[Any]], example: str
+) -> dict[str, float]:
+    """Return a table of numbers. Raises BadInputError for unknown names and what is no number."""
+    if not isinstance(stated, Mapping):  # the header of a log can contain any value
+        raise BadInputError(f"{what} {stated!r}: state a table by name, such as {example}")
+    names = [f.name for f in known]
+    for name, value in stated.items():
+        if name not in names:
+            raise BadInputError(explain(what, name, names))
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise BadInputError(f"{what} {name}: {value!r} is not a number")
+    return {name: float(value) for name, value in stated.items()}
 
 
 def _checked(stated: object) -> dict[str, float]:
     """Return the accuracies as numbers. Raises BadInputError for unknown names and wrong values."""
-    if not isinstance(stated, Mapping):  # the header of a log can contain any value
-        raise BadInputError(
-            f"accuracy {stated!r}: state a table of 2σ by name, such as temperature_k = 1"
-        )
-    known = [f.name for f in fields(Accuracies)]
-    for name, value in stated.items():
-        if name not in known:
-            raise BadInputError(explain("accuracy", name, known))
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise BadInputError(f"accuracy {name}: {value!r} is not a number")
-    numbers = {name: float(value) for name, value in stated.items()}
+    numbers = _numbers("accuracy", stated, fields(Accuracies), "temperature_k = 1")
     Accuracies(**numbers)  # raises for negative and infinite ones
     return numbers
+
+
+# The priors of what a log tells little of: the air, the receiver's height, the curve's shape. The
+# answer hardly depends on one that the log contradicts clearly; in a short log or in smooth air it
+# does.
+
+
+def _prior(value: float, unit: str, usual: tuple[float, float], source: str) -> Any:
+    """A field with its value, unit, usual range and source."""
+    return field(default=value, metadata={"unit": unit, "usual": usual, "source": source})
+
+
+@dataclass(frozen=True, slots=True)
+class Priors:
+    """The numbers of the priors, each a field with unit, usual range and source in its metadata.
+
+    A name that ends in `factor` is one standard deviation of a log-normal prior, as a factor; the
+    other standard deviations are those of half-normal priors, or 1σ. Raises BadInputError for a
+    number that is not above zero, or a factor that is not above one.
+    """
+
+    gust_mps: float = _prior(2.0, "m/s", (0.5, 5.0), "gusts' standard deviation: severe is 3")
+    gust_length_m: float = _prior(533.0, "m", (100.0, 2000.0), "MIL-F-8785C, Dryden above 2,000 ft")
+    gust_length_factor: float = _prior(2.5, "-", (1.5, 5.0), "chosen: 200 to 1,300 m within 1σ")
+    high_length_factor: float = _prior(
+        4.0,
+        "-",
+        (1.5, 8.0),
+        "chosen, above 10,000 ft: slow wind has no outer scale near that length",
+    )
+    white_mps: float = _prior(0.5, "m/s", (0.1, 2.0), "white noise that is no pressure sensor's")
+    slow_wind_mps: float = _prior(1.0, "m/s", (0.3, 5.0), "a drifting wind over half an hour")
+    slow_wind_s: float = _prior(1800.0, "s", (600.0, 7200.0), "its memory: longer than a maneuver")
+    wind_change_mps: float = _prior(
+        5.0, "m/s", (1.0, 20.0), "change in 600 s of a linear wind, and in 300 m of height"
+    )
+    instruments_s: float = _prior(3.0, "s", (1.0, 6.0), "filter that makes the instruments")
+    height_slow_m: float = _prior(5.0, "m", (1.0, 20.0), "slow error of a receiver alone: 1 to 3")
+    height_memory_s: float = _prior(90.0, "s", (20.0, 600.0), "memory of the slow height error")
+    height_memory_factor: float = _prior(3.0, "-", (1.5, 5.0), "chosen: 30 to 270 s within 1σ")
+    height_walk: float = _prior(
+        0.2, "m/√s", (0.02, 1.0), "integral of the vertical velocity's error: 0.05 at 1 Hz"
+    )
+    height_white_m: float = _prior(3.0, "m", (0.5, 10.0), "height without a vertical velocity")
+    curve_slope: float = _prior(0.06, "Δp/q_c", (0.02, 0.2), "root mean square: 4 kt at 130 kt")
+    curve_lift: float = _prior(0.06, "Δp/q_c", (0.02, 0.2), "root mean square of the part in 1/x")
+    curve_departure: float = _prior(
+        0.002, "Δp/q_c", (0.0005, 0.01), "root mean square; a quarter and four times are its rivals"
+    )
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value, least = getattr(self, each.name), float(each.name.endswith("factor"))
+            if not isfinite(value) or value <= least:
+                raise BadInputError(f"prior {each.name} = {value:g}: give more than {least:g}")
+
+
+PRIORS = Priors()
+StatedPriors = Priors | Mapping[str, float] | None
+
+
+def priors_of(stated: StatedPriors) -> Priors:
+    """Return a whole record of priors from some of its names.
+
+    Raises BadInputError for unknown names or wrong numbers.
+    """
+    if isinstance(stated, Priors):
+        return stated
+    return Priors(**_numbers("prior", stated or {}, fields(Priors), "gust_length_m = 300"))
 
 
 # The options of a calibration, in one record.
@@ -172,6 +252,7 @@ class CalibrationOptions:
     robust: leave out faulty rows and list them.
     accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name.
     A name that is not given comes from the log's header, else it has the usual accuracy (`USUAL`).
+    priors: those of `Priors` that are not to have their default, by name.
     Raises BadInputError or UnknownNameError for a choice that does not exist, and for a limit or
     latency that no log can have.
     """
@@ -191,10 +272,12 @@ class CalibrationOptions:
     latency: str = Unstated("given")
     robust: bool = True
     accuracies: Stated = None
+    priors: StatedPriors = None
 
     def __post_init__(self) -> None:
         require_model(self.model)
         accuracies_of(self.accuracies, {})  # raises for unknown names
+        priors_of(self.priors)
         for kind, value, known in (
             ("method", self.method, METHODS),
             ("error location", self.error_location, ERROR_LOCATIONS),
@@ -244,7 +327,7 @@ def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
             raise BadInputError(explain("calibration option", name, list(kinds)))
         kind: Any = kinds[name]
         whole = isinstance(value, int) and not isinstance(value, bool)  # as good as a float
-        if kind is not Stated and not isinstance(1.0 if whole else value, kind):
+        if kind not in (Stated, StatedPriors) and not isinstance(1.0 if whole else value, kind):
             wanted = {str: "a text", bool: "true or false"}.get(kind, "a number")
             raise BadInputError(f"calibration option {name}: give {wanted}, not {value!r}")
     return CalibrationOptions(**choices)

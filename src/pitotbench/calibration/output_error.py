@@ -53,7 +53,7 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
 
     `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of
     the *prediction*; `start` is θ (p,). Raises NoAnswerError where the start is outside the model's
-    domain, the steps do not settle or the information matrix is singular.
+    domain, the steps do not converge or the information matrix is singular.
     """
     theta = start
     residuals, jacobian = _at_start(outputs, start)

@@ -10,7 +10,12 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions, accuracies_of
+from pitotbench.calibration.options import (
+    WITHOUT_TEMPERATURE,
+    CalibrationOptions,
+    accuracies_of,
+    priors_of,
+)
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
@@ -33,7 +38,8 @@ class Prediction:
     `indicated` (n,) [Pa] is the indicated impact pressure and `jacobian` (n, p) its derivative with
     respect to θ; `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the
     predicted one. `slope` (n,) [Pa s/m] is the derivative of the indicated impact pressure with
-    respect to true airspeed.
+    respect to true airspeed, `by_error` (n,) [Pa] that with respect to the normalized pressure
+    error.
     """
 
     indicated: Pascal
@@ -41,6 +47,7 @@ class Prediction:
     impact_pressure: Pascal
     true_airspeed: MetersPerSecond
     slope: Array
+    by_error: Pascal
     error_count: int
 
     @property
@@ -94,8 +101,17 @@ class PredictionModel:
             work.impact,
             work.speed,
             work.slope,
+            work.by_error,
             error_count=self.error_count,
         )
+
+    def curve_columns(self, prediction: Prediction, shift: MetersPerSecond) -> MetersPerSecond:
+        """The change of the predicted airspeed with the curve's parameters, (n, K), where the true
+        airspeed is `shift` (n,) [m/s] beyond the predicted one.
+        """
+        indicated = prediction.indicated + shift * prediction.slope
+        by_error = prediction.by_error / prediction.slope
+        return self.error.basis(indicated / self.reference_pressure) * by_error[:, None]
 
 
 class _Work:
@@ -113,7 +129,7 @@ class _Work:
             np.empty(count),
             np.empty(count),
         )
-        self._x, self._by_f = np.empty(count), np.empty(count)
+        self._x, self.by_error = np.empty(count), np.empty(count)
 
     def place(self, rows: slice) -> None:
         """Find the impact pressure of the ground velocity less the wind, as a share of the static
@@ -155,14 +171,14 @@ class _Work:
             self._obs.static_pressure[rows] * (1.0 - f) * (shape**2 if model.static_error else 1.0)
         )
         self._by_ratio[rows] = by_ratio / damping
-        self._x[rows], self._by_f[rows] = x, by_f / damping
+        self._x[rows], self.by_error[rows] = x, by_f / damping
         return float(np.max(np.abs(step)))
 
     def differentiate(self, rows: slice) -> None:
         """Fill the derivatives by the curve, by the wind and by the true airspeed."""
         error = self._model.error
         self.jacobian[rows, : self._model.error_count] = (
-            error.basis(self._x[rows]) * self._by_f[rows][:, None]
+            error.basis(self._x[rows]) * self.by_error[rows][:, None]
         )
         by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
         for column, axis in enumerate(
@@ -420,13 +436,11 @@ def _at_least(matrix: Array, floor: float) -> Array:
 
 # Wide priors of a wind that changes: by 5 m/s in ten minutes (`linear`), and in 300 m of height
 # (every wind but the constant one), is one standard deviation.
-_WIND_CHANGE = 5.0  # m/s
-_WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
+_WIND_TIME = 600.0  # s
+_WIND_HEIGHT = 300.0  # m
 _LEAST_HEIGHT = 1.0  # m: keeps a layer from having no thickness
-_LEAST_LAYER, _MOST_LAYERS = (
-    150.0,
-    8,
-)  # m, of the thinnest layer in which the wind changes by one slope; and their greatest number
+_LEAST_LAYER = 150.0  # m, of the thinnest layer in which the wind changes by one slope
+_MOST_LAYERS = 8
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
 _AXES = ("north", "east")
@@ -469,8 +483,9 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         ),
         Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
     )
-    layers = () if options.wind == "constant" else _layers(obs)
-    linear = _linear_wind(obs) if options.wind == "linear" else ()
+    change = priors_of(options.priors).wind_change_mps
+    layers = () if options.wind == "constant" else _layers(obs, change)
+    linear = _linear_wind(obs, change) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *linear, *layers)
 
 
@@ -482,13 +497,13 @@ def along_track(prediction: Prediction) -> Array:
     return prediction.wind_columns[:, :2] / prediction.slope[:, None]
 
 
-def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
+def _linear_wind(obs: Observations, deviation: float) -> tuple[Nuisance, ...]:
     """The wind's change with time, toward north and east."""
     middle = 0.5 * (obs.time[0] + obs.time[-1])
-    return _both_axes({"per_600_s": lambda o: (o.time - middle) / _WIND_TIME})
+    return _both_axes({"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}, deviation)
 
 
-def _layers(obs: Observations) -> tuple[Nuisance, ...]:
+def _layers(obs: Observations, deviation: float) -> tuple[Nuisance, ...]:
     """The wind's change with height, a slope a layer of 150 m or more; one slope over less."""
     low, high = (float(edge) for edge in np.quantile(obs.height(), [0.01, 0.99]))
     high = max(high, low + _LEAST_HEIGHT)
@@ -502,7 +517,7 @@ def _layers(obs: Observations) -> tuple[Nuisance, ...]:
         }
     # Over many heights the changes of a wind add up as those of a random walk do.
     thickness = max((high - low) / count, _WIND_HEIGHT)
-    return _both_axes(changes, _WIND_CHANGE * float(np.sqrt(_WIND_HEIGHT / thickness)))
+    return _both_axes(changes, deviation * float(np.sqrt(_WIND_HEIGHT / thickness)))
 
 
 def _slope(flown: Observations, low: float, high: float) -> Change:
@@ -513,9 +528,7 @@ def _slope(flown: Observations, low: float, high: float) -> Change:
     return lambda obs: (np.clip(obs.height(), low, high) - middle) / _WIND_HEIGHT
 
 
-def _both_axes(
-    changes: Mapping[str, Change], deviation: float = _WIND_CHANGE
-) -> tuple[Nuisance, ...]:
+def _both_axes(changes: Mapping[str, Change], deviation: float) -> tuple[Nuisance, ...]:
     return tuple(
         Nuisance(f"wind_{name}_mps_{unit}", deviation, _wind(axis, change), (axis, change))
         for unit, change in changes.items()

@@ -20,7 +20,7 @@ from pitotbench.calibration.covering import (
     Posterior,
     Structure,
     acceleration_effect,
-    approach,
+    first_pass,
     posterior_of,
 )
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
@@ -41,6 +41,7 @@ from pitotbench.calibration.options import (
     CalibrationOptions,
     accuracies_of,
     assumptions_of,
+    priors_of,
 )
 from pitotbench.calibration.output_error import (
     OutputErrorFit,
@@ -59,7 +60,7 @@ from pitotbench.calibration.prediction import (
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.models import DEPARTURES, PressureErrorModel, SmoothModel
+from pitotbench.pressure_error.models import PressureErrorModel, SmoothModel
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import (
     Assumption,
@@ -87,7 +88,8 @@ if TYPE_CHECKING:
 # (spikes), and of the median of a second against all others (longer faults). A burst of gusts makes
 # all seconds around scatter more, and a fault does not: a longer fault has to stand out of that.
 
-_FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
+_FREEDOM = 4.0  # degrees of freedom of the Student's t that weighs the residuals
+_LEAST_WEIGHT = 0.1
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
 _SECOND = 1.0  # s
 _AROUND = 31  # s: the median over so many around a fault is the usual residual
@@ -296,11 +298,9 @@ _LEAST_RANGE = 1.01  # of x between the ends, where the airspeed hardly changes
 # Probability of so much evidence for a change under a constant wind, above which it is not named. A
 # third of the changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
-_MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
-_MOST_NAMED, _MOST_LISTED = (
-    5,
-    1000,
-)  # greatest number of left-out rows in a warning and in the diagnostics
+_RELEVANT_SHARE = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
+_MOST_NAMED = 5  # left-out rows in a warning
+_MOST_LISTED = 1000  # left-out rows in the diagnostics
 
 
 @dataclass(frozen=True, slots=True)
@@ -418,7 +418,13 @@ def scale_of(observed: Sequence[Observations]) -> CurveScale:
 
 def model_of(options: CalibrationOptions, scale: CurveScale) -> PredictionModel:
     """Return the model to be fitted, over the flown range where it is one of a range."""
-    error = MODELS[options.law].spread_over(scale.low, scale.high)
+    error, priors = (
+        MODELS[options.law].spread_over(scale.low, scale.high),
+        priors_of(options.priors),
+    )
+    if isinstance(error, SmoothModel):
+        shape = priors.curve_slope, priors.curve_lift, priors.curve_departure
+        error = SmoothModel(error.name, error.low, error.high, *shape)
     static = options.error_location == "static"
     return PredictionModel(error, scale.reference_pressure, static, options.wind_down)
 
@@ -517,7 +523,13 @@ def _along_path(
     level = replace(model, error=MODELS["bias"])
     start = np.zeros(level.count)
     start[1:3] = wind_by_circle(obs)
-    return approach(Structure(level, nuisances_of(options, obs), drifting=True), obs, start)
+    return first_pass(_structure(level, options, obs, drifting=True), obs, start)
+
+
+def _structure(
+    model: PredictionModel, options: CalibrationOptions, obs: Observations, drifting: bool
+) -> Structure:
+    return Structure(model, nuisances_of(options, obs), drifting, priors_of(options.priors))
 
 
 def _white_fit(
@@ -554,7 +566,7 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
 
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
     options, obs = white.options, white.observations
-    structure = Structure(white.model, nuisances_of(options, obs), wind_drifts(options, obs))
+    structure = _structure(white.model, options, obs, wind_drifts(options, obs))
     return fit_located(log, options, structure, obs, white.white.theta, white.path)
 
 
@@ -604,9 +616,9 @@ def _departures(law: PressureErrorModel, fit: CoveringFit) -> dict[str, float] |
     """The probability of each size of a smooth curve's departures."""
     if not isinstance(law, SmoothModel):
         return None
-    shares = dict.fromkeys(DEPARTURES, 0.0)
+    shares = dict.fromkeys(law.departures, 0.0)
     for node in fit.nodes:
-        shares[DEPARTURES[node.rival]] += node.weight
+        shares[law.departures[node.rival]] += node.weight
     return {f"{size:g}": share for size, share in shares.items()}
 
 
@@ -666,7 +678,7 @@ def _is_named(change: WindChange) -> bool:
     return (
         change.bayes_factor > MIN_BAYES_FACTOR
         and change.chance < _CHANGED
-        and change.share > _MATTERS
+        and change.share > _RELEVANT_SHARE
     )
 
 

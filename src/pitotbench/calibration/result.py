@@ -18,6 +18,7 @@ from pitotbench.calibration.options import (
     CalibrationOptions,
     accuracies_of,
     assumptions_of,
+    priors_of,
 )
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
@@ -356,7 +357,8 @@ def residuals_of(reduction: Reduction) -> Residuals:
     """
     model, obs, values = reduction.model, reduction.observations, reduction.answer.mean
     if reduction.fit is not None and wind_drifts(reduction.options, obs):
-        structure = Structure(model, reduction.nuisances, True, reduction.altitude)
+        priors = priors_of(reduction.options.priors)
+        structure = Structure(model, reduction.nuisances, True, priors, reduction.altitude)
         obs = drift_of(structure, obs, reduction.fit, values).taken_from(obs)
     prediction, gusts = model.predict(values[: model.count], obs), reduction.diagnostics.gusts
     moved = (0.0 if gusts is None else gusts.deviation**2) / prediction.true_airspeed

@@ -44,10 +44,8 @@ _STRAIGHT = np.radians(
     1.0
 )  # rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
 _FEWEST = 10  # straight blocks
-_WANDER, _WANDER_TIME = (
-    0.2,
-    20.0,
-)  # m/s, least level of the wander of heading and path; its correlation time [s]
+_WANDER = 0.2  # m/s, least level of the wander of heading and path
+_WANDER_TIME = 20.0  # s, its correlation time
 _LAG = 10.0  # s between rows whose differences show the level
 _WHITE = 0.05  # m/s, least white noise of a block
 
@@ -147,11 +145,9 @@ _SIZES = (
     3.6,
 )  # m/s, standard deviation of a component of the wind around its mean over the log
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
-_ENOUGH = 0.1  # s between rows: a wind that changes is slow
-_PERIODS, _WAVE_SIZES = (
-    (160.0, 230.0, 330.0, 470.0),
-    (0.5, 1.5),
-)  # s, and m/s (1σ) of each coefficient
+_LEAST_INTERVAL = 0.1  # s between rows: a wind that changes is slow
+_PERIODS = (160.0, 230.0, 330.0, 470.0)  # s, of a wave
+_WAVE_SIZES = (0.5, 1.5)  # m/s (1σ) of each of its coefficients
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
 _MOST_COSINES = 24  # in a long log the slower ones
 _MOMENTS = 200  # at which winds are compared for the size of a change
@@ -160,7 +156,8 @@ _JUMP_SECONDS = 20.0  # s that a jump lasts
 _JUMP_TIMES = 30  # that are tried, evenly over the log
 # Of the gust length found for a constant wind, which takes a change for long gusts.
 _SHORTER = (1.0, 0.4, 0.15)
-_DRAWS, _SEED = 1000, 1  # of logs with a constant wind
+_DRAWS = 1000  # logs with a constant wind
+_SEED = 1  # of these draws
 _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _CHANGES = 0.5  # probability, before the log is seen, that the wind changed by one of the shapes
 _LEAST_WEIGHT = 1e-3  # of a change in the answer
@@ -199,7 +196,7 @@ def check_wind(
     Returns what was found, and the mixture over a constant wind and its changes. A log too short
     for a change has None and the answer as it is.
     """
-    obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
+    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
     blocks = divide(obs, 2.0 * block_length(obs))
     shapes = _shapes(blocks)
     if shapes is None:
@@ -243,12 +240,11 @@ def check_wind(
 # of: where each speed is flown once it is hard to tell from a curve, and an average over it would
 # widen the bound of every log.
 
-_GAIN, _LEAST_GAIN = 0.05, 0.01  # 1σ of a step of the factor, and the least that is named
-_CLEARER = 3.0  # logarithm by which a step of the factor must be likelier than a changed or a constant wind
-_CLEAR_STEP, _OWN_SCATTER = (
-    4.0,
-    30.0,
-)  # standard errors by the rows' own scatter, over blocks of so many seconds
+_GAIN = 0.05  # 1σ of a step of the factor
+_LEAST_GAIN = 0.01  # the least step that is named
+_LEAST_LOG_ODDS = 3.0  # logarithm by which a step of the factor must be likelier than a changed or a constant wind
+_CLEAR_STEP = 4.0  # standard errors of a step by the rows' own scatter
+_OWN_SCATTER = 30.0  # s, of the blocks of that scatter
 _GAIN_CHANCE = 0.01  # of a constant factor in the same gusts, above which no step is named
 
 
@@ -258,7 +254,7 @@ def check_gain(
     """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance
     explains.
     """
-    obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
+    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
     blocks, theta = divide(obs, 2.0 * block_length(obs)), fit.theta[: structure.model.count]
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
     prediction = structure.model.predict(theta, obs)
@@ -293,7 +289,7 @@ def check_gain(
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     size = float(found[int(noise)].estimate(np.array([place]), one)[0])
     of_wind = 0.0 if change is None else float(np.log(max(change.bayes_factor, 1.0)))
-    if log_factor < of_wind + _CLEARER or abs(size) < _LEAST_GAIN:
+    if log_factor < of_wind + _LEAST_LOG_ODDS or abs(size) < _LEAST_GAIN:
         return ()
     by_chance = logsumexp(gains(found[0], found[0].drawn(_DRAWS, _SEED)), axis=0) >= log_factor
     if float(np.mean(by_chance)) > _GAIN_CHANCE:

@@ -45,7 +45,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", help="pressure-error model (default: the mapping's, else smooth)"
     )
-    add_shared(parser, "mapping", "part", "temperature", "sensor", "accuracy")
+    add_shared(parser, "mapping", "part", "temperature", "sensor", "accuracy", "priors")
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument(
         "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
@@ -371,6 +371,10 @@ def _choices(options: argparse.Namespace) -> dict[str, Any]:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     stated |= dict(choice for flag, choice in _SWITCHES.items() if getattr(options, flag))
     stated |= stated_accuracies(options)
+    if options.priors is not None:
+        from pitotbench.calibration.options import parse_priors
+
+        stated["priors"] = parse_priors(options.priors)
     if options.latency is not None:
         stated |= _latency(options.latency)
     return stated

@@ -83,6 +83,14 @@ _FLAGS: dict[str, dict[str, dict[str, Any]]] = {
             f"{_USUAL})",
         }
     },
+    "priors": {
+        "--set": {
+            "metavar": "NAME=NUMBER,...",
+            "dest": "priors",
+            "help": "a prior other than the usual one, such as gust_length_m=300 (docs/method.md "
+            "lists them)",
+        }
+    },
     "record": {
         "--record": {
             "type": Path,

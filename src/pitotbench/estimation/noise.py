@@ -450,10 +450,8 @@ def yule_walker(autocovariance: Array) -> tuple[Array, float]:
 # neighbors.
 
 NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
-_LARGE, _LARGE_DEVIATIONS = (
-    0.95,
-    1.96,
-)  # a quantile of a normal variable's size, in standard deviations
+_LARGE = 0.95  # a quantile of a normal variable's size
+_LARGE_DEVIATIONS = 1.96  # the same in standard deviations
 
 
 def robust_deviation(values: Array) -> Array:

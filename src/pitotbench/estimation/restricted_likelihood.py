@@ -19,10 +19,14 @@ from pitotbench.units import Array
 # approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
-_DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
+_DRAWS = 600  # for each node: they give the factor to about 1 %
+_DRAW_SEED = 20111
 _FULL = 5  # dimensions up to which the design has all corners
-_HALF_WIDTH_STEPS, _HALF_WIDTH_ERROR = 60, 1e-13  # at most; of the half-width, as a share
-_SELDOM = 1e-4  # weight of a noise with one of several rival priors, below which it is left out
+_HALF_WIDTH_STEPS = 60  # at most
+_HALF_WIDTH_ERROR = 1e-13  # of the half-width, as a share
+_LEAST_WEIGHT = (
+    1e-4  # weight of a noise with one of several rival priors, below which it is left out
+)
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -133,14 +137,16 @@ def simultaneous_factor(
 # a prior; their posterior is represented by its mode and a few nodes around it.
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
-_STEPS, _HALVINGS = 40, 12
-_SETTLED, _ROUGHLY = (
-    0.1,
-    0.3,
-)  # gain in log-posterior below which a step is the last one; the next gains far less
+_STEPS = 40  # of the search, at most
+_HALVINGS = 12  # of a step, at most
+_LEAST_GAIN = (
+    0.1  # gain in log-posterior below which a step is the last one: the next gains far less
+)
+_ROUGHLY = 0.3  # the same for a mode that another search starts from
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ
-_NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
+_NARROWEST = 0.05  # least standard deviation of a node in ln φ
+_WIDEST = 1.2  # the greatest
 
 _UNDETERMINED = (
     "the log does not determine the answer within its noise: check the clock, the units and the "
@@ -415,7 +421,7 @@ def noise_posterior(
     mode, curvature = _climb(
         lambda phis: np.asarray(logsumexp(by_rival(phis), axis=1)),
         start,
-        _SETTLED,
+        _LEAST_GAIN,
         _first_set(noise_of),
     )
     return _nodes(problem, noise_of, log_prior, mode, curvature)
@@ -432,7 +438,7 @@ def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array
     def heights(phis: Array) -> Array:
         return np.array([log_posterior(phi) for phi in phis])
 
-    places, base, _ = _places(*_climb(heights, start, _SETTLED))
+    places, base, _ = _places(*_climb(heights, start, _LEAST_GAIN))
     return places, _weights(base, heights(places))
 
 
@@ -474,7 +480,9 @@ def _nodes(
     masses = np.log(base)[:, None] + heights + volume
     weights = _weights(base[:, None], heights)
     if len(problem.rivals) > 1:
-        weights = np.where(weights > _SELDOM, weights, 0.0) / weights[weights > _SELDOM].sum()
+        weights = (
+            np.where(weights > _LEAST_WEIGHT, weights, 0.0) / weights[weights > _LEAST_WEIGHT].sum()
+        )
     weighed = chain.from_iterable(instruments for _, instruments in found)
     return tuple(
         NoiseNode(

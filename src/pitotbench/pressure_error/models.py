@@ -4,7 +4,7 @@ of them.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -82,9 +82,7 @@ _LEAST = 1e-3  # of the low end: the smallest x used, so that a bad iterate stil
 # likely: the log decides.
 
 _DEGREES = 8  # polynomials of degree 0 to 7
-_SLOPE = 0.06  # Δp/q_c (1σ), root mean square of the slope's part: 4 kt at 130 kt
-_LIFT = 0.06  # Δp/q_c (1σ), root mean square of the part in 1/x
-DEPARTURES = (0.0005, 0.002, 0.008)  # Δp/q_c (1σ), root mean square: 0.03 to 0.5 kt at 130 kt
+_RIVALS = (0.25, 1.0, 4.0)  # of the usual size of the departures
 _LEAST_RANGE = 2.0  # ratio of the ends, as from 100 to 141 kt: over less a curve changes by less
 _QUADRATURE = 24  # points, more than the degrees
 
@@ -105,11 +103,18 @@ _DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of 
 class SmoothModel:
     """A smooth curve over the range `low` to `high` of x = q_ci/q_ref, a straight line in ln x
     beyond it.
+
+    `slope`, `lift` and `departure` [Δp/q_c] are one standard deviation of the root mean square of
+    the slope's part, of the part in 1/x, and of the departures in the middle one of the rival
+    priors.
     """
 
     name: str
     low: float
     high: float
+    slope: float = 0.06
+    lift: float = 0.06
+    departure: float = 0.002
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -128,8 +133,13 @@ class SmoothModel:
     @property
     def precisions(self) -> Array:
         """The rival priors of the parameters as precisions, (r, k): flat for the level."""
-        known = [np.inf, _SLOPE, _LIFT]
-        return np.array([[*known, *[size] * (_DEGREES - 2)] for size in DEPARTURES]) ** -2.0
+        known = [np.inf, self.slope, self.lift]
+        return np.array([[*known, *[size] * (_DEGREES - 2)] for size in self.departures]) ** -2.0
+
+    @property
+    def departures(self) -> tuple[float, ...]:
+        """The sizes of the departures in the rival priors, (r,) [Δp/q_c]."""
+        return tuple(share * self.departure for share in _RIVALS)
 
     def basis(self, x: Array) -> Array:
         """Return the terms at x, (n,), as an array (n, k)."""
@@ -147,7 +157,7 @@ class SmoothModel:
         meant.
         """
         margin = float(np.sqrt(max(_LEAST_RANGE * low / high, 1.0)))
-        return SmoothModel(self.name, low / margin, high * margin)
+        return replace(self, low=low / margin, high=high * margin)
 
     @property
     def _half(self) -> float:

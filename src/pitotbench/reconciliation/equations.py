@@ -24,8 +24,8 @@ Integers = NDArray[np.intp]
 # rows of data: Rasmussen and Williams 2006, §2.7).
 
 FOLDS = 8  # sets of segments of the log, from all over it, of which each is left out once
-# s and instants: a part that is left out whole; short, for a turn may come only once
-SEGMENT, INSTANTS = 8.0, 16
+SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
+INSTANTS = 16  # of a part
 SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
 SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divided by
 ROUNDING = 1e-13  # singular values below this share of the largest are rounding

@@ -49,7 +49,9 @@ WITH_HEIGHT = {"pressure_height": 0.05, "temperature": 0.005}  # a meter of heig
 EARTH_RATE = 1.5e-4  # rad/s, twice the earth's rate; the latitude decides which share of it acts
 ROUNDING_DEVIATION = float(1.0 / np.sqrt(12.0))  # of a number rounded to whole steps, in steps
 # Steps for the difference quotients: small beside the priors, large beside rounding.
-BIAS_STEP, SCALE_STEP, CURVE_STEP = 0.002, 0.01, 0.01  # rad, share, share
+BIAS_STEP = 0.002  # rad
+SCALE_STEP = 0.01  # a share
+CURVE_STEP = 0.01  # a share
 
 
 @dataclass(frozen=True, slots=True)

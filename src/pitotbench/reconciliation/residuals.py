@@ -365,12 +365,12 @@ def clean_track(track: Track, wind: Array) -> Track:
     return smooth.replaced(_altitude(track, smooth))
 
 
-def _complemented(track: Track, measured: Array, predicted: Array) -> Array:
+def _complementary_filter(track: Track, measured: Array, predicted: Array) -> Array:
     """The quick changes of a prediction, with the slow ones of what a channel measures."""
     return predicted + _smoothed(track, measured - predicted, SLOW_WINDOW)
 
 
-def _gained(track: Track, rate: Array) -> Array:
+def _integrated(track: Track, rate: Array) -> Array:
     """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row
     late.
     """
@@ -382,17 +382,17 @@ def _velocity(track: Track) -> Mapping[str, Array]:
     they shake.
     """
     acceleration = earth_acceleration(track)
-    if acceleration is None or _shaken(track, acceleration):
+    if acceleration is None or _is_noisy(track, acceleration):
         return {}
-    gained = _gained(track, acceleration)
+    gained = _integrated(track, acceleration)
     return {
-        name: _complemented(track, track[name], gained[i])
+        name: _complementary_filter(track, track[name], gained[i])
         for i, name in enumerate(VELOCITY)
         if name in track
     }
 
 
-def _shaken(track: Track, acceleration: Array) -> bool:
+def _is_noisy(track: Track, acceleration: Array) -> bool:
     """Whether the noise of accelerometers, integrated over the window, is above that of a single
     GPS fix.
 
@@ -411,7 +411,7 @@ def _static_pressure(track: Track, smooth: Track) -> Array:
     """Static pressure whose quick changes come from the vertical speed and not from sensor noise."""
     down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
     height = air.pressure_altitude(track["static_pressure"])
-    return air.standard_pressure(_complemented(track, height, -_gained(track, down)))
+    return air.standard_pressure(_complementary_filter(track, height, -_integrated(track, down)))
 
 
 def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
@@ -421,8 +421,8 @@ def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
     if "altitude" not in track or "velocity_down" not in track:
         return {}
     return {
-        "altitude": _complemented(
-            track, track["altitude"], -_gained(track, smooth["velocity_down"])
+        "altitude": _complementary_filter(
+            track, track["altitude"], -_integrated(track, smooth["velocity_down"])
         )
     }
 
@@ -435,7 +435,7 @@ def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
         return {}
     standard = air.standard_temperature(air.pressure_altitude(smooth["static_pressure"]))
     expected = air.total_temperature(standard, mach_number(smooth))
-    return {"total_temperature": _complemented(track, track["total_temperature"], expected)}
+    return {"total_temperature": _complementary_filter(track, track["total_temperature"], expected)}
 
 
 def _smoothed(track: Track, values: Array, window: float) -> Array:

@@ -1,4 +1,4 @@
-"""Close the loop: patch the airplane, judge its logs again with the patch, tell what is left.
+"""Close the loop: patch the airplane, judge its logs again with the patch, report what is left.
 
 Each round patches what the last judgment found of the airplane, and judges the same logs again:
 with the forces of the patched airplane, the floor of the first null flights, and the errors of the
@@ -89,8 +89,8 @@ def close_loop(
             logs, judged = _judged_again(logs, airplane, holdout)
             step()
     gaps_found = _shares(judged, whole)
-    beside = (gap for gap in gaps_found if not _is_lasting(gap.causes[0].name))
-    patch = patch_of(judged, log, date, [*patched.values(), *beside])
+    passing = (gap for gap in gaps_found if not _is_lasting(gap.causes[0].name))
+    patch = patch_of(judged, log, date, [*patched.values(), *passing])
     account = replace(
         found.account,
         patch=patch.text,
@@ -140,12 +140,12 @@ def _gained(judged: Judged) -> float:
     the largest gap to which the sizes were not fitted. Causes that share a gap close it together.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
-    own, beside = (
+    own, others = (
         [m for m in fitted.members if _is_lasting(parted(m.name)[0]) is lasts]
         for lasts in (True, False)
     )
     shown = fitted.regression.shown_columns
-    return block.equations.held_out_gain(shown(block, own), shown(block, beside))
+    return block.equations.held_out_gain(shown(block, own), shown(block, others))
 
 
 def _form(gap: Gap) -> float:

@@ -42,7 +42,8 @@ OTHER_PILOT = 0.3
 SAME_GUSTS = (
     0.25  # difference of the logarithms below which other gusts are no reason for another motion
 )
-FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
+# Of each airplane, unpatched and patched, so that the differences between flights show chance.
+FLIGHTS = 3
 # The free parameters of the temperature, where no header states it: by its effect on the airplane,
 # and as measured
 TEMPERATURE_SIZE, MEASURED_TEMPERATURE_SIZE = f"{DAY} warmer_k", "temperature offset"
@@ -110,7 +111,7 @@ def _flights(
 
 
 def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
-    """Return a card with the error curve of a log and, where its header does not tell the day, in
+    """Return a card with the error curve of a log and, where its header does not state the day, in
     its temperature.
 
     The free parameters say how much warmer the air is than on the card.

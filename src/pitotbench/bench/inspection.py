@@ -114,7 +114,7 @@ def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
     for _ in range(_ROUNDS):
         through = velocity - wind
         ground = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
-        # A weak prior keeps the wind small where one heading cannot tell it from an error of the
+        # A weak prior keeps the wind small where one heading cannot separate it from an error of the
         # airspeed.
         design = np.column_stack([through / ground[:, None], np.ones(len(ground))])
         normal = design.T @ design + 1e-3 * len(ground) * np.eye(3)

@@ -113,7 +113,7 @@ def model_of(aircraft: str, logs: Sequence[FlightLog | Maneuvers]) -> AircraftMo
         return aircraft_model(aircraft)
     if not all(isinstance(log, Maneuvers) for log in logs):
         raise BadInputError(
-            "a flight log beside maneuvers of system identification: judge them apart"
+            "a flight log together with maneuvers of system identification: judge them separately"
         )
     if aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
@@ -307,17 +307,21 @@ def reconcile_fully(
         flown = fly_again(judged_logs[main].log, again, effects)
     if refly and refly_holdout and holdout is not None and isinstance(holdout.log, FlightLog):
         say("flying the card of the held-out log again")
-        held = holdout.card or card or card_of(holdout.log.header, aircraft)
-        if held is not None:
-            held = as_flown(held, holdout.log)
-            held = held if again is None else replace(held, pressure_error=again.pressure_error)
-        flown_holdout = fly_again(holdout.log, held, effects)
+        flown_card = holdout.card or card or card_of(holdout.log.header, aircraft)
+        if flown_card is not None:
+            flown_card = as_flown(flown_card, holdout.log)
+            flown_card = (
+                flown_card
+                if again is None
+                else replace(flown_card, pressure_error=again.pressure_error)
+            )
+        flown_holdout = fly_again(holdout.log, flown_card, effects)
     groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
     following = maneuver_to_fly(groups, [each.card.maneuver for each in judged_logs if each.card])
     block, fit = shown.block, shown.fit
     over_time = traces(block, fit)
     part = verdict.explained[0].part if verdict.explained else ""
-    tells = verdict.kind != "no_gap" and bool(verdict.located)
+    has_gap = verdict.kind != "no_gap" and bool(verdict.located)
     account = Account(
         log=source,
         aircraft=aircraft,
@@ -336,7 +340,7 @@ def reconcile_fully(
             replace(flight, maneuver=each.card.maneuver if each.card else "")
             for flight, each in zip(judged.flights, judged_logs, strict=True)
         ),
-        telling=clearest_channel(block, part, over_time) if tells else None,
+        telling=clearest_channel(block, part, over_time) if has_gap else None,
         calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
         warnings=reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
         coefficients=coefficients_along(aircraft, shown, verdict.gaps),

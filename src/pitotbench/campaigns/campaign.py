@@ -61,7 +61,7 @@ BYTES_A_PART = 4096
 BYTES_A_SAMPLE = 100  # of a log in Parquet
 _MINUTES = 6.0  # of a maneuver that the paper does not have
 
-_TASKS_LOOKED_AT = 1_000  # flights of the plan
+_SAMPLED_TASKS = 1_000  # flights of the plan
 
 
 def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
@@ -75,25 +75,25 @@ def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
     part, parts = request.shard or (1, 1)
     count = len(range(part - 1, plan.count, parts))
     tasks = plan.tasks(request.log_format, request.keep_logs)
-    looked = list(islice(sharded(tasks, (part, parts)), _TASKS_LOOKED_AT))
+    sampled = list(islice(sharded(tasks, (part, parts)), _SAMPLED_TASKS))
     store = ResultStore(request.out / STORE)
-    stored = [document for task in looked if (document := store.find(task.key)) is not None]
-    scale = count / len(looked)
+    stored = [document for task in sampled if (document := store.find(task.key)) is not None]
+    scale = count / len(sampled)
     cores = request.jobs or usable_cores()
     measured = [document["made"]["cpu_s"] for document in stored if document["rows"]]
     seconds = (
-        fmean(measured) * len(looked) if measured else sum(cpu_seconds(task) for task in looked)
+        fmean(measured) * len(sampled) if measured else sum(cpu_seconds(task) for task in sampled)
     )
     minutes = scale * seconds / 60.0
-    size = scale * sum(_bytes_of_task(task) for task in looked) / 1e9
-    whole = "" if count == len(looked) else f" of the first {len(looked):,}"
+    size = scale * sum(_bytes_of_task(task) for task in sampled) / 1e9
+    whole = "" if count == len(sampled) else f" of the first {len(sampled):,}"
     varied = ", ".join(plan.varied) or "seeds"
     yield f"flights: {count:,} ({len(plan.calibrations):,} calibrations each; varied: {varied})"
     yield f"stored:  {len(stored):,}{whole}"
     wall = f"{minutes / cores:,.0f} min on {cores} processes"
     yield f"time:    about {minutes:,.0f} CPU min, {wall}, if none is stored"
     yield f"disk:    about {size:,.2f} GB in {request.out}"
-    yield f"first:   {looked[0].name}; last looked at: {looked[-1].name}"
+    yield f"first:   {sampled[0].name}; last looked at: {sampled[-1].name}"
 
 
 def cpu_seconds(task: Task) -> float:
@@ -325,7 +325,7 @@ def _short(document: Mapping[str, Any]) -> str:
 GIGABYTE = 1_000_000_000
 MEMORY = 2.0  # GB that a flight may use; 0.3 GB are usual
 PAGE = "report.html"
-_LOOKED_AT = 20  # stored flights, of which the code is compared
+_SAMPLED = 20  # stored flights, of which the code is compared
 SECONDS = 900.0  # s that a flight may take; 1 to 10 s are usual
 
 
@@ -476,8 +476,8 @@ class _Campaign:
             f"{self.request.out}: {len(keys):,} flights are stored; those of this plan are not "
             "flown again"
         )
-        looked = (store.find(key) for key in keys[:: max(len(keys) // _LOOKED_AT, 1)])
-        if {document["made"]["code"] for document in looked if document} - {code_digest()}:
+        sampled = (store.find(key) for key in keys[:: max(len(keys) // _SAMPLED, 1)])
+        if {document["made"]["code"] for document in sampled if document} - {code_digest()}:
             say("the stored flights are of other code: they stay, and are flown again by this code")
 
     def how_to_go_on(self, watch: Watch) -> str:

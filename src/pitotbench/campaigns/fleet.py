@@ -159,8 +159,8 @@ class Fleet:
     `window` is the number of calls that are submitted at a time; it should be somewhat above the
     number of workers. A call is one task, or as many as take some `bundle` seconds together, where
     each call costs the executor much. `own_process` is for an executor that does not say why a
-    process died: a task that lost its process is then performed again in a process that its worker starts
-    and watches.
+    process died: a task that lost its process is then performed again in a process that its
+    worker starts and watches.
     """
 
     executor: Executor | None = None

@@ -81,7 +81,7 @@ class CampaignPlan:
                     sensed if seed is None else replace(sensed, truth_seed=seed, sensor_seed=seed)
                 )
                 key = content_key(digest, case)
-                # Names by content, where maneuver and seed alone do not tell the flights apart.
+                # Names by content, where maneuver and seed alone do not distinguish the flights.
                 name = f"{case.maneuver}-seed{case.truth_seed}" + (
                     f"-{key[:10]}" if distinct else ""
                 )

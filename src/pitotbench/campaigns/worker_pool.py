@@ -309,7 +309,7 @@ def _end_with(parent: int) -> None:
         ctypes.CDLL(None, use_errno=True).prctl(_END_WITH_PARENT, signal.SIGKILL, 0, 0, 0)
     if os.getppid() != parent:  # the parent ended before
         os._exit(1)
-    # For the other systems, and for a parent thread that Linux does not tell from a parent.
+    # For the other systems, and for a parent thread that Linux does not distinguish from a parent.
     Thread(target=_wait_for_end_of_parent, daemon=True).start()
 
 

@@ -145,7 +145,7 @@ class Effect:
     fly so that the effect shows best. `variant_of` names the plain effect of the same cause: a
     second-order line is a variant of a lag. `neighbor` names the effect that this one is without
     its defining size. `one_model_with` names an effect of the same terms in every channel: no log
-    tells them apart. `left_open` names effects that its form may hold a little of: a pod pitches
+    separates them. `left_open` names effects that its form may hold a little of: a pod pitches
     the airplane too, by an arm that nobody knows. An effect `for_whole_flight` is not looked for in
     a part of the flight: a workshop sets it, or it is a drift, which would jump at the ends of the
     part. `part_of` names the effect that this one is for a part of the flight; only the forms in

@@ -1,4 +1,4 @@
-"""Find the maneuvers of a log: straight and quiet flight says nothing of an airplane's derivatives."""
+"""Find the maneuvers of a log: quiet flight says nothing of an airplane's derivatives."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -269,7 +269,7 @@ def _require_no_command(name: str, root: ET.Element) -> None:
     """Raise BadInputError for a property by which an airplane would command the simulator: to write
     its state into files, to begin anew, to trim, to print.
     """
-    # Each word is looked at: JSBSim takes a line of several, and what follows an element within.
+    # Each word is checked: JSBSim takes a line of several, and what follows an element within.
     texts = (text for e in root.iter() for text in (e.text, e.tail, *e.attrib.values()) if text)
     for word in (word for text in texts for word in text.split()):
         if COMMANDS.search(word):

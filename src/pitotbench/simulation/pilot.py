@@ -16,7 +16,7 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVI
 
 # Pilots: the autopilot alone, or a model of a person with a reaction time, a threshold and a random
 # drift. The person is an intermittent controller (Craik 1948; Neilson and others since). Between
-# corrections the held value drifts at random (the remnant of McRuer and Jex 1967). A deviation is
+# corrections the command drifts at random (the remnant of McRuer and Jex 1967). A deviation is
 # noticed only when it is larger than a glance at the gauge shows. It is corrected in part; then the
 # pilot waits for the aircraft to respond. The autopilot keeps stick and rudder, so this models how
 # well targets are kept, not handling qualities. All sizes are estimates: a good pilot stays within
@@ -36,7 +36,7 @@ COMMANDED_IN_MODE = {
 
 
 # quantity: the wait after a correction [s], the deviation that is noticed [SI], and the random walk
-# of the held value [SI a square-root second]; airspeed answers the throttle slowly
+# of the commanded value [SI a square-root second]; airspeed answers the throttle slowly
 HABITS = {
     "airspeed": (12.0, 0.5 * KNOT, 0.05 * KNOT),
     "altitude": (6.0, 20.0 * FOOT, 1.5 * FOOT),
@@ -87,7 +87,7 @@ class Person(AutopilotOnly):
         self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Set the commands that are due, then let held values drift and correct the deviations
+        """Set the commands that are due, then let commanded values drift and correct the deviations
         noticed.
         """
         self._now += seconds

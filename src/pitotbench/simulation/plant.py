@@ -98,7 +98,7 @@ SPOOL_UP_THROTTLE, SPOOL_UP_TIME = (
     0.5,
     5.0,
 )  # s: 2 s bring an engine from idle to its governor's speed
-SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
+SETTLE_FIRST = 30.0  # s, before the first check that level flight is held
 SETTLE_LOOK = 5.0  # s
 TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
 

@@ -1,8 +1,8 @@
 """Find the speeds between which an aircraft flies level, and its trim at each.
 
 All of it is flown in frozen flight (`frozen_aircraft.py`): nothing is typed in. The stall speed is
-the lowest at which the lift with trimmed elevator, engines idle, carries the weight. The maximum level
-speed is the highest at which full power is at least the drag.
+the lowest at which the lift with trimmed elevator, engines idle, carries the weight. The maximum
+level speed is the highest at which full power is at least the drag.
 """
 
 from dataclasses import dataclass, replace

@@ -79,10 +79,10 @@ class ClusterOfThreads(ThreadPoolExecutor):
         return future
 
 
-def test_a_cluster_that_does_not_tell_why_a_worker_died_is_asked_again_apart():
+def test_a_cluster_that_does_not_say_why_a_worker_died_is_asked_again_in_a_process_of_its_own():
     bad = [Stub("crash", "crash"), Stub("hang", "hang")]
     with ClusterOfThreads(2) as cluster:
-        fleet = Fleet(cluster, LIMITS, apart=True)
+        fleet = Fleet(cluster, LIMITS, own_process=True)
         first, *failures, last = fleet.perform(act, [Stub("1"), *bad, Stub("2")])
     assert (first, last) == ("1", "2")
     for failure, stub in zip(failures, bad, strict=True):

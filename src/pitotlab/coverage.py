@@ -5,7 +5,6 @@ unknown level.
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -114,14 +113,12 @@ SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scori
 TURBULENCE = ("none", "light", "moderate")
 
 
-def score_trial(
-    trial: lab.Trial, scorings: tuple[str, ...], store: lab.FlightStore | None = None
-) -> list[lab.Row]:
+def score_trial(trial: lab.Trial, scorings: tuple[str, ...]) -> list[lab.Row]:
     """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a
     row for each.
     """
     case = lab.random_case(trial)
-    flight = fly(case) if store is None else store.fly(case)
+    flight = fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
 
 
@@ -178,15 +175,15 @@ def verify(
     out: Path,
     budget: lab.Budget = lab.NO_LIMIT,
     scorings: Sequence[str] = tuple(SCORINGS),
-    flights: Path | None = None,
 ) -> pd.DataFrame:
     """Score up to `seeds` seeds of every cell and write coverage.csv into `out`.
 
-    `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes
+    A budget of 0 minutes
     flies nothing and writes the table from the kept rows.
     """
-    score = partial(score_trial, store=None if flights is None else lab.FlightStore(flights))
-    experiment = lab.Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")
+    experiment = lab.Experiment(
+        score_trial, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring"
+    )
     rows = lab.run_experiment(
         experiment, range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds), budget
     )
@@ -225,13 +222,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         "--seeds", type=int, default=400, help="flights a cell (default: %(default)s)"
     )
     parser.add_argument(
-        "--flights", type=Path, help="folder that keeps flights for the next run (40 MB a seed)"
-    )
-    parser.add_argument(
         "--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)"
     )
     parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)
     scorings = [SCORINGS[name].name for name in options.scoring.split(",")]
-    verify(options.seeds, options.out, lab.budget_of(options), scorings, options.flights)
+    verify(options.seeds, options.out, lab.budget_of(options), scorings)

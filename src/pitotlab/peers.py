@@ -10,7 +10,6 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -44,7 +43,7 @@ from pitotbench.show.columns import frame_rows
 from pitotbench.simulation import sortie
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
-from pitotlab.experiment import FIRST_SCORED_SEED, FlightStore, Row, Trial, random_case
+from pitotlab.experiment import FIRST_SCORED_SEED, Row, Trial, random_case
 from pitotlab.tables import frame_columns, markdown_table
 
 BARTLETT_SECONDS = 20.0
@@ -275,7 +274,6 @@ def comparison(
     seeds: int,
     turbulence: str = "light",
     systems: tuple[str, ...] = ("20/1", "50/50"),
-    store: FlightStore | None = None,
     jobs: int | None = None,
 ) -> pd.DataFrame:
     """Compare all bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means
@@ -284,7 +282,7 @@ def comparison(
     A task is a maneuver with all its flights. The estimator with known noise needs the fits of all
     of them, and a fit is not sent between processes.
     """
-    work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems, store=store)
+    work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems)
     rows = [row for found in require_all(run_tasks(work, PAPER_MANEUVERS, jobs)) for row in found]
     table = pd.DataFrame(rows)
     table = table.sort_values(["maneuver", "das"], kind="stable")
@@ -300,14 +298,13 @@ def comparison(
 
 
 def _maneuver_rows(
-    maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...], store: FlightStore | None
+    maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...]
 ) -> list[Row]:
     """Return the rows of all flights of one maneuver, and those of the estimator with known noise."""
-    fly = sortie.fly if store is None else store.fly
     rows: list[Row] = []
     fitted: dict[str, list[_Fitted]] = {das: [] for das in systems}
     for seed in range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + seeds):
-        flight = fly(random_case(Trial(maneuver, turbulence, seed)))
+        flight = sortie.fly(random_case(Trial(maneuver, turbulence, seed)))
         for das in systems:
             rows += [{"maneuver": maneuver, "das": das} | row for row in peer_rows(flight, das)]
             fitted[das].append(_fitted(flight, das))
@@ -325,11 +322,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument(
         "--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)"
     )
-    parser.add_argument("--flights", type=Path, help="folder where flights are kept")
     parser.add_argument(
         "--jobs", type=int, help="processes (default: one a core, at most one a maneuver)"
     )
     options = parser.parse_args(words)
-    store = FlightStore(options.flights) if options.flights else None
-    table = comparison(options.seeds, store=store, jobs=options.jobs)
+    table = comparison(options.seeds, jobs=options.jobs)
     print(markdown_table(frame_columns(table, ".3g"), frame_rows(table)))

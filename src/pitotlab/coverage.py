@@ -178,8 +178,7 @@ def verify(
 ) -> pd.DataFrame:
     """Score up to `seeds` seeds of every cell and write coverage.csv into `out`.
 
-    A budget of 0 minutes
-    flies nothing and writes the table from the kept rows.
+    A budget of 0 minutes flies nothing and writes the table from the kept rows.
     """
     experiment = lab.Experiment(
         score_trial, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring"

@@ -1,6 +1,4 @@
-"""Measure what people take home: the parameters of autopilots, and the bounds of tower fly-by
-cards.
-"""
+"""Measure how well the parameters written for autopilots correct the airspeed."""
 
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence

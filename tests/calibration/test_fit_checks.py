@@ -11,6 +11,7 @@ import pytest
 from tests.calibration import static_flights
 from tests.calibration import trajectories as fixture
 
+from pitotbench import air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.fit_checks import _nuisances_outside, judge_curve
@@ -45,6 +46,16 @@ def test_a_large_error_that_is_hardly_known_is_not_impossible():
     # The worst is named among the points that are known.
     error, bound = np.array([0.9, 0.25, 0.0]), np.array([2.0, 0.01, 0.01])
     assert judge_curve(SPEED[:3], error, bound).worst == 0.25
+
+
+def test_a_handbook_near_the_stall_is_plausible_and_so_large_an_error_in_cruise_is_not():
+    """Cessna 172S, flaps up: an error of 20 % of the impact pressure at 50 KIAS."""
+    shown = np.array([50.0, 60.0, 70.0, 80.0, 90.0, 100.0, 110.0]) * KNOT
+    right = np.array([56.0, 62.0, 70.0, 78.0, 87.0, 97.0, 107.0]) * KNOT
+    error = 1.0 - air.impact_pressure(shown) / air.impact_pressure(right)
+    assert error[0] > 0.2
+    assert judge_curve(shown, error, SURE).kind == "plausible"
+    assert judge_curve(shown, error[::-1].copy(), SURE).kind == "doubtful"
 
 
 def test_a_curve_that_is_none_is_refused():

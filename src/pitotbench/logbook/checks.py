@@ -132,10 +132,8 @@ _STUCK_RUNS = 10.0  # times the median time for which a value repeats
 _DISPLAYED = 30.0  # times longer may a reading in steps stand still before a pause or the end
 _JUMP = 3.0  # usual steps: with more, a reading in steps comes free that was stuck
 _TURNED = 0.5  # rad of heading, in which no ground velocity stands still
-_RETURNS, _ADJACENT = (
-    0.9,
-    0.95,
-)  # of a channel with steps: most values a move, least share of moves by one step
+_RETURNS = 0.9  # of a channel with steps: most values a move
+_ADJACENT = 0.95  # likewise: least share of moves by one step
 _STEEPEST = 0.99  # quantile of the steps of a reading that its step down from the end of the range stays below
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
@@ -540,10 +538,8 @@ def form_impact_pressure(draft: Draft) -> None:
     draft.suffixes["impact_pressure"] = draft.suffixes["total_pressure"]
 
 
-_COARSE, _FEWEST_LEVELS = (
-    0.04,
-    4,
-)  # of the usual impact pressure: a whole knot at 50 kt; levels that tell a step
+_COARSE = 0.04  # of the usual impact pressure: a whole knot at 50 kt
+_FEWEST_LEVELS = 4  # that tell a step
 
 
 def check_broken(draft: Draft) -> None:

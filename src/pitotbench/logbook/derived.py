@@ -34,7 +34,8 @@ from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
 _SINCE_1970 = (3e8, 1e10)  # s: a clock between them counts from 1970
-_EQUATOR, _ECCENTRICITY_SQUARED = 6378137.0, 0.00669437999  # m, WGS 84 (NIMA TR 8350.2)
+_EQUATOR = 6378137.0  # m, WGS 84 (NIMA TR 8350.2)
+_ECCENTRICITY_SQUARED = 0.00669437999  # likewise
 _FEWEST_FIXES = 16
 _MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
@@ -167,7 +168,8 @@ def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
 
 
 _SEA_LEVEL = 350.0  # m, 2σ: height of 1013.25 hPa above the sea, from 970 to 1050 hPa
-_FIELD, _FIELD_SPREAD = 300.0, 600.0  # m: usual height of a place of take-off and its 2σ
+_FIELD = 300.0  # m: usual height of a place of take-off
+_FIELD_SPREAD = 600.0  # m: its 2σ
 
 
 def _altitude(draft: Draft, header: dict[str, Any]) -> None:
@@ -294,7 +296,8 @@ def _show_velocity(
 
 
 _HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
-_EVEN, _FEW_ODD = 0.05, 0.01  # of the usual step, and of the steps: an even clock keeps to it
+_EVEN = 0.05  # of the usual step: an even clock keeps to it so nearly
+_FEW_ODD = 0.01  # of the steps, that may be farther off
 _PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
 
 

@@ -65,7 +65,9 @@ _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
 _SLOWEST = 10.0  # s between rows
 _FEW_REPEATS = 0.01  # share of stamps that an even clock may repeat now and then
-_EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
+_EXACT = 1.0  # score of a guess by a whole name
+_PART = 0.8  # by a word of the name
+_NEAR = 0.6  # by a misspelled word
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 
 

@@ -21,7 +21,8 @@ _STATED = re.compile(
     r"(?P<celsius>[+-]?\d+(\.\d+)?)\s*((±|\+-|\+/-|/)\s*(?P<spread>\d+(\.\d+)?))?\s*"
     r"(@\s*(ground|(?P<height>-?\d+(\.\d+)?)\s*(?P<unit>ft|m)))?"
 )
-_COLDEST, _WARMEST = 180.0, 335.0  # K, as the table of channels has them
+_COLDEST = 180.0  # K, as the table of channels has it
+_WARMEST = 335.0  # K, likewise
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,7 +76,7 @@ lab-blind: $(STAMP)
 	$(LAB) blind observer --jobs $(JOBS)
 	$(LAB) blind score
 
-$(STAMP): pyproject.toml requirements.lock src/pitotbench/__init__.py
+$(STAMP): pyproject.toml requirements.lock src/pitotbench/version.py
 	@$(PYTHON) -c 'import sys; sys.exit("pitotbench needs Python 3.11 or newer; set PYTHON=...") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv $(VENV)
 	$(PIP) --require-hashes -r requirements.lock

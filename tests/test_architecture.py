@@ -7,9 +7,11 @@ import ast
 import json
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from importlib import import_module
 from pathlib import Path
 
+import grimp
 import pytest
 
 import pitotbench
@@ -94,11 +96,19 @@ def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
 
 
 def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
-    from pitotbench.bench.flights import flown
+    from pitotbench.campaigns.flights import flown
 
     loaded = loaded_after(f"import {flown.__module__}")
     assert flown.__module__ in loaded
     assert [name for name in loaded if name.startswith("pitotbench.reconciliation")] == []
+
+
+@pytest.mark.parametrize("package", ["pitotbench", "pitotlab"])
+def test_no_files_import_one_another_in_a_circle(package):
+    """Imports inside functions and for type checkers count: who reads a file reads them as well."""
+    graph = grimp.build_graph(package)
+    arrows = {each: graph.find_modules_directly_imported_by(each) for each in graph.modules}
+    TopologicalSorter(arrows).prepare()  # raises CycleError, which names the files
 
 
 @pytest.mark.parametrize("name", pitotbench.__all__)

@@ -8,12 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pitotbench.bench.campaign import CampaignRequest as CampaignRequest
-    from pitotbench.bench.campaign import CampaignResult as CampaignResult
-    from pitotbench.bench.campaign import run_campaign as run_campaign
-    from pitotbench.bench.flights import score as score
-    from pitotbench.bench.flights import sense as sense
-    from pitotbench.bench.planner import PlanRequest as PlanRequest
+    from pitotbench.bench.forecasts import PlanRequest as PlanRequest
     from pitotbench.bench.planner import plan as plan
     from pitotbench.bench.questions import calibrate as calibrate
     from pitotbench.bench.questions import inspect as inspect
@@ -21,6 +16,11 @@ if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
     from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
+    from pitotbench.campaigns.campaign import CampaignRequest as CampaignRequest
+    from pitotbench.campaigns.campaign import CampaignResult as CampaignResult
+    from pitotbench.campaigns.campaign import run_campaign as run_campaign
+    from pitotbench.campaigns.flights import score as score
+    from pitotbench.campaigns.flights import sense as sense
     from pitotbench.catalog import UnknownNameError as UnknownNameError
     from pitotbench.logbook.formats import write_log as write_log
     from pitotbench.logbook.reading import read_log as read_log
@@ -36,23 +36,22 @@ if TYPE_CHECKING:
     from pitotbench.records.log import FlightLog as FlightLog
     from pitotbench.records.verdict import Verdict as Verdict
     from pitotbench.simulation.sortie import fly as fly
-
-__version__ = "0.2.0.dev0"  # the only place: the metadata of the wheel come from it
+    from pitotbench.version import __version__ as __version__
 
 # The same names for Python as the block above for type checkers; a test compares the two.
 _MODULES = {
     "BadInputError": "records",
     "Calibration": "records.calibration",
     "CalibrationOptions": "calibration.options",
-    "CampaignRequest": "bench.campaign",
-    "CampaignResult": "bench.campaign",
+    "CampaignRequest": "campaigns.campaign",
+    "CampaignResult": "campaigns.campaign",
     "Case": "records.case",
     "Flight": "records.flight",
     "FlightLog": "records.log",
     "FullReconciliation": "bench.workflow",
     "NoAnswerError": "records",
     "Plan": "records.forecast",
-    "PlanRequest": "bench.planner",
+    "PlanRequest": "bench.forecasts",
     "Score": "records.flight",
     "UnknownNameError": "catalog",
     "Verdict": "records.verdict",
@@ -64,14 +63,15 @@ _MODULES = {
     "read_case": "records.case_file",
     "read_log": "logbook.reading",
     "reconcile": "bench.questions",
-    "run_campaign": "bench.campaign",
-    "score": "bench.flights",
-    "sense": "bench.flights",
+    "run_campaign": "campaigns.campaign",
+    "score": "campaigns.flights",
+    "sense": "campaigns.flights",
     "write_case": "records.case_file",
     "write_log": "logbook.formats",
+    "__version__": "version",
 }
 
-__all__ = [*_MODULES, "__version__"]  # noqa: PLE0604 - strings, though ruff cannot see it
+__all__ = [*_MODULES]  # noqa: PLE0604 - strings, though ruff cannot see it
 
 
 def __getattr__(name: str) -> Any:

@@ -2,40 +2,21 @@
 truth.
 """
 
-import os
-import shutil
-import subprocess
-import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms, sense, wind_toward
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.calibration import calibrate
-from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS
-from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.reconciliation.verdict import judge
+from pitotbench.campaigns.flights import rms, sense, wind_toward
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.case import Case
-from pitotbench.records.log import FlightLog
 from pitotbench.show.columns import Column
-from pitotbench.simulation.aircraft import (
-    find_aircraft,
-    known_aircraft,
-    library_aircraft,
-    read_record,
-)
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import fly, scaled_case
 from pitotlab import experiment as lab
@@ -43,22 +24,6 @@ from pitotlab.tables import markdown_table
 
 FOREIGN = ("c172x", "pa28", "J3Cub", "c310", "DHC6", "pc7", "T38", "B747", "aerosonde")
 SYSTEM = "20/1"
-LONGEST = 300.0  # s, for a first flight
-
-
-@dataclass(frozen=True, slots=True)
-class FirstFlight:
-    """The times [s] of the command that flies a case of an aircraft which the bench sees for the
-    first time.
-
-    `wall` is that of the clock, `cpu` that of the processor. `failure` is what the command said
-    where it failed.
-    """
-
-    aircraft: str
-    wall: float
-    cpu: float
-    failure: str = ""
 
 
 def fly_foreign(
@@ -128,48 +93,6 @@ def speeds_of(aircraft: str) -> str:
     )
 
 
-def time_first_flight(aircraft: str) -> FirstFlight:
-    """Time `pitotbench fly` with the path of an airplane's file, copied to an empty place and with
-    an empty cache.
-
-    The maneuver is a Rapid Deceleration in light turbulence.
-    """
-    folder = known_aircraft().get(aircraft) or library_aircraft()[aircraft].parent
-    with TemporaryDirectory(prefix="pitotbench-") as place:
-        file = Path(shutil.copytree(folder, Path(place) / aircraft)) / f"{aircraft}.xml"
-        case = Path(place) / "case.toml"
-        text = 'aircraft = "{}"\nmaneuver = "rapid_decel"\nturbulence = "light"\n'
-        case.write_text(text.format(file.as_posix()), encoding="utf-8")
-        command = [
-            sys.executable,
-            "-m",
-            "pitotbench",
-            "fly",
-            str(case),
-            "-o",
-            str(Path(place) / "flight.csv"),
-        ]
-        before, cpu = perf_counter(), _children_cpu()
-        done = subprocess.run(
-            command,
-            env=os.environ | {"PITOTBENCH_CACHE": str(Path(place) / "cache")},
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            timeout=LONGEST,
-            check=False,
-        )
-        failure = (
-            "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
-        )
-        return FirstFlight(aircraft, perf_counter() - before, _children_cpu() - cpu, failure)
-
-
-def _children_cpu() -> float:
-    times = os.times()
-    return times.children_user + times.children_system
-
-
 _FLOWN: tuple[Column[Any], ...] = (
     Column("airplane", lambda row: f"`{row.aircraft}`"),
     Column("engines and speeds", lambda row: speeds_of(row.aircraft)),
@@ -183,12 +106,6 @@ _FLOWN: tuple[Column[Any], ...] = (
     ),
     Column("mean 2σ [kt]", lambda row: f"{row.two_sigma_kt:.2f}"),
     Column("rms error [kt]", lambda row: f"{row.rms_error_kt:.2f}"),
-)
-_FIRST: tuple[Column[FirstFlight], ...] = (
-    Column("airplane", lambda one: f"`{one.aircraft}`"),
-    Column("clock [s]", lambda one: f"{one.wall:.1f}"),
-    Column("processor [s]", lambda one: f"{one.cpu:.1f}"),
-    Column("outcome", lambda one: one.failure or "flown and recorded"),
 )
 
 
@@ -219,47 +136,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         "--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)"
     )
     parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
-    parser.add_argument(
-        "--times", action="store_true", help="only time the first flight of each airplane"
-    )
     lab.add_budget(parser)
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))
-    if options.times:
-        print(markdown_table(_FIRST, [time_first_flight(name) for name in names]))
-        return
     seeds = range(options.first, options.first + options.seeds)
     print(verify_aircraft(seeds, names, lab.budget_of(options), options.out))
-
-
-TAKEN = "navajo,citation,c310,DHC6,c172x,c172p,J3Cub,pc7,B747,737,T38,f16,p51d"
-FEW = ("belly_pod", "mass", "pitot_lag", "gps_latency", "lift_slope")
-
-
-def taken_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly a deceleration with airplanes, and tell which of them reconcile puts on the force meter,
-    or why not.
-    """
-    parser.add_argument("--aircraft", default=TAKEN, help="comma list (default: %(default)s)")
-    for name in parser.parse_args(words).aircraft.split(","):
-        try:
-            log = sense(fly(Case(aircraft=name, maneuver="rapid_decel")), "20/20")
-            print(f"{name}: {_taken_by_reconcile(name, log)}", flush=True)
-        except BadInputError as error:
-            print(f"{name}: {error}", flush=True)
-
-
-def _taken_by_reconcile(name: str, log: FlightLog) -> str:
-    """What reconcile makes of a log without an effect, without null flights."""
-    model = aircraft_model(name)
-    effects = Catalog("effect", {each: EFFECTS[each] for each in FEW})
-    layout = lay_out(log, model, AnalysisSetting(day_known=True), effects)
-    if layout.reference.force_model is None:
-        lacking = (
-            [each for each in model.controls if each not in log.channels()]
-            if model is not None
-            else []
-        )
-        return f"sensors alone; the airplane's log has no {', '.join(lacking)}"
-    verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
-    return f"on the force meter; verdict without null flights: {verdict.kind}"

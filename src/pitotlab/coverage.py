@@ -5,18 +5,16 @@ unknown level.
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import compare_curve, rms, scored, sense, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.campaigns.flights import compare_curve, rms, scored, sense, wind_toward
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import write_text
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.flight import Flight
@@ -115,14 +113,12 @@ SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scori
 TURBULENCE = ("none", "light", "moderate")
 
 
-def score_trial(
-    trial: lab.Trial, scorings: tuple[str, ...], store: lab.FlightStore | None = None
-) -> list[lab.Row]:
+def score_trial(trial: lab.Trial, scorings: tuple[str, ...]) -> list[lab.Row]:
     """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a
     row for each.
     """
     case = lab.random_case(trial)
-    flight = fly(case) if store is None else store.fly(case)
+    flight = fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
 
 
@@ -179,16 +175,14 @@ def verify(
     out: Path,
     budget: lab.Budget = lab.NO_LIMIT,
     scorings: Sequence[str] = tuple(SCORINGS),
-    flights: Path | None = None,
 ) -> pd.DataFrame:
-    """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md
-    into `out`.
+    """Score up to `seeds` seeds of every cell and write coverage.csv into `out`.
 
-    `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes
-    flies nothing and writes the files from the kept rows.
+    A budget of 0 minutes flies nothing and writes the table from the kept rows.
     """
-    score = partial(score_trial, store=None if flights is None else lab.FlightStore(flights))
-    experiment = lab.Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")
+    experiment = lab.Experiment(
+        score_trial, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring"
+    )
     rows = lab.run_experiment(
         experiment, range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds), budget
     )
@@ -197,34 +191,34 @@ def verify(
 
 
 def _write(rows: pd.DataFrame, out: Path) -> None:
-    from pitotlab.pages import coverage_page, coverage_picture
-
     order = {name: place for place, name in enumerate(SCORINGS)}
     cells = summarize(
         rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable")
     )
     lab.write_table(cells, out / "coverage.csv", 6)
-    coverage_picture(cells, out / "coverage.png")
     failures = int((rows["failed"] != "").sum())
-    provenance = (
-        f"Seeds {rows['seed'].min()} to {rows['seed'].max()}, {len(rows):,} calibrations, "
-        f"{failures} without an answer, {lab.made_with()}."
+    print(f"{len(rows):,} calibrations, {failures} without an answer")
+    for name, group in cells.groupby("scoring", sort=False):
+        print(f"{name}: {_verdict(group)}")
+
+
+def _verdict(cells: pd.DataFrame) -> str:
+    share, band = cells.coverage_percent, cells.band_coverage_percent
+    return (
+        f"{cells.flights.min()} flights a cell, {share.min():.1f} to {share.max():.1f} % of the "
+        f"curve over {len(cells)} cells, mean {share.mean():.1f}; whole curves inside their band "
+        f"{band.min():.1f} to {band.max():.1f} %"
     )
-    write_text(out / "coverage.md", coverage_page(cells, provenance))
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Fly the coverage campaign: every maneuver, data system and turbulence, seeds never used in
     development.
 
-    Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CPU seconds a
-    seed.
+    Writes coverage.csv (one line a cell) and prints a line a scoring. About 25 CPU seconds a seed.
     """
     parser.add_argument(
         "--seeds", type=int, default=400, help="flights a cell (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--flights", type=Path, help="folder that keeps flights for the next run (40 MB a seed)"
     )
     parser.add_argument(
         "--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)"
@@ -233,4 +227,4 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     lab.add_budget(parser)
     options = parser.parse_args(words)
     scorings = [SCORINGS[name].name for name in options.scoring.split(",")]
-    verify(options.seeds, options.out, lab.budget_of(options), scorings, options.flights)
+    verify(options.seeds, options.out, lab.budget_of(options), scorings)

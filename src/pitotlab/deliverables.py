@@ -1,33 +1,27 @@
-"""Measure what people take home: the parameters of autopilots, and the bounds of tower fly-by
-cards.
-"""
+"""Measure how well the parameters written for autopilots correct the airspeed."""
 
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import rms, sense
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.fly_by import reduce_fly_bys
-from pitotbench.calibration.options import Accuracies, options_from
+from pitotbench.calibration.options import options_from
+from pitotbench.campaigns.flights import rms, sense
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.logbook.mapping import find_mapping
-from pitotbench.logbook.points_table import read_fly_bys
 from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.sortie import fly, scaled_case
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
+from pitotbench.units import DEGREE, FOOT, KNOT, Array
 from pitotlab.blind.score import wilson
 from pitotlab.experiment import CENTER, FIRST_SCORED_SEED, SPREAD, Row
 
@@ -204,89 +198,3 @@ def parameters_command(parser: ArgumentParser, words: Sequence[str]) -> None:
             "departed in a gust"
         )
     print(parameters_table(pd.DataFrame(rows)))
-
-
-def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
-    """Return a card of five passes as CSV, read in whole steps, and the true altitude corrections
-    [ft], (5,).
-
-    The air between tower and airplane is integrated meter by meter. The pilot reads the airspeed to
-    1 kt and the altimeter to 10 ft; the tower reads the grid to 5 ft, the barometer to 0.01 inHg
-    and the thermometer to 1 °C. `altimeter_error` [Pa] is the standard deviation of the altimeter
-    against the barometer, one draw a card.
-    """
-    rng = np.random.default_rng([seed, 35])
-    lines = [
-        "indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure_inhg,tower_temperature_degc"
-    ]
-    tower = float(air.standard_pressure(rng.uniform(0.0, 1500.0))) * rng.uniform(0.98, 1.02)
-    temperature, shape = rng.uniform(263.0, 308.0), rng.uniform(-0.05, 0.05)
-    off, truth = altimeter_error * rng.standard_normal(), []
-    for knots in np.linspace(80.0, 160.0, 5) + rng.uniform(-5.0, 5.0, 5):
-        tower += rng.uniform(-30.0, 30.0)
-        height, pressure = rng.uniform(40.0, 400.0) * FOOT, tower
-        for step in np.arange(0.5, 200.0, 1.0) / 200.0:
-            here = temperature - 0.0065 * step * height
-            pressure -= pressure * 9.80665 / (287.053 * here) * height / 200.0
-        impact = float(air.impact_pressure(knots * KNOT))  # indicated
-        error = impact * shape / (1.0 - shape)
-        indicated = float(air.pressure_altitude(pressure + error + off)) / FOOT
-        truth.append(
-            float(air.pressure_altitude(pressure) - air.pressure_altitude(pressure + error)) / FOOT
-        )
-        lines.append(
-            f"{knots:.0f},{10.0 * round(indicated / 10.0):.0f},{5.0 * round(height / FOOT / 5.0):.0f},"
-            f"{tower / INCH_OF_MERCURY:.2f},{temperature - 273.15:.0f}"
-        )
-    return "\n".join(lines) + "\n", np.array(truth)
-
-
-def fly_by_rows(seeds: Sequence[int], altimeter_two_sigma: float) -> pd.DataFrame:
-    """Return the error and the bound [ft] of every pass of a card a seed, with an altimeter of a 2σ
-    [Pa].
-    """
-    stated = Accuracies(static_pressure_pa=altimeter_two_sigma, temperature_k=0.0)
-    rows: list[Row] = []
-    with TemporaryDirectory() as folder:
-        for seed in seeds:
-            card, truth = fly_by_card(seed, 0.5 * altimeter_two_sigma)
-            path = Path(folder) / "card.csv"
-            path.write_text(card, encoding="utf-8")
-            for point, true in zip(reduce_fly_bys(*read_fly_bys(path), stated), truth, strict=True):
-                error = point.altitude_correction / FOOT - true
-                rows.append(
-                    {
-                        "seed": seed,
-                        "error_ft": error,
-                        "two_sigma_ft": point.altitude_two_sigma / FOOT,
-                    }
-                )
-    return pd.DataFrame(rows)
-
-
-def fly_bys_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Reduce synthetic cards of tower fly-bys, read in whole steps; print how often the bound
-    holds. Seconds.
-    """
-    parser.add_argument(
-        "--cards", type=int, default=200, help="cards of five passes (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)"
-    )
-    options = parser.parse_args(words)
-    for pascals in (0.0, 30.0):
-        rows = fly_by_rows(range(options.first, options.first + options.cards), pascals)
-        inside = rows["error_ft"].abs() <= rows["two_sigma_ft"]
-        shares = inside.groupby(rows["seed"]).mean().to_numpy(np.float64)
-        error_of_share = shares.std() / np.sqrt(len(shares))
-        two_sigma, error = (
-            rows[name].to_numpy(np.float64) for name in ("two_sigma_ft", "error_ft")
-        )
-        print(
-            f"altimeter ±{pascals:.0f} Pa (2σ): {options.cards} cards, {inside.sum()} of "
-            f"{len(inside)} passes "
-            f"inside ({inside.mean():.1%} ± {error_of_share:.1%}), mean 2σ {two_sigma.mean():.1f} "
-            "ft, "
-            f"rms error {rms(error):.1f} ft"
-        )

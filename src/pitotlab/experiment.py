@@ -1,8 +1,8 @@
-"""The experiment engine: measure cells × seeds × looks into one table of rows, which is saved as it
+"""The experiment engine: measure cells × seeds × reductions into one table of rows, which is saved as it
 grows.
 
-A cell is a maneuver in one turbulence. Every cell is flown once with every seed. A look is one way
-to sense and calibrate a flight, and each flight has several looks. Saved rows are not measured
+A cell is a maneuver in one turbulence. Every cell is flown once with every seed. A reduction is one way
+to sense and calibrate a flight, and each flight has several reductions. Saved rows are not measured
 again, so that an interrupted experiment can be continued. The truth of a trial is drawn from its
 seed: a wind and a pressure error.
 """
@@ -12,25 +12,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
-from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from time import monotonic
-from typing import Any
 
 import numpy as np
 import pandas as pd
-import tomli_w
 
-from pitotbench.bench.fleet import open_fleet, progress, require_all
-from pitotbench.bench.flights import compare_curve, compare_wind, scored
+from pitotbench.campaigns.fleet import open_fleet, progress, require_all
+from pitotbench.campaigns.flights import compare_curve, compare_wind, scored
 from pitotbench.logbook.columns import atomic
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
-from pitotbench.records.case_file import case_table
-from pitotbench.records.flight import Flight
-from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT, Array
 
 OUT = Path("out", "lab")  # where measurements are written unless told otherwise
@@ -52,23 +45,23 @@ class Trial:
         return {"maneuver": self.maneuver, "turbulence": self.turbulence, "seed": self.seed}
 
 
-Task = tuple[Trial, tuple[str, ...]]  # a trial and the looks to measure
+Task = tuple[Trial, tuple[str, ...]]  # a trial and the reductions to measure
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """The cells and the looks of an experiment.
+    """The cells and the reductions of an experiment.
 
-    `measure(trial, looks)` flies a trial once and returns its rows, one or more for each look. A
-    row has the columns `maneuver`, `turbulence` and `seed` of the trial, and the look in the column
-    named `look_column`.
+    `measure(trial, reductions)` flies a trial once and returns its rows, one or more for each reduction. A
+    row has the columns `maneuver`, `turbulence` and `seed` of the trial, and the reduction in the column
+    named `reduction_column`.
     """
 
     measure: Callable[[Trial, tuple[str, ...]], Sequence[Row]]
     maneuvers: tuple[str, ...]
     turbulences: tuple[str, ...]
-    looks: tuple[str, ...]
-    look_column: str
+    reductions: tuple[str, ...]
+    reduction_column: str
 
     def trials(self, seeds: Sequence[int]) -> list[Trial]:
         """Return all trials, seed by seed, so that an interrupted experiment has every cell equally
@@ -109,7 +102,7 @@ NO_LIMIT = Budget()
 def run_experiment(
     experiment: Experiment, seeds: Sequence[int], budget: Budget = NO_LIMIT
 ) -> pd.DataFrame:
-    """Measure every look of every cell with every seed; return the rows of the experiment, the
+    """Measure every reduction of every cell with every seed; return the rows of the experiment, the
     saved ones included.
 
     The experiment ends after the round in which the time is over, and returns complete seeds only.
@@ -138,14 +131,16 @@ def _measured(experiment: Experiment, task: Task) -> Sequence[Row]:
 
 
 def _missing(experiment: Experiment, trials: Sequence[Trial], table: pd.DataFrame) -> list[Task]:
-    """Return the trials with missing rows, each with the looks that the table has no rows of."""
-    columns = ["maneuver", "turbulence", "seed", experiment.look_column]
+    """Return the trials with missing rows, each with the reductions that the table has no rows of."""
+    columns = ["maneuver", "turbulence", "seed", experiment.reduction_column]
     known = set(table[columns].itertuples(index=False, name=None)) if len(table) else set()
     tasks = []
     for trial in trials:
         cell = (trial.maneuver, trial.turbulence, trial.seed)
-        looks = tuple(look for look in experiment.looks if (*cell, look) not in known)
-        tasks += [(trial, looks)] if looks else []
+        reductions = tuple(
+            reduction for reduction in experiment.reductions if (*cell, reduction) not in known
+        )
+        tasks += [(trial, reductions)] if reductions else []
     return tasks
 
 
@@ -173,8 +168,8 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(
         experiment.turbulences
     )
-    looks = table[experiment.look_column].isin(experiment.looks)
-    return table[cells & looks & table["seed"].isin(list(seeds))]
+    reductions = table[experiment.reduction_column].isin(experiment.reductions)
+    return table[cells & reductions & table["seed"].isin(list(seeds))]
 
 
 def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:
@@ -271,46 +266,3 @@ def budget_of(options: Namespace) -> Budget:
 # Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has
 # changed. The key of a flight is its case, without the pressure error and the sensors, and the
 # simulator's version. Only the channels that air data and GPS velocity need are kept.
-
-_CHANNELS = ("time", *CALIBRATION_CHANNELS)
-
-
-@dataclass(frozen=True, slots=True)
-class FlightStore:
-    """A folder of flights."""
-
-    folder: Path
-
-    def fly(self, case: Case) -> Flight:
-        """Return the flight of a case. It is read from the folder, or else flown and kept there."""
-        path = self.folder / f"{case.maneuver}-{case.truth_seed}-{_digest(case)}.npz"
-        if path.exists():
-            return _read(path, case)
-        flight = fly(case, channels=CALIBRATION_CHANNELS)
-        self._keep(flight, path)
-        return flight
-
-    def _keep(self, flight: Flight, path: Path) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
-        arrays: dict[str, Any] = {name: flight[name] for name in _CHANNELS}
-        labels, label = np.unique(flight.segment, return_inverse=True)
-        arrays |= {
-            "labels": labels,
-            "label": label.astype(np.uint8),
-            "on_condition": flight.on_condition,
-        }
-        with atomic(path) as scratch, scratch.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
-
-
-def _read(path: Path, case: Case) -> Flight:
-    with np.load(path) as kept:
-        segment = kept["labels"][kept["label"]]
-        return Flight(case, {name: kept[name] for name in _CHANNELS}, segment, kept["on_condition"])
-
-
-def _digest(case: Case) -> str:
-    flown = tomli_w.dumps(
-        case_table(case, omit=("pressure_error", "das", "sensor_seed", "accuracy"))
-    )
-    return sha256(f"{version('jsbsim')}\n{flown}".encode()).hexdigest()[:16]

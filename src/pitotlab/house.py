@@ -24,7 +24,7 @@ BEHIND = {
     "one flight": ("pitotbench.simulation.sortie", "pitotbench.sensing.recorder"),
     "calibrate": ("pitotbench.calibration",),
     "the judge": ("pitotbench.reconciliation.verdict",),
-    "campaign": ("pitotbench.bench.campaign",),
+    "campaign": ("pitotbench.campaigns.campaign",),
 }
 _FAMILIES = ("cli", "simulation.maneuvers")  # pages of entries, which only the table reads
 
@@ -116,7 +116,7 @@ def long_lines(*places: Path) -> int:
 def judge_files() -> list[Path]:
     """Return the files of `reconcile`: the reconciliation, its part of the bench, the own terms."""
     judge = files_of(PRODUCT / "reconciliation")
-    return [*judge, *(PRODUCT / "bench" / name for name in _BENCH_OF_THE_JUDGE)]
+    return [*judge, *(PRODUCT / name for name in _BENCH_OF_THE_JUDGE)]
 
 
 def calibration_files() -> list[Path]:
@@ -126,13 +126,18 @@ def calibration_files() -> list[Path]:
 
 
 _BENCH_OF_THE_JUDGE = (
-    "null_flights.py",
-    "workflow.py",
-    "verdict_folder.py",
-    "maneuver_model.py",
-    "identification.py",
-    "coefficients.py",
-    "closing.py",
+    "bench/flown_card.py",
+    "bench/fly_again.py",
+    "bench/null_cache.py",
+    "bench/null_flights.py",
+    "bench/workflow.py",
+    "bench/verdict_folder.py",
+    "bench/closing.py",
+    "models/aircraft_model.py",
+    "models/coefficients.py",
+    "models/identification.py",
+    "models/maneuver_model.py",
+    "models/sidpac.py",
 )
 _LEGS_AND_CARDS = (
     "card_model.py",

@@ -10,15 +10,12 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy.signal import fftconvolve
 
 from pitotbench import air
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import Comparison, compare_curve, rms, scored, sense, true_correction
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import CoveringFit, Structure, fit_covering
 from pitotbench.calibration.leg_points import fixed_speed_points
@@ -26,16 +23,28 @@ from pitotbench.calibration.observations import Observations, observe
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.output_error import airspeed_outputs, fit_scalar
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
+from pitotbench.campaigns.fleet import require_all, run_tasks
+from pitotbench.campaigns.flights import (
+    Comparison,
+    compare_curve,
+    rms,
+    scored,
+    sense,
+    true_correction,
+)
 from pitotbench.estimation.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
+from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
+from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
+from pitotbench.show.columns import frame_rows
 from pitotbench.simulation import sortie
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
-from pitotlab.experiment import FIRST_SCORED_SEED, FlightStore, Row, Trial, random_case
-from pitotlab.fixed_speed import compare_points
+from pitotlab.experiment import FIRST_SCORED_SEED, Row, Trial, random_case
+from pitotlab.tables import frame_columns, markdown_table
 
 BARTLETT_SECONDS = 20.0
 _FILTER_START, _FILTER_WALK = (
@@ -43,6 +52,14 @@ _FILTER_START, _FILTER_WALK = (
     (0.02, 0.02, 1e-4),
 )  # 1σ: wind [m/s], scale [-]; walk a second
 _FILTER_NOISE = 1.0  # m/s
+
+
+def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) -> Comparison:
+    """Compare fixed-speed points with the truth at their airspeeds."""
+    airspeed, correction, two_sigma = np.array(
+        [(point.indicated_airspeed, point.correction, point.two_sigma) for point in points]
+    ).T
+    return Comparison(correction - true_correction(truth, airspeed), two_sigma)
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,7 +274,6 @@ def comparison(
     seeds: int,
     turbulence: str = "light",
     systems: tuple[str, ...] = ("20/1", "50/50"),
-    store: FlightStore | None = None,
     jobs: int | None = None,
 ) -> pd.DataFrame:
     """Compare all bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means
@@ -266,7 +282,7 @@ def comparison(
     A task is a maneuver with all its flights. The estimator with known noise needs the fits of all
     of them, and a fit is not sent between processes.
     """
-    work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems, store=store)
+    work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems)
     rows = [row for found in require_all(run_tasks(work, PAPER_MANEUVERS, jobs)) for row in found]
     table = pd.DataFrame(rows)
     table = table.sort_values(["maneuver", "das"], kind="stable")
@@ -282,14 +298,13 @@ def comparison(
 
 
 def _maneuver_rows(
-    maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...], store: FlightStore | None
+    maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...]
 ) -> list[Row]:
     """Return the rows of all flights of one maneuver, and those of the estimator with known noise."""
-    fly = sortie.fly if store is None else store.fly
     rows: list[Row] = []
     fitted: dict[str, list[_Fitted]] = {das: [] for das in systems}
     for seed in range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + seeds):
-        flight = fly(random_case(Trial(maneuver, turbulence, seed)))
+        flight = sortie.fly(random_case(Trial(maneuver, turbulence, seed)))
         for das in systems:
             rows += [{"maneuver": maneuver, "das": das} | row for row in peer_rows(flight, das)]
             fitted[das].append(_fitted(flight, das))
@@ -299,21 +314,17 @@ def _maneuver_rows(
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Hold the bounds that others publish against the truth beside ours, on the same flights; print
-    a page.
+    """Hold the bounds that others publish against the truth together with ours, on the same flights; print
+    a table.
 
     All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in development.
     """
     parser.add_argument(
         "--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)"
     )
-    parser.add_argument("--flights", type=Path, help="folder where flights are kept")
     parser.add_argument(
         "--jobs", type=int, help="processes (default: one a core, at most one a maneuver)"
     )
     options = parser.parse_args(words)
-    from pitotlab.pages import peers_page  # loads the drawing library
-
-    store = FlightStore(options.flights) if options.flights else None
-    table = comparison(options.seeds, store=store, jobs=options.jobs)
-    print(peers_page(table, range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + options.seeds)), end="")
+    table = comparison(options.seeds, jobs=options.jobs)
+    print(markdown_table(frame_columns(table, ".3g"), frame_rows(table)))

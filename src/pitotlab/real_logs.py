@@ -20,13 +20,14 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.identification import maneuvers_of, read_identification
-from pitotbench.bench.maneuver_model import in_place_of_log
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.calibration import calibrate_flights
 from pitotbench.calibration.options import options_from
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.reading import read_log
+from pitotbench.models.identification import maneuvers_of
+from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.sidpac import read_identification
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.log import FlightLog
@@ -136,7 +137,7 @@ def _consistent(path: Path) -> None:
     for name, found in answers.items():
         print(f"  {name}: {found if isinstance(found, str) else _told(found)}")
     given = {name: found.curve for name, found in answers.items() if not isinstance(found, str)}
-    apart = {f"{a} and {b}": _apart(given[a], given[b]) for a, b in combinations(given, 2)}
+    apart = {f"{a} and {b}": _difference(given[a], given[b]) for a, b in combinations(given, 2)}
     worst = max(apart, key=lambda pair: apart[pair])
     print(
         f"  largest difference: {apart[worst]:.2f} of the joined 2σ ({worst}); at most {FIT:g} is "
@@ -161,7 +162,7 @@ def _told(found: Calibration) -> str:
     )
 
 
-def _apart(first: ErrorCurve, second: ErrorCurve) -> float:
+def _difference(first: ErrorCurve, second: ErrorCurve) -> float:
     """The largest difference of two curves over their common airspeeds, in their joined 2σ."""
     low, high = (
         edge(float(each.indicated_airspeed[place]) for each in (first, second))
@@ -300,7 +301,7 @@ def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
             f"{rms:.2f} kt, "
             f"{inside} inside the joined 2σ"
         )
-    print(f"  curves: at most {_apart(found.curve, also.curve):.2f} of the joined 2σ apart")
+    print(f"  curves: at most {_difference(found.curve, also.curve):.2f} of the joined 2σ apart")
 
 
 def _sonde(path: Path) -> Sonde:

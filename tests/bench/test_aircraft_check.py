@@ -2,9 +2,9 @@
 
 import shutil
 
-from pitotbench.bench.inspection import check_aircraft
+from pitotbench.bench.aircraft_check import check_aircraft
 from pitotbench.show.inspection import check_sentences
-from pitotbench.simulation.aircraft import library_aircraft
+from pitotbench.simulation.aircraft_files import library_aircraft
 
 ADDED = (
     '<system name="lamp"><channel name="lamp"><pure_gain name="lamp/light">'

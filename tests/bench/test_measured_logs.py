@@ -2,7 +2,7 @@
 
 from tests.shared_data import real_log
 
-from pitotbench.bench.questions import setting_of
+from pitotbench.bench.calibrations import setting_of
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.logbook.reading import read_log
 from pitotbench.show.gap_words import sentences

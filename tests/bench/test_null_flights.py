@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, FlightLog
-from pitotbench.bench import digests, null_flights, workflow
-from pitotbench.bench.digests import NOT_DECIDING
-from pitotbench.bench.fleet import open_fleet
-from pitotbench.bench.null_flights import MOST_KEPT, flights_told, null_distribution_of
+from pitotbench.bench import null_cache, null_flights, workflow
+from pitotbench.bench.null_cache import MOST_KEPT
+from pitotbench.bench.null_flights import announce_flights, null_distribution_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
+from pitotbench.campaigns import digests
+from pitotbench.campaigns.digests import NOT_DECIDING
+from pitotbench.campaigns.fleet import open_fleet
 from pitotbench.cli.app import main
 from pitotbench.logbook import reading
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -188,7 +190,7 @@ def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkey
         null_distribution_of(card)
     null_distribution_of(CARD, flights=6)
     for name in ("jsbsim", "numpy", "scipy"):
-        monkeypatch.setattr(null_flights, "version", lambda asked, name=name: f"{asked == name}")
+        monkeypatch.setattr(null_cache, "version", lambda asked, name=name: f"{asked == name}")
         null_distribution_of(CARD)
     assert len(entries(tmp_path)) == 8
 
@@ -318,7 +320,7 @@ def test_a_reconciliation_hands_on_its_card_the_setting_and_keeping(monkeypatch)
 def test_the_time_that_is_left_is_told_while_null_flights_are_flown():
     lines: list[str] = []
     hours = iter((0.0, 30.0, 50.0, 90.0))
-    tell = flights_told(3, lines.append, lambda: next(hours))
+    tell = announce_flights(3, lines.append, lambda: next(hours))
     for _ in range(3):
         tell()
     left = (", about 60 s left", ", about 25 s left", "")

@@ -19,17 +19,11 @@ from pitotbench import (
     read_case,
     write_case,
 )
-from pitotbench.bench.flights import sense, wind_toward
-from pitotbench.bench.planner import (
-    _dryden,
-    best_card,
-    free_numbers,
-    gust_deviation,
-    known_noise_two_sigma,
-    smooth_flight,
-    with_gusts,
-)
+from pitotbench.bench.card_search import best_card, free_numbers
+from pitotbench.bench.forecasts import known_noise_two_sigma, smooth_flight
+from pitotbench.bench.gusts import _dryden, gust_deviation, with_gusts
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.campaigns.flights import sense, wind_toward
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
 from pitotbench.cli.plan import request_of
 from pitotbench.sensing.sampling import has_velocity_down
@@ -298,7 +292,7 @@ def test_the_document_has_units_and_the_ranking(capsys):
 def test_a_plan_in_a_pipe_says_how_far_it_is(monkeypatch, capsys):
     """A line for each maneuver and each flight of the search, were they all 20 s apart."""
     clock = count(0.0, 20.0)
-    monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: next(clock))
+    monkeypatch.setattr("pitotbench.campaigns.fleet.monotonic", lambda: next(clock))
     assert main(["plan", "--maneuver", "rapid_decel", "--draws", "2", "--search", "4"]) == DONE
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "pitotbench: flying: 1 of 5"

@@ -12,7 +12,7 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, CalibrationOptions, calibrate, inspect, reconcile, write_log
-from pitotbench.bench.digests import file_sha256
+from pitotbench.campaigns.digests import file_sha256
 from pitotbench.cli.app import main
 from pitotbench.records.calibration import Disagreement, LatencyFound
 from pitotbench.records.log import Caution

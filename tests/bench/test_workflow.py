@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly, reconcile, sense
-from pitotbench.bench.workflow import told_warnings, wind_of_log
+from pitotbench.bench.fly_again import wind_of_log
+from pitotbench.bench.workflow import reported_warnings
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import Caution, FlightLog
@@ -73,6 +74,6 @@ def test_a_warning_that_the_named_part_explains_is_withdrawn():
         SimpleNamespace(named_parts=(part,))
         for part in ("GPS receiver and its clock", "pitot line")
     )
-    assert told_warnings([log], late) == ("stuck", "a text")
-    assert told_warnings([log], lag) == (turned, "stuck", "a text")
-    assert told_warnings([log, log], late)[0] == "a.csv: stuck"
+    assert reported_warnings([log], late) == ("stuck", "a text")
+    assert reported_warnings([log], lag) == (turned, "stuck", "a text")
+    assert reported_warnings([log, log], late)[0] == "a.csv: stuck"

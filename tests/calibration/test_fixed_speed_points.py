@@ -9,11 +9,11 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, CalibrationOptions, NoAnswerError, air, fixed_speed, sense
-from pitotbench.bench.flights import true_correction, wind_toward
 from pitotbench.calibration.leg_methods import circle_fit, horseshoe
 from pitotbench.calibration.leg_points import block_means, cross_check, fixed_speed_points
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies
+from pitotbench.campaigns.flights import true_correction, wind_toward
 from pitotbench.units import DEGREE, KNOT
 
 RATE = 10

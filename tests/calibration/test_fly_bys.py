@@ -3,8 +3,11 @@ that covers.
 """
 
 import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pitotbench import BadInputError, air
@@ -14,7 +17,65 @@ from pitotbench.cli.app import main
 from pitotbench.logbook.points_table import is_points_table, read_fly_bys
 from pitotbench.records.legs import FlyBy
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
-from pitotlab.deliverables import fly_by_card, fly_by_rows
+
+
+def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, np.ndarray]:
+    """Return a card of five passes as CSV, read in whole steps, and the true altitude corrections
+    [ft], (5,).
+
+    The air between tower and airplane is integrated meter by meter. The pilot reads the airspeed to
+    1 kt and the altimeter to 10 ft; the tower reads the grid to 5 ft, the barometer to 0.01 inHg
+    and the thermometer to 1 °C. `altimeter_error` [Pa] is the standard deviation of the altimeter
+    against the barometer, one draw a card.
+    """
+    rng = np.random.default_rng([seed, 35])
+    lines = [
+        "indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure_inhg,tower_temperature_degc"
+    ]
+    tower = float(air.standard_pressure(rng.uniform(0.0, 1500.0))) * rng.uniform(0.98, 1.02)
+    temperature, shape = rng.uniform(263.0, 308.0), rng.uniform(-0.05, 0.05)
+    off, truth = altimeter_error * rng.standard_normal(), []
+    for knots in np.linspace(80.0, 160.0, 5) + rng.uniform(-5.0, 5.0, 5):
+        tower += rng.uniform(-30.0, 30.0)
+        height, pressure = rng.uniform(40.0, 400.0) * FOOT, tower
+        for step in np.arange(0.5, 200.0, 1.0) / 200.0:
+            here = temperature - 0.0065 * step * height
+            pressure -= pressure * 9.80665 / (287.053 * here) * height / 200.0
+        impact = float(air.impact_pressure(knots * KNOT))  # indicated
+        error = impact * shape / (1.0 - shape)
+        indicated = float(air.pressure_altitude(pressure + error + off)) / FOOT
+        truth.append(
+            float(air.pressure_altitude(pressure) - air.pressure_altitude(pressure + error)) / FOOT
+        )
+        lines.append(
+            f"{knots:.0f},{10.0 * round(indicated / 10.0):.0f},{5.0 * round(height / FOOT / 5.0):.0f},"
+            f"{tower / INCH_OF_MERCURY:.2f},{temperature - 273.15:.0f}"
+        )
+    return "\n".join(lines) + "\n", np.array(truth)
+
+
+def fly_by_rows(seeds: range, altimeter_two_sigma: float) -> pd.DataFrame:
+    """Return the error and the bound [ft] of every pass of a card a seed, with an altimeter of a 2σ
+    [Pa].
+    """
+    stated = Accuracies(static_pressure_pa=altimeter_two_sigma, temperature_k=0.0)
+    rows: list[dict[str, float]] = []
+    with TemporaryDirectory() as folder:
+        for seed in seeds:
+            card, truth = fly_by_card(seed, 0.5 * altimeter_two_sigma)
+            path = Path(folder) / "card.csv"
+            path.write_text(card, encoding="utf-8")
+            for point, true in zip(reduce_fly_bys(*read_fly_bys(path), stated), truth, strict=True):
+                error = point.altitude_correction / FOOT - true
+                rows.append(
+                    {
+                        "seed": seed,
+                        "error_ft": error,
+                        "two_sigma_ft": point.altitude_two_sigma / FOOT,
+                    }
+                )
+    return pd.DataFrame(rows)
+
 
 EXACT = dict.fromkeys(
     (

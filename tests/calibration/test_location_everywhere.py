@@ -7,9 +7,9 @@ import pytest
 from tests.calibration import static_flights as fixture
 
 from pitotbench import CalibrationOptions
-from pitotbench.bench.flights import sense
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
+from pitotbench.campaigns.flights import sense
 
 
 def _stated(location, **changes):

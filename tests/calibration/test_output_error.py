@@ -11,11 +11,11 @@ from scipy.optimize import least_squares
 from tests.calibration import trajectories as fixture
 
 from pitotbench import CalibrationOptions, NoAnswerError
-from pitotbench.bench.flights import sense, true_correction
 from pitotbench.calibration import calibrate, prediction
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.output_error import airspeed_outputs, fit_output_error
 from pitotbench.calibration.prediction import PredictionModel
+from pitotbench.campaigns.flights import sense, true_correction
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT

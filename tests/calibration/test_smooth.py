@@ -18,12 +18,12 @@ from pitotbench import (
     sense,
     write_log,
 )
-from pitotbench.bench.flights import compare_curve
 from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration.covering import Structure, log_prior_of
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import PRIORS
 from pitotbench.calibration.prediction import PredictionModel
+from pitotbench.campaigns.flights import compare_curve
 from pitotbench.cli.app import main
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.units import KNOT

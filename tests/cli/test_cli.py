@@ -10,8 +10,8 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, CalibrationOptions, Case, read_log, write_log
-from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.plan_file import plan_of_names
 from pitotbench.cli.app import COMMANDS, SHELLS, command_line, main
 from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.pressure_error.models import SMOOTH

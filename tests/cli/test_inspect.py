@@ -11,8 +11,8 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench import CalibrationOptions, Case, NoAnswerError, write_log
+from pitotbench.bench.gusts import gust_deviation
 from pitotbench.bench.inspection import inspect_log
-from pitotbench.bench.planner import gust_deviation
 from pitotbench.calibration import calibrate
 from pitotbench.cli.app import main
 from pitotbench.units import KNOT

@@ -33,7 +33,7 @@ from pitotbench import (
     write_case,
     write_log,
 )
-from pitotbench.bench.planner import PlanRequest
+from pitotbench.bench.forecasts import PlanRequest
 from pitotbench.cli.app import DONE, main
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve

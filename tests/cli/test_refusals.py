@@ -154,7 +154,7 @@ def test_a_report_is_refused_before_the_work_and_overwrites_no_log(
 def test_a_log_that_cannot_be_written_is_refused_before_the_flight(out, case, monkeypatch, capsys):
     monkeypatch.chdir(case.parent)
     monkeypatch.setattr(
-        "pitotbench.bench.flights.fly_to_log", lambda *_: pytest.fail("it was flown")
+        "pitotbench.campaigns.flights.fly_to_log", lambda *_: pytest.fail("it was flown")
     )
     assert str(out) in refused(["fly", case, "-o", out], capsys)
 

@@ -14,11 +14,11 @@ import pytest
 
 from pitotbench import BadInputError, FlightLog, write_log
 from pitotbench.bench import questions
-from pitotbench.bench.flights import sense, true_correction
-from pitotbench.bench.questions import options_of
+from pitotbench.bench.calibrations import options_of
 from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration import flights as flights_module
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.flights import sense, true_correction
 from pitotbench.cli.app import DONE, main
 from pitotbench.units import KNOT
 

@@ -10,11 +10,11 @@ import pytest
 from tests.effects.sample_signals import turning
 
 from pitotbench import BadInputError, Case, UnknownNameError, read_case, write_case
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS, FORMS, FORMULAS, chosen
 from pitotbench.effects.effect import AircraftEffect, AirEffect, Part
 from pitotbench.effects.overlay import Baseline, evaluate
 from pitotbench.effects.response import Signals
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.maneuvers import MANEUVERS
 

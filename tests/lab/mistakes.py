@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.bench.flights import compare_curve, compare_wind, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.flights import compare_curve, compare_wind, wind_toward
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.columns import Table
 from pitotbench.logbook.reading import log_of

@@ -18,7 +18,7 @@ from pitotbench.effects.effect import SensorEffect
 from pitotbench.effects.response import Signals
 from pitotbench.logbook.reading import read_log
 from pitotbench.records.case import EffectSpec
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotlab.blind import drawn as generator
 from pitotlab.blind.analyze import analyze, flights_of
 from pitotlab.blind.case import JudgedCase

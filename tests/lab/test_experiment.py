@@ -1,4 +1,4 @@
-"""The experiment engine: every look at every flight once, kept rows not measured again."""
+"""The experiment engine: every reduction of every flight once, kept rows not measured again."""
 
 from functools import partial
 
@@ -10,20 +10,22 @@ from pitotlab.experiment import Budget, Experiment, made_with, run_experiment
 SEEN = []
 
 
-def measure(trial, looks, factor=1.0, breaks_at=None):
-    SEEN.append((trial.maneuver, trial.seed, looks))
+def measure(trial, reductions, factor=1.0, breaks_at=None):
+    SEEN.append((trial.maneuver, trial.seed, reductions))
     if trial.seed == breaks_at:
         raise ZeroDivisionError("a defect")
     cell = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "seed": trial.seed}
     return [
-        cell | {"das": look, "part": part, "value": factor * trial.seed}
-        for look in looks
+        cell | {"das": reduction, "part": part, "value": factor * trial.seed}
+        for reduction in reductions
         for part in (1, 2)
     ]
 
 
-def experiment(looks=("20/1",), **how):
-    return Experiment(partial(measure, **how), ("circle", "four_leg"), ("light",), looks, "das")
+def experiment(reductions=("20/1",), **how):
+    return Experiment(
+        partial(measure, **how), ("circle", "four_leg"), ("light",), reductions, "das"
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +50,10 @@ def test_kept_rows_are_not_measured_again(tmp_path):
     run_experiment(experiment(), [1], budget)
     SEEN.clear()
     table = run_experiment(experiment(("20/1", "50/50")), [1, 2], budget)
-    assert {(s, looks) for _, s, looks in SEEN} == {(1, ("50/50",)), (2, ("20/1", "50/50"))}
+    assert {(s, reductions) for _, s, reductions in SEEN} == {
+        (1, ("50/50",)),
+        (2, ("20/1", "50/50")),
+    }
     assert table.groupby(["maneuver", "seed", "das"]).size().eq(2).all()
     assert len(table) == 2 * 2 * 2 * 2
 

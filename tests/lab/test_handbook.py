@@ -2,7 +2,8 @@
 
 import pytest
 
-from pitotbench.simulation.performance import COLUMNS, find_performance
+from pitotbench.models.handbook import COLUMNS
+from pitotbench.models.performance import find_performance
 from pitotbench.units import POUND
 from pitotlab.reference_figures import published_figures
 

@@ -4,9 +4,10 @@ import pytest
 from tests.shared_data import real_log
 
 from pitotbench import read_log
-from pitotbench.bench.identification import maneuvers_of, read_identification
-from pitotbench.bench.maneuver_model import in_place_of_log
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
+from pitotbench.models.identification import maneuvers_of
+from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.sidpac import read_identification
 
 
 def reconciled(aircraft, fitted, held=()):

@@ -49,16 +49,20 @@ def _answer(error, bound, wind, warnings=()):
 
 def test_an_answer_is_held_against_the_truth_where_it_was_flown():
     error = np.array([9.0, 0.1, 0.2, -0.3, 0.6, 9.0])  # 90 and 170 kt were not flown
-    held = builds.held(_answer(error, 0.4, (5.4, -2.6), ("it is warm",)), TRUTH)
-    assert held["inside"] == 0.75
-    assert held["two_sigma_kt"] == pytest.approx(0.4)
-    assert held["rms_kt"] == pytest.approx(np.sqrt(np.mean(error[1:5] ** 2)))
-    assert held["wind_inside"] == 0.5
-    assert held["z3"] == pytest.approx(np.mean([0.2, -0.3]) / 0.2)  # 130 kt
-    assert (held["warned"], held["headline"], held["says"]) == (1.0, 0.0, "it is warm")
+    errors_of = builds.errors_of(_answer(error, 0.4, (5.4, -2.6), ("it is warm",)), TRUTH)
+    assert errors_of["inside"] == 0.75
+    assert errors_of["two_sigma_kt"] == pytest.approx(0.4)
+    assert errors_of["rms_kt"] == pytest.approx(np.sqrt(np.mean(error[1:5] ** 2)))
+    assert errors_of["wind_inside"] == 0.5
+    assert errors_of["z3"] == pytest.approx(np.mean([0.2, -0.3]) / 0.2)  # 130 kt
+    assert (errors_of["warned"], errors_of["headline"], errors_of["says"]) == (
+        1.0,
+        0.0,
+        "it is warm",
+    )
     no_wind = _answer(error, 0.4, (0.0, 0.0))
     no_wind.wind = None
-    assert np.isnan(builds.held(no_wind, TRUTH)["wind_inside"])
+    assert np.isnan(builds.errors_of(no_wind, TRUTH)["wind_inside"])
 
 
 def test_a_choice_that_a_build_does_not_know_is_left_out_with_a_note(capsys):

@@ -139,6 +139,6 @@ def test_the_position_error_is_held_against_the_truth_of_the_generator():
             altitude_correction=(truth.position_error + off) * FOOT,
             altitude_two_sigma=10.0 * FOOT * exact,
         )
-        held = judge._position_error_held(curve, flight, exact > 0.0)
+        held = judge._position_error_of(curve, flight, exact > 0.0)
         assert held["coverage_ft"] == inside
         assert held["rms_error_ft"] == pytest.approx(off, abs=1e-9)

@@ -5,7 +5,7 @@ ratios are found.
 import numpy as np
 import pytest
 
-from pitotbench.bench.flights import sense
+from pitotbench.campaigns.flights import sense
 from pitotlab.speed.growth import cross_check_growth, reading_times, tiled
 
 

@@ -28,7 +28,7 @@ def rows_of(trial, asked):
 def test_only_what_is_missing_is_scored(tmp_path, monkeypatch):
     seen = []
 
-    def score(trial, asked, store=None):
+    def score(trial, asked):
         seen.append((trial.seed, tuple(asked)))
         return rows_of(trial, asked)
 

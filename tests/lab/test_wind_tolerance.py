@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.flights import scored
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.flights import scored
 from pitotbench.units import KNOT
 
 PAGE = Path(__file__).parents[2] / "docs" / "which-maneuver.md"

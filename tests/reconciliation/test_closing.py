@@ -8,8 +8,8 @@ import pytest
 
 from pitotbench import BadInputError, Case, fly, reconcile, sense
 from pitotbench.bench import closing
-from pitotbench.bench.coefficients import measured_coefficients
-from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.reconciliation.equations import whitened_equations
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out, of_patch

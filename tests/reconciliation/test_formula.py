@@ -10,7 +10,6 @@ import pytest
 from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 
 from pitotbench import BadInputError, FlightLog, fly, read_case, sense, write_case
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import Effect, chosen
 from pitotbench.effects.formula import (
@@ -23,6 +22,7 @@ from pitotbench.effects.formula import (
 )
 from pitotbench.effects.overlay import evaluate, properties_in
 from pitotbench.effects.response import Signals
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.formula import signatures_at
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out

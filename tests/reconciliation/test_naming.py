@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, UnknownNameError, fly, read_case, sense
-from pitotbench.bench.null_flights import aircraft_model, card_of
+from pitotbench.bench.flown_card import card_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import Effect
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.equations import noise_of_log, noise_residuals
 from pitotbench.reconciliation.free_parameters import (
     AnalysisSetting,

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, FlightLog, air
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import (
@@ -18,6 +17,7 @@ from pitotbench.effects.overlay import (
     quotient,
     total,
 )
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import (
     Track,

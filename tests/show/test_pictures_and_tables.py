@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 from tests.calibration import trajectories as fixture
 
-from pitotbench.bench.flights import tolerances
+from pitotbench.campaigns.flights import tolerances
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.calibration import short_answer_of

@@ -15,8 +15,8 @@ import numpy as np
 
 from pitotbench import Case, Flight, PlanRequest, fly
 from pitotbench.bench import planner as forecasting
-from pitotbench.bench.flights import sense
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.flights import sense
 from pitotbench.records.case import USUAL_RATE, DataSystem
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.sensing.sampling import data_system

@@ -8,13 +8,9 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, UnknownNameError, fly
-from pitotbench.simulation.aircraft import (
-    find_aircraft,
-    known_aircraft,
-    library_aircraft,
-    read_record,
-)
-from pitotbench.simulation.autopilot.loops import open_all_tanks
+from pitotbench.simulation.aircraft import find_aircraft, known_aircraft
+from pitotbench.simulation.aircraft_files import library_aircraft, read_record
+from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks
 from pitotbench.simulation.sortie import card_of, card_speeds, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
 

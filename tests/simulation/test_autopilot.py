@@ -7,18 +7,18 @@ import pytest
 from scipy.signal import welch
 from tests.simulation.plant_record import record_channels
 
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.autopilot.envelope import Trim
+from pitotbench.simulation.autopilot.linear_model import Linear
 from pitotbench.simulation.autopilot.loops import (
     LEAST_DAMPING,
-    Linear,
     bank_loop,
     damping,
     pitch_loop,
     shape,
     step_response,
 )
-from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import Air
+from pitotbench.simulation.plant import Air, Plant
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, Array
 
 ALTITUDE = 6000.0 * FOOT  # m

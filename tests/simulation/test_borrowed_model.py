@@ -7,17 +7,12 @@ from xml.etree.ElementTree import fromstring
 import pytest
 
 from pitotbench import BadInputError
-from pitotbench.simulation.aircraft import library, library_aircraft, parse_xml
-from pitotbench.simulation.autopilot.attach import (
-    engines_of,
-    left_tables,
-    make_flyable,
-    set_to_zero,
-    take_in,
-)
-from pitotbench.simulation.autopilot.envelope import HeldAircraft, State, trim
-from pitotbench.simulation.autopilot.loops import WRONG, linearize, wrong_slopes
-from pitotbench.simulation.plant import load_fdm
+from pitotbench.simulation.aircraft_files import library, library_aircraft, load_fdm, parse_xml
+from pitotbench.simulation.aircraft_import import import_aircraft, left_tables, set_to_zero
+from pitotbench.simulation.autopilot.attach import engines_of, make_flyable
+from pitotbench.simulation.autopilot.envelope import trim
+from pitotbench.simulation.autopilot.frozen_aircraft import FrozenAircraft, State
+from pitotbench.simulation.autopilot.linear_model import WRONG, linearize, wrong_slopes
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 FLAPS = '<channel name="Flaps">'
@@ -38,13 +33,13 @@ def taken(tmp_path: Path, old: str = "", new: str = "") -> Path:
     folder.mkdir(parents=True)
     (home / "mine.xml").write_text(text.replace(old, new, 1), encoding="utf-8")
     shutil.copy(source.with_name("c172ap.xml"), home)
-    take_in(home / "mine.xml", folder)
+    import_aircraft(home / "mine.xml", folder)
     return folder
 
 
-def held(folder: Path) -> HeldAircraft:
+def held(folder: Path) -> FrozenAircraft:
     root = parse_xml(folder / f"{folder.name}.xml").getroot()
-    return HeldAircraft(folder.name, folder, 6000.0 * FOOT, engines_of(folder, root))
+    return FrozenAircraft(folder.name, folder, 6000.0 * FOOT, engines_of(folder, root))
 
 
 def test_what_only_flightgear_writes_is_0(tmp_path):
@@ -57,7 +52,7 @@ def test_what_only_flightgear_writes_is_0(tmp_path):
     assert fdm["fcs/lit"] == 0.0
     again = tmp_path / "again" / "mine"
     again.mkdir(parents=True)
-    take_in(folder, again)
+    import_aircraft(folder, again)
     assert set_to_zero(again) == set_to_zero(folder)
 
 
@@ -122,7 +117,7 @@ def test_slopes_are_those_of_moments(tmp_path):
     """
     folder = tmp_path / "t6texan2"
     folder.mkdir()
-    take_in(library_aircraft()["t6texan2"], folder)
+    import_aircraft(library_aircraft()["t6texan2"], folder)
     aircraft = held(folder)
     point = trim(aircraft, 160.0 * KNOT)
     assert wrong_slopes(aircraft, [linearize(aircraft, point)]) == []

@@ -5,7 +5,8 @@ import pytest
 from scipy.optimize import root
 
 from pitotbench.simulation.aircraft import known_aircraft
-from pitotbench.simulation.plant import Plant, load_fdm
+from pitotbench.simulation.aircraft_files import load_fdm
+from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import POUND_FORCE, SLUG
 from pitotbench.units import FOOT, KNOT, POUND, PSF
 

@@ -9,14 +9,15 @@ import pytest
 from tests.simulation.plant_record import digest
 
 from pitotbench import BadInputError, Case, Flight, fly
-from pitotbench.bench.flights import wind_toward
+from pitotbench.campaigns.flights import wind_toward
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.response import Signals
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import modified, sortie
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import HORSEPOWER
 from pitotbench.units import FOOT, KNOT, POUND, STANDARD_GRAVITY

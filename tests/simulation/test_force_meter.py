@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, air, fly
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulation import force_meter
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline
-from pitotbench.simulation.force_meter import GUIDANCE, inertia_of, measure
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.baseline import read_baseline
+from pitotbench.simulation.force_meter import GUIDANCE, measure
 from pitotbench.simulation.modified import (
     Loading,
     ballast_for,
@@ -27,6 +28,7 @@ from pitotbench.simulation.modified import (
     mass_of,
 )
 from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.unit_forces import inertia_of
 from pitotbench.units import FOOT, POUND, POUND_FORCE
 
 EVERY = 10  # samples of the flight a state
@@ -205,9 +207,9 @@ def test_the_switch_stops_the_modes_of_the_autopilot() -> None:
     assert heard[0] == heard[1] != heard[2]
 
 
-def test_a_held_aircraft_stays_where_it_is_until_it_is_released() -> None:
+def test_a_frozen_aircraft_stays_where_it_is_until_it_is_released() -> None:
     plant = Plant.load("navajo", 25.0)
-    plant.start_held(1828.8, 70.0)
+    plant.start_frozen(1828.8, 70.0)
     assert plant.get("altitude") == pytest.approx(1828.8, abs=0.01)
     plant.advance(100)
     assert plant.get("altitude") == pytest.approx(1828.8, abs=0.01)

@@ -9,7 +9,8 @@ from tests.simulation.plant_record import digest
 
 from pitotbench import BadInputError, Case, fly
 from pitotbench.records.case import EffectSpec
-from pitotbench.simulation.aircraft import FILE, SHIPPED, find_aircraft, read_record
+from pitotbench.simulation.aircraft import SHIPPED, find_aircraft
+from pitotbench.simulation.aircraft_files import FILE, read_record
 from pitotbench.simulation.autopilot import attach
 from pitotbench.simulation.modified import install_variant
 from pitotbench.simulation.plant import Plant

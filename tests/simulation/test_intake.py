@@ -4,8 +4,13 @@ import jsbsim
 import pytest
 
 from pitotbench.records import BadInputError
-from pitotbench.simulation.aircraft import library_aircraft
-from pitotbench.simulation.autopilot.attach import DEEPEST, LARGEST_FILE, aircraft_name, take_in
+from pitotbench.simulation.aircraft_files import library_aircraft
+from pitotbench.simulation.aircraft_import import (
+    DEEPEST,
+    LARGEST_FILE,
+    aircraft_name,
+    import_aircraft,
+)
 
 BARE = '<?xml version="1.0"?><fdm_config name="x" version="2.0">{}</fdm_config>'
 
@@ -19,14 +24,14 @@ def aircraft(folder, inside="", name="kite"):
 def taken(tmp_path, file):
     folder = tmp_path / "taken" / "kite"
     folder.mkdir(parents=True)
-    return take_in(file, folder)
+    return import_aircraft(file, folder)
 
 
 @pytest.mark.parametrize("name", ["c172x", "T38", "p51d"])
 def test_a_library_aircraft_loads_from_its_copy_alone(tmp_path, name):
     folder = tmp_path / name
     folder.mkdir()
-    take_in(library_aircraft()[name], folder)
+    import_aircraft(library_aircraft()[name], folder)
     jsbsim.FGJSBBase().debug_lvl = 0
     fdm = jsbsim.FGFDMExec(None)
     assert fdm.load_model_with_paths(
@@ -126,7 +131,7 @@ def test_sizes_and_depths_are_limited(tmp_path):
         taken(tmp_path, aircraft(tmp_path / "big", " " * LARGEST_FILE))
     deep = "<a>" * DEEPEST + "</a>" * DEEPEST
     with pytest.raises(BadInputError, match="nested more than"):
-        take_in(aircraft(tmp_path / "deep", deep), tmp_path / "taken" / "kite")
+        import_aircraft(aircraft(tmp_path / "deep", deep), tmp_path / "taken" / "kite")
 
 
 @pytest.mark.parametrize(

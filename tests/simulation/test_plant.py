@@ -10,15 +10,9 @@ from tests.simulation.plant_record import record_channels
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, Wind
-from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import (
-    LARGEST_SEED,
-    PROPERTIES,
-    Air,
-    Property,
-    check_table,
-    turbulence_seed,
-)
+from pitotbench.simulation.aircraft_files import SimulationError
+from pitotbench.simulation.plant import LARGEST_SEED, Air, Plant, check_table, turbulence_seed
+from pitotbench.simulation.properties import PROPERTIES, Property
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 

@@ -16,9 +16,9 @@ from pitotbench.records.case import PILOTS as CASE_PILOTS
 from pitotbench.records.case import Wind
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.pilot import PILOTS
-from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.properties import CHANNELS
 from pitotbench.timeline import interval
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY

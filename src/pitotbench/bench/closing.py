@@ -1,25 +1,30 @@
-"""Close the loop: patch the airplane, judge its logs again with the patch, tell what is left."""
+"""Close the loop: patch the airplane, judge its logs again with the patch, report what is left.
+
+Each round patches what the last judgment found of the airplane, and judges the same logs again:
+with the forces of the patched airplane, the floor of the first null flights, and the errors of the
+patched sizes in it. What sensors and the air do is no airplane's: each judgment takes it out of the
+log anew.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from math import hypot
 
-from pitotbench.bench.fleet import progress as progress_bar
-from pitotbench.bench.null_flights import Progress
+from pitotbench.bench.fly_again import as_the_log_shows, fly_again
+from pitotbench.bench.null_cache import Progress
 from pitotbench.bench.workflow import (
     FullReconciliation,
     JudgedLog,
-    as_the_log_shows,
     bounds_of,
     coefficients_along,
     entries,
-    fly_again,
-    judge_laid,
-    laid_out,
+    judge_layouts,
     model_of,
     patch_of,
+    prepare_layout,
 )
+from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
 from pitotbench.reconciliation.regression import parted
 from pitotbench.reconciliation.verdict import Judged, for_channels, largest_gap
@@ -28,11 +33,6 @@ from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.verdict import Candidate, Closure, Gap
 from pitotbench.simulation.modified import FORM, install_variant, require_free
-
-# Each round patches what the last judgment found of the airplane, and judges the same logs again:
-# with the forces of the patched airplane, the floor of the first null flights, and the errors of
-# the patched sizes in it. What sensors and the air do is no airplane's: each judgment takes it out
-# of the log anew.
 
 ROUNDS = 5
 LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not worth a patch
@@ -57,7 +57,11 @@ def close_loop(
     airplane = f"{aircraft}+{name}"
     logs, judged, main = found.logs, found.judged, largest_gap(found.judged.shown)
     whole = max(1.0, main.closure.before - main.closure.noise)
-    held, after, date = judged.verdict.closure_holdout, None, datetime.now(UTC).strftime("%Y-%m-%d")
+    first_closure, after, date = (
+        judged.verdict.closure_holdout,
+        None,
+        datetime.now(UTC).strftime("%Y-%m-%d"),
+    )
     patched, closed, known = dict[str, Gap](), [0.0], dict[str, float]()
     with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
         for number in range(1, ROUNDS + 1):
@@ -83,9 +87,9 @@ def close_loop(
             say(f"round {number}: judging again with {airplane}")
             logs, judged = _judged_again(logs, airplane, holdout)
             step()
-    told = _shares(judged, whole)
-    beside = (gap for gap in told if not _is_lasting(gap.causes[0].name))
-    patch = patch_of(judged, log, date, [*patched.values(), *beside])
+    gaps_found = _shares(judged, whole)
+    passing = (gap for gap in gaps_found if not _is_lasting(gap.causes[0].name))
+    patch = patch_of(judged, log, date, [*patched.values(), *passing])
     account = replace(
         found.account,
         patch=patch.text,
@@ -94,11 +98,13 @@ def close_loop(
             airplane,
             tuple(closed[1:]),
             tuple(patched.values()),
-            tuple(told),
+            tuple(gaps_found),
             coefficients_along(aircraft, main, patched.values()),
             judged.verdict,
             tuple(_cut(patched.values())),
-            Closure(held.before, after.after, held.noise).share if held and after else None,
+            Closure(first_closure.before, after.after, first_closure.noise).share
+            if first_closure and after
+            else None,
         ),
     )
     if refly:
@@ -116,7 +122,7 @@ def _is_lasting(name: str) -> bool:
 
 
 def _shares(judged: Judged, whole: float) -> list[Gap]:
-    """The gaps of an answer, with what each closes beside the others as shares of the first
+    """The gaps of an answer, with what each closes together with the others as shares of the first
     explainable gap.
     """
     now = largest_gap(judged.shown).closure
@@ -133,12 +139,12 @@ def _gained(judged: Judged) -> float:
     the largest gap to which the sizes were not fitted. Causes that share a gap close it together.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
-    own, beside = (
+    own, others = (
         [m for m in fitted.members if _is_lasting(parted(m.name)[0]) is lasts]
         for lasts in (True, False)
     )
     shown = fitted.regression.shown_columns
-    return block.equations.held_out_gain(shown(block, own), shown(block, beside))
+    return block.equations.held_out_gain(shown(block, own), shown(block, others))
 
 
 def _form(gap: Gap) -> float:
@@ -153,14 +159,15 @@ def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
     """The covariances of the sizes of an answer that are patched, by the names of two of them; that
     of one with itself has the error of the method.
     """
-    told = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
-    sizes = judged.fitted.sizes.among([*told])
+    gaps_found = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
+    sizes = judged.fitted.sizes.among([*gaps_found])
     names, rows = [" ".join(key) for key in sizes.keys], sizes.covariance.tolist()
     found = {
         f"{a}, {b}": rows[i][k] for i, a in enumerate(names) for k, b in enumerate(names) if i != k
     }
     return found | {
-        f"{' '.join(key)}, {' '.join(key)}": (0.5 * told[key].two_sigma) ** 2 for key in sizes.keys
+        f"{' '.join(key)}, {' '.join(key)}": (0.5 * gaps_found[key].two_sigma) ** 2
+        for key in sizes.keys
     }
 
 
@@ -168,10 +175,10 @@ def _cut(gaps: Iterable[Gap]) -> Iterator[str]:
     """A sentence for each size that was patched at the end of its range."""
     for cause in (gap.causes[0] for gap in gaps):
         for size in cause.sizes:
-            held = effect_of(cause.name).parameter(size.name).within(size.value)
-            if held != size.value:
+            end = effect_of(cause.name).parameter(size.name).within(size.value)
+            if end != size.value:
                 yield (
-                    f"{cause.name}: {size.name} is patched at the end of its range, {held:.3g}, for "
+                    f"{cause.name}: {size.name} is patched at the end of its range, {end:.3g}, for "
                     f"{size.value:.3g} ± {size.two_sigma:.2g}; a gap of the rest stays"
                 )
 
@@ -214,8 +221,8 @@ def _judged_again(
     """
     model, again = model_of(aircraft, [each.log for each in logs]), list[JudgedLog]()
     for each in logs:
-        layout = laid_out(each.log, model, each.layout.setting)
+        layout = prepare_layout(each.log, model, each.layout.setting)
         kept = each.null.flights or layout.setting.maneuvers
         floor = for_channels(each.null if kept else None, layout)
         again.append(replace(each, layout=layout, null=floor))
-    return tuple(again), judge_laid(again, model, holdout)
+    return tuple(again), judge_layouts(again, model, holdout)

@@ -1,12 +1,9 @@
 """Give an account of a log, and check what can be flown with an aircraft."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.planner import MEAN_LENGTH, gust_deviation
+from pitotbench.bench.gusts import MEAN_LENGTH, gust_deviation
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibration.observations import (
     limit_words,
@@ -19,14 +16,8 @@ from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptio
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepResponse
 from pitotbench.records.case import Case
 from pitotbench.records.log import Caution, FlightLog, HeldChannel, LogInspection, Question
-from pitotbench.simulation.aircraft import find_aircraft, read_record
-from pitotbench.simulation.autopilot.attach import set_to_zero
-from pitotbench.simulation.autopilot.loops import step_responses
-from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
-from pitotbench.simulation.sortie import card_of, fly
 from pitotbench.timeline import interval, pauses
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
@@ -123,7 +114,7 @@ def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
     for _ in range(_ROUNDS):
         through = velocity - wind
         ground = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
-        # A weak prior keeps the wind small where one heading cannot tell it from an error of the
+        # A weak prior keeps the wind small where one heading cannot separate it from an error of the
         # airspeed.
         design = np.column_stack([through / ground[:, None], np.ones(len(ground))])
         normal = design.T @ design + 1e-3 * len(ground) * np.eye(3)
@@ -193,44 +184,3 @@ def _questions(log: FlightLog, determined: bool, refusal: str) -> tuple[Question
             )
         )
     return tuple(found)
-
-
-Progress = Callable[[str], None]
-
-
-def check_aircraft(
-    aircraft: str,
-    maneuvers: Sequence[str] = PAPER_MANEUVERS,
-    seed: int = 1,
-    say: Progress = lambda text: None,
-) -> AircraftCheck:
-    """Return what can be flown with an aircraft: a name of the hangar or of JSBSim's library, or a
-    path.
-
-    Flies the step responses in smooth air and each maneuver once, in light turbulence, with one
-    truth seed. `say` is called with each line of progress. Raises UnknownNameError, BadInputError
-    or SimulationError where the aircraft cannot be flown at all.
-    """
-    say(f"attach the autopilot to {aircraft}")
-    folder = find_aircraft(aircraft)
-    case = Case(aircraft=aircraft, turbulence="light", truth_seed=seed)
-    speeds = sorted(card_of(case).speeds)
-    steps: list[StepResponse] = []
-    for speed in (speeds[0], speeds[-1]):
-        say(f"step responses at {speed / KNOT:.0f} KCAS")
-        steps += step_responses(aircraft, speed, case.altitude)
-    found = []
-    for maneuver in maneuvers:
-        say(f"fly {maneuver}")
-        tried = replace(case, maneuver=maneuver)
-        flown = tuple(speed / KNOT for speed in card_of(tried).speeds)
-        try:
-            flight = fly(tried)
-        except BadInputError as error:
-            found.append(ManeuverCheck(maneuver, flown, failure=" ".join(str(error).split())))
-            continue
-        on = flight.on_condition[np.char.startswith(flight.segment, MANEUVERS[maneuver].kind)]
-        found.append(ManeuverCheck(maneuver, flown, flight.duration / 60.0, float(on.mean())))
-    return AircraftCheck(
-        folder.name, read_record(folder), tuple(steps), tuple(found), set_to_zero(folder)
-    )

@@ -1,223 +1,21 @@
 """Null flights of a log's card: fly them, learn their distribution or take it from the cache."""
 
-import os
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from hashlib import sha256
-from importlib.metadata import version
 from itertools import count
-from pathlib import Path
 from time import monotonic
-from typing import Any
 
-import numpy as np
-import tomli_w
-
-from pitotbench.bench.digests import NOT_DECIDING, aircraft_digest, package_digest
-from pitotbench.bench.fleet import open_fleet, require_all
-from pitotbench.effects.overlay import Overlay
-from pitotbench.logbook.columns import atomic
+from pitotbench.bench.null_cache import Progress, cache_entry, read_entry, write_entry
+from pitotbench.campaigns.fleet import open_fleet, require_all
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
-from pitotbench.reconciliation.null_distribution import NullDistribution, read_distribution, text_of
+from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import learn_null_distribution
-from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.track import CONTROLS
-from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces, cache_folder
 from pitotbench.records.case import Case
-from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record
-from pitotbench.simulation.aircraft import find_aircraft, read_baseline, read_record
-from pitotbench.simulation.force_meter import FREE, measure, measure_unit_forces, unit_overlay
-from pitotbench.simulation.modified import (
-    Loading,
-    ballast_for,
-    ballast_overlay,
-    loaded_mass,
-    loading_of,
-    mass_of,
-    patch_errors,
-)
-from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.sortie import fly
-from pitotbench.units import FOOT
-
-# The card of a log: the case from which its null flights are flown.
-
-# kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt
-# before a card
-MASS_STEP = 10.0
-# m: cards this near in height share null flights. "Light" turbulence of JSBSim is 23 % stronger 500
-# ft lower
-HEIGHT_STEP = 250.0 * FOOT
-
-
-def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
-    """Return the case of a log's header as a null flight of an aircraft: without effects.
-
-    Parts that are not in the header have their default values. None where the header has no case (a
-    foreign log).
-    """
-    table = header.get("case")
-    if not isinstance(table, Mapping):
-        return None
-    entries = {key: value for key, value in table.items() if key != "das"}
-    das = {key: value for key, value in table.get("das", {}).items() if key != "name"}
-    return replace(read_case(tomli_w.dumps({**entries, "das": das}) + "\n"), aircraft=aircraft)
-
-
-def has_weather_report(header: Mapping[str, Any]) -> bool:
-    """Return whether the case of a log's header tells the temperature of the day."""
-    table = header.get("case")
-    return isinstance(table, Mapping) and "temperature_offset_k" in table
-
-
-def as_flown(card: Case, log: FlightLog) -> Case:
-    """Return a card at the height and with the mass of a log: what a header planned is not always
-    what was flown.
-
-    The height is the median of the log's GPS height, to `HEIGHT_STEP`; fuel and ballast give the
-    first mass of the log, to `MASS_STEP`. What the log does not have, or has within half a step,
-    stays as the card says. Raises BadInputError where the mass is not that of the card's aircraft.
-    """
-    if log.altitude is not None:
-        steps = round((float(np.nanmedian(log.altitude)) - card.altitude) / HEIGHT_STEP)
-        card = replace(card, altitude=card.altitude + steps * HEIGHT_STEP) if steps else card
-    if log.mass is None:
-        return card
-    stated = mass_of(card.aircraft, Loading(card.fuel, card.ballast))
-    steps = round((float(log.mass[0]) - stated) / MASS_STEP)
-    if not steps:
-        return card
-    loading = loading_of(card.aircraft, stated + steps * MASS_STEP)
-    return replace(card, fuel=loading.fuel, ballast=loading.ballast)
-
-
-# Hz. The signatures of effects differ by at most 3 % between the two rates, and by up to 17 % on
-# the c310, whose engines need small steps: at 10 Hz they are wrong.
-COARSE_RATE, FINE_RATE = 25.0, 100.0
-
-
-def aircraft_model(name: str) -> AircraftModel | None:
-    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises
-    UnknownNameError.
-    """
-    if name == "none":
-        return None
-    folder = find_aircraft(name)
-    record = read_record(folder)
-    # An aircraft may have one engine. Its surfaces it has, even where their positions are not
-    # served.
-    missing = set(record.missing if record is not None else ()) & {
-        "throttle_left",
-        "throttle_right",
-    }
-    controls = tuple(control for control in CONTROLS if control not in missing)
-    react, unit_forces = partial(_react, name), partial(_unit_forces, name)
-    baseline, errors = read_baseline(folder), patch_errors(name)
-    return AircraftModel(name, react, unit_forces, baseline, controls, errors)
-
-
-def _react(
-    name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True
-) -> Reaction:
-    """Return the forces and engine readings of the aircraft in each state of a motion, at the
-    motion's mass.
-    """
-    return measure(*_loaded_model(name, motion, overlay or Overlay()), engines_run)
-
-
-def _unit_forces(name: str, motion: Motion, paths: frozenset[str]) -> UnitForces:
-    """Return the changes by unit forces in each state of a motion, and the properties at the paths."""
-    return measure_unit_forces(*_loaded_model(name, motion, unit_overlay()), paths)
-
-
-def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
-    """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its
-    ballast [kg].
-    """
-    coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
-    ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
-    plant = Plant.load(
-        name,
-        COARSE_RATE if coarse else FINE_RATE,
-        overlay + ballast_overlay(name, ballast),
-        at_once=True,
-    )
-    return plant, motion, loaded_mass(name) + ballast
-
-
-Progress = Callable[[str], None]  # is called with a line about the step that begins
-
-
-# The cache of null distributions: one file for each card, named by a digest of all inputs and all
-# code.
-
-MOST_KEPT = 100  # entries of the cache, about 40 kB each
-
-
-def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
-    """Return the file of a card's null distribution, whether it exists or not.
-
-    Its name has a digest of all that decides it: card, setting, code, aircraft files, versions.
-    """
-    versions = [f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]
-    computes = (versions, package_digest(NOT_DECIDING), aircraft_digest(card.aircraft))
-    digest = sha256(repr((write_case(card), flights, setting, computes)).encode()).hexdigest()[:24]
-    return cache_folder() / f"null-{digest}.json"
-
-
-def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
-    """Return an entry of the cache and mark it as used; None where there is none, or where it
-    cannot be used.
-    """
-    try:
-        null = read_distribution(place.read_bytes())
-        if null.flights != flights:
-            raise ValueError(f"of {null.flights} flights instead of {flights}")
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError):
-        say(f"{place} cannot be used: its null flights are flown again")
-        return None
-    with suppress(OSError):  # a read-only cache can be used as well
-        os.utime(place)
-    return null
-
-
-def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
-    """Write an entry completely or not at all, and remove the entries whose last use is longest
-    ago.
-    """
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with atomic(place) as scratch:
-            scratch.write_text(text_of(null), encoding="utf-8")
-        _prune(place.parent)
-    except (OSError, ValueError, BadInputError) as error:  # the log can be judged all the same
-        say(f"the null flights are not kept: {error}")
-
-
-def _prune(folder: Path) -> None:
-    """Remove all but the `MOST_KEPT` entries used last. Partial files of a stopped run count as
-    entries.
-    """
-    files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
-    for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:
-        file.unlink(missing_ok=True)
-
-
-def _last_used(file: Path) -> float:
-    """When a file was last used [s]; 0 where another run has just removed it."""
-    try:
-        return file.stat().st_mtime
-    except FileNotFoundError:
-        return 0.0
-
 
 NULL_FLIGHTS = (
     8  # one or two minutes on two cores; the thresholds include the error of so small a number
@@ -254,7 +52,7 @@ def null_distribution_of(
         layouts = fleet.perform(
             partial(_null_layout, card, setting),
             range(flights),
-            step=flights_told(flights, say),
+            step=announce_flights(flights, say),
         )
         null = learn_null_distribution(
             require_all(layouts), lambda work, each: require_all(fleet.perform(work, each))
@@ -264,15 +62,15 @@ def null_distribution_of(
     return null
 
 
-def flights_told(
+def announce_flights(
     flights: int, say: Progress, clock: Callable[[], float] = monotonic
 ) -> Callable[[], None]:
-    """Return what tells that a further flight of some is flown, and the time that the others will
+    """Return a function that announces each flight of some, and the time that the others will
     take [s].
     """
     done, begun = count(1), clock()
 
-    def tell() -> None:
+    def announce() -> None:
         number = next(done)
         left = (clock() - begun) / number * (flights - number)
         say(
@@ -280,7 +78,7 @@ def flights_told(
             + (f", about {left:.0f} s left" if number < flights else "")
         )
 
-    return tell
+    return announce
 
 
 def _null_layout(card: Case, setting: AnalysisSetting, number: int) -> Layout:

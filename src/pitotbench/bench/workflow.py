@@ -1,53 +1,29 @@
-"""Run one reconciliation, from the logs to the content of its report, and fly the card again with
-its patch.
-"""
+"""Reconcile one or several logs: find their cards, fly the null flights, and reach an answer."""
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import partial
-from math import atan2, hypot, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from pitotbench import air
-from pitotbench.bench.coefficients import measured_coefficients
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import briefing
-from pitotbench.bench.flights import flown as fly_case
-from pitotbench.bench.maneuver_model import air_model
-from pitotbench.bench.null_flights import (
-    NULL_FLIGHTS,
-    Progress,
-    aircraft_model,
-    as_flown,
-    card_of,
-    has_weather_report,
-    null_distribution_of,
-)
+from pitotbench.bench.flown_card import as_flown, card_of, has_weather_report
+from pitotbench.bench.null_cache import Progress
+from pitotbench.bench.null_flights import NULL_FLIGHTS, null_distribution_of
+from pitotbench.campaigns.flights import briefing
 from pitotbench.catalog import Catalog
 from pitotbench.effects import FORMULAS
 from pitotbench.effects.effect import Effect
 from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
-from pitotbench.reconciliation.card_comparison import (
-    compare_cards,
-    control_activity_difference,
-    gust_difference,
-)
+from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.models.coefficients import measured_coefficients
+from pitotbench.models.maneuver_model import air_model
 from pitotbench.reconciliation.formula import formula_term
-from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import (
-    DAY,
     Layout,
-    below_range_end,
-    check_log,
     lay_out,
-    mean_wind_of,
 )
 from pitotbench.reconciliation.maneuvers import floor_left_out, lay_out_maneuvers
 from pitotbench.reconciliation.null_distribution import NullDistribution
@@ -61,11 +37,10 @@ from pitotbench.reconciliation.pictures import (
 )
 from pitotbench.reconciliation.regression import Fitted, is_term, parted
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.track import track_of
 from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, hold_out, judge
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
+from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, Coefficient, FlownAgain, FoundFormula
 from pitotbench.records.log import Caution, FlightLog, Provenance
 from pitotbench.records.maneuver import Maneuvers
@@ -74,8 +49,7 @@ from pitotbench.records.verdict import SURE, Candidate, Closure, Gap, JoinedFlig
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-# Reconcile one or several logs: find their cards, fly the null flights, and reach an answer.
+from pitotbench.bench.fly_again import as_the_log_shows, fly_again
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +65,7 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class JudgedLog:
-    """A log as it was laid out, with its null distribution, and the case that was flown (None
+    """A log that was prepared, with its null distribution, and the case that was flown (None
     without a card).
     """
 
@@ -124,27 +98,29 @@ def judge_logs(
         raise BadInputError("reconcile needs at least one log")
     require_one_airplane([each.log for each in logs if isinstance(each.log, FlightLog)])
     model = model_of(aircraft, [each.log for each in logs])
-    laid = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
-    return laid, judge_laid(laid, model, holdout)
+    judged_logs = [
+        _judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs
+    ]
+    return judged_logs, judge_layouts(judged_logs, model, holdout)
 
 
 def model_of(aircraft: str, logs: Sequence[FlightLog | Maneuvers]) -> AircraftModel | None:
     """Return the model of an aircraft for logs; of maneuvers it is that of the air alone. Raises
-    BadInputError for maneuvers beside logs, or without an aircraft.
+    BadInputError for maneuvers together with logs, or without an aircraft.
     """
     several = [each for log in logs if isinstance(log, Maneuvers) for each in log.maneuvers]
     if not several:
         return aircraft_model(aircraft)
     if not all(isinstance(log, Maneuvers) for log in logs):
         raise BadInputError(
-            "a flight log beside maneuvers of system identification: judge them apart"
+            "a flight log together with maneuvers of system identification: judge them separately"
         )
     if aircraft == "none":
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
     return air_model(aircraft, several)
 
 
-def laid_out(
+def prepare_layout(
     log: FlightLog | Maneuvers,
     model: AircraftModel | None,
     setting: AnalysisSetting,
@@ -157,17 +133,19 @@ def laid_out(
     return lay_out(log, model, setting, effects)
 
 
-def judge_laid(
-    laid: Sequence[JudgedLog], model: AircraftModel | None, holdout: FlightLog | Maneuvers | None
+def judge_layouts(
+    judged_logs: Sequence[JudgedLog],
+    model: AircraftModel | None,
+    holdout: FlightLog | Maneuvers | None,
 ) -> Judged:
-    """Return the answer on logs that are laid out, with their null distributions."""
+    """Return the answer on logs that are prepared, with their null distributions."""
 
     return judge(
-        [each.name for each in laid],
-        [each.layout for each in laid],
-        [each.null for each in laid],
-        [each.card.maneuver if each.card else "" for each in laid],
-        None if holdout is None else partial(closure_on, holdout, model, laid[0]),
+        [each.name for each in judged_logs],
+        [each.layout for each in judged_logs],
+        [each.null for each in judged_logs],
+        [each.card.maneuver if each.card else "" for each in judged_logs],
+        None if holdout is None else partial(closure_on, holdout, model, judged_logs[0]),
     )
 
 
@@ -177,8 +155,8 @@ def closure_on(
     """Return the closure of a fit on another log, with the floor of the `first`; None where no gap
     is to be seen there.
     """
-    lay = partial(laid_out, log, model, first.layout.setting)
-    return hold_out(lay, first.null, fitted)
+    prepare = partial(prepare_layout, log, model, first.layout.setting)
+    return hold_out(prepare, first.null, fitted)
 
 
 def _judged(
@@ -193,7 +171,7 @@ def _judged(
     """Lay a log out, and take the null distribution of its card, of maneuvers their own floor."""
     if isinstance(named.log, Maneuvers):
         setting = replace(setting or AnalysisSetting(), terms=True, maneuvers=True)
-        layout = laid_out(named.log, model, setting)
+        layout = prepare_layout(named.log, model, setting)
         floor = floor_left_out(layout, named.log.maneuvers)
         return JudgedLog(named.name, named.log, layout, floor, None)
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
@@ -220,7 +198,7 @@ class FullReconciliation:
 
     It shows itself in a notebook as its account does: in words, as a picture and as a table of the
     causes. `logs` are those that were judged. `provenance`: the files and the choices behind the
-    answer, where who asked for it told them.
+    answer, where the caller stated them.
     """
 
     logs: tuple[JudgedLog, ...]
@@ -310,7 +288,9 @@ def reconcile_fully(
     several = [measured] if isinstance(measured, NamedLog) else measured
     logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
-    laid, judged = judge_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
+    judged_logs, judged = judge_logs(
+        logs, aircraft, other, progress=progress, setting=setting, keep=keep
+    )
     verdict, source = judged.verdict, ", ".join(each.name for each in logs)
     formula = formula_of(judged)
     patch = patch_of(judged, source, datetime.now(UTC).strftime("%Y-%m-%d"))
@@ -321,23 +301,27 @@ def reconcile_fully(
     refly, refly_holdout = refly and aircraft != "none", refly_holdout and aircraft != "none"
     why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
     flown, flown_holdout = FlownAgain(skipped=why), FlownAgain(skipped=why)
-    again = as_the_log_shows(laid[main].card, shown) if refly else None
+    again = as_the_log_shows(judged_logs[main].card, shown) if refly else None
     if refly:
         say("flying the card again")
-        flown = fly_again(laid[main].log, again, effects)
+        flown = fly_again(judged_logs[main].log, again, effects)
     if refly and refly_holdout and holdout is not None and isinstance(holdout.log, FlightLog):
         say("flying the card of the held-out log again")
-        held = holdout.card or card or card_of(holdout.log.header, aircraft)
-        if held is not None:
-            held = as_flown(held, holdout.log)
-            held = held if again is None else replace(held, pressure_error=again.pressure_error)
-        flown_holdout = fly_again(holdout.log, held, effects)
+        flown_card = holdout.card or card or card_of(holdout.log.header, aircraft)
+        if flown_card is not None:
+            flown_card = as_flown(flown_card, holdout.log)
+            flown_card = (
+                flown_card
+                if again is None
+                else replace(flown_card, pressure_error=again.pressure_error)
+            )
+        flown_holdout = fly_again(holdout.log, flown_card, effects)
     groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
-    following = maneuver_to_fly(groups, [each.card.maneuver for each in laid if each.card])
+    following = maneuver_to_fly(groups, [each.card.maneuver for each in judged_logs if each.card])
     block, fit = shown.block, shown.fit
     over_time = traces(block, fit)
     part = verdict.explained[0].part if verdict.explained else ""
-    tells = verdict.kind != "no_gap" and bool(verdict.located)
+    has_gap = verdict.kind != "no_gap" and bool(verdict.located)
     account = Account(
         log=source,
         aircraft=aircraft,
@@ -354,48 +338,50 @@ def reconcile_fully(
         formula=formula,
         flights=tuple(
             replace(flight, maneuver=each.card.maneuver if each.card else "")
-            for flight, each in zip(judged.flights, laid, strict=True)
+            for flight, each in zip(judged.flights, judged_logs, strict=True)
         ),
-        telling=clearest_channel(block, part, over_time) if tells else None,
+        telling=clearest_channel(block, part, over_time) if has_gap else None,
         calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
-        warnings=told_warnings([*logs, *([holdout] if holdout else [])], verdict),
+        warnings=reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
         coefficients=coefficients_along(aircraft, shown, verdict.gaps),
         following=following,
         legs=briefing(aircraft, following),
     )
-    return FullReconciliation(tuple(laid), judged, account, patch)
+    return FullReconciliation(tuple(judged_logs), judged, account, patch)
 
 
-TOLD_FROM = 0.02  # probability from which another term of a formula is told
+REPORTED_FROM = 0.02  # probability from which another term of a formula is reported
 
 
 def formula_of(judged: Judged) -> FoundFormula | None:
     """Return the formula of what no effect explains; None where none was found, or none holds."""
     terms = []
-    told = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
+    causes = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
     for found in judged.fitted.gaps:
         name, parameter = parted(found.member.name)
-        if not is_term(found.member.name) or name not in told:
+        if not is_term(found.member.name) or name not in causes:
             continue
-        (size,) = [s for s in told[name].sizes if s.name == parameter] or told[name].sizes[:1]
+        (size,) = [s for s in causes[name].sizes if s.name == parameter] or causes[name].sizes[:1]
         others = [
             parted(other)
             for other, p in sorted(found.forms.items(), key=lambda item: -item[1])
-            if is_term(other) and p > TOLD_FROM and other != found.member.name
+            if is_term(other) and p > REPORTED_FROM and other != found.member.name
         ]
-        terms.append(formula_term(name, size, told[name].score, others))
-    beside = tuple(m.name for m in judged.fitted.members if not is_term(m.name))
-    return FoundFormula(tuple(terms), beside) if terms else None
+        terms.append(formula_term(name, size, causes[name].score, others))
+    effects = tuple(m.name for m in judged.fitted.members if not is_term(m.name))
+    return FoundFormula(tuple(terms), effects) if terms else None
 
 
-def patch_of(judged: Judged, source: str, date: str, told: Sequence[Gap] | None = None) -> Patch:
+def patch_of(
+    judged: Judged, source: str, date: str, reported: Sequence[Gap] | None = None
+) -> Patch:
     """Return the patch of an answer: the most probable cause of each gap, and the terms of a
     formula.
 
-    `told` are its gaps, by default those of the verdict. It is empty where the names were taken
+    `reported` are its gaps, by default those of the verdict. It is empty where the names were taken
     back.
     """
-    gaps = [gap for gap in (judged.verdict.gaps if told is None else told) if gap.causes]
+    gaps = [gap for gap in (judged.verdict.gaps if reported is None else reported) if gap.causes]
     joined: dict[str, Candidate] = {}
     for gap in gaps:
         first = gap.causes[0]
@@ -420,11 +406,11 @@ def patch_of(judged: Judged, source: str, date: str, told: Sequence[Gap] | None 
 EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
 
 
-def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
+def reported_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
     """Return what was said of the logs as they were read, with the log's name where there are
     several.
 
-    A warning that a named part explains is withdrawn: the answer tells its cause.
+    A warning that a named part explains is withdrawn: the answer names its cause.
     """
     return tuple(
         text if len(logs) == 1 else Caution(f"{each.name}: {text}", getattr(text, "code", "log"))
@@ -456,125 +442,3 @@ def bounds_of(gaps: Sequence[Gap]) -> dict[str, dict[str, float]]:
         for size in cause.sizes:
             bounds.setdefault(cause.name, {})[size.name] = float(f"{size.two_sigma:.3g}")
     return bounds
-
-
-# Fly the card of a log again in the simulator, without and with the patch.
-
-OTHER_HAND = (
-    0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
-)
-SAME_GUSTS = (
-    0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
-)
-FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
-# The free parameters of the temperature, where no header tells it: by its effect on the airplane,
-# and as measured
-WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
-CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
-SEED = 760_001  # truth and sensor seeds count up from here
-
-
-def fly_again(
-    log: FlightLog | Maneuvers, card: Case | None, effects: Sequence[EffectSpec]
-) -> FlownAgain:
-    """Compare a log with its card as the simulator flies it, in the wind of the log, without and
-    with effects.
-
-    Where the airplane of the log moves to and fro as under another hand than that of the card, in
-    gusts of the same strength, the card is flown by the pilot whose hand is nearest. Returns only a
-    reason where there is no card, or where it cannot be flown.
-    """
-    if isinstance(log, Maneuvers):
-        return FlownAgain(skipped="maneuvers have no card")
-    if card is None:
-        return FlownAgain(
-            skipped="no card: the header of the log holds none and --card was not given"
-        )
-    if log.segment is None:
-        return FlownAgain(
-            skipped="the log has no column `segment`: its parts cannot be matched to those of the "
-            "card"
-        )
-    slow = rates_for(card.das.air_rate)[
-        0
-    ]  # means of segments are compared, and the slowest rate gives them too
-    base = replace(card, wind=wind_of_log(log), effects=(), integration_rate=slow)
-    try:
-        found = _flights([base], effects)
-    except BadInputError as error:
-        return FlownAgain(skipped=f"the card cannot be flown: {error}")
-    pilot, (_, after) = base.pilot, found[base.pilot]
-    if (
-        control_activity_difference(log, after) > OTHER_HAND
-        and gust_difference(log, after) < SAME_GUSTS
-    ):
-        with suppress(BadInputError):  # a card may be too hard for another pilot
-            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
-        pilot = min(found, key=lambda p: control_activity_difference(log, found[p][1]))
-    compared = compare_cards(log, *found[pilot])
-    return compared if pilot == base.pilot else replace(compared, pilot=pilot)
-
-
-def _flights(
-    cards: Sequence[Case], effects: Sequence[EffectSpec]
-) -> dict[str, tuple[list[FlightLog], list[FlightLog]]]:
-    """Flights of some cards by their pilots, without and with effects."""
-    numbers = range(SEED, SEED + FLIGHTS)
-    plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
-    patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
-    # Processes of their own take as long to load as these flights take; those of other pilots are
-    # more.
-    jobs = min(os.cpu_count() or 1, FLIGHTS) if len(cards) > 1 else 1
-    logs = require_all(run_tasks(fly_case, [*plain, *patched], jobs))
-    before, after = logs[: len(plain)], logs[len(plain) :] or logs
-    parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
-    return {
-        card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)
-    }
-
-
-def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
-    """Return a card with the error curve of a log and, where its header does not tell the day, in
-    its temperature.
-
-    The free parameters beside the gaps tell how much warmer the air is than the card says.
-    """
-    if card is None:
-        return card
-    layout = shown.block.layout
-    free = shown.block.equations.free_sizes(shown.fit.columns)
-    sizes = dict(zip(layout.free.names, free.tolist(), strict=True))
-    card = replace(card, pressure_error=error_curve_of(layout, sizes))
-    if WARMER not in sizes:
-        return card
-    # A card counts from the standard day at its geometric height, a log from that at its pressure
-    # height. In warmer air a pressure lies higher, where the standard day is cooler.
-    height = air.pressure_altitude(layout.reference.clean["static_pressure"])
-    steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
-    measured = sizes.get(MEASURED_WARMER, 0.0)  # a log may lack the thermometer
-    return replace(
-        card, temperature_offset=card.temperature_offset + sizes[WARMER] + steeper * measured
-    )
-
-
-def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
-    """Return the error curve that a log shows, with `sizes` of its free parameters.
-
-    It reaches over the airspeeds of the log as they are after correction, and is constant beyond
-    them.
-    """
-    shown = layout.reference.clean["impact_pressure"][layout.measured]
-    indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
-    share = curve_of(indicated, (*layout.curves, sizes))
-    location = "static" if layout.setting.static_error else "impact"
-    speeds = air.calibrated_airspeed(indicated).tolist()
-    return PressureErrorSpec(
-        "table", airspeed=tuple(speeds), values=tuple(share.tolist()), location=location
-    )
-
-
-def wind_of_log(log: FlightLog) -> Wind:
-    """Return the mean wind of a log: ground velocity less velocity through the air."""
-    track = track_of(log, check_log(log).fresh)
-    north, east, _ = mean_wind_of(track, below_range_end(track, log))
-    return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

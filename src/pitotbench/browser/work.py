@@ -23,7 +23,7 @@ _MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
     "pandas", "pyarrow.compute", "pyarrow.csv", "pydantic", "scipy.interpolate", "scipy.optimize",
-    "pitotbench.bench.contents", "pitotbench.bench.digests", "pitotbench.bench.questions",
+    "pitotbench.bench.contents", "pitotbench.campaigns.digests", "pitotbench.bench.calibrations",
     "pitotbench.calibration.fit_checks", "pitotbench.calibration.flights",
     "pitotbench.calibration.leg_points", "pitotbench.logbook.autopilot",
     "pitotbench.logbook.drafting", "pitotbench.show.deliverables",
@@ -275,7 +275,7 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
     """Return the flights of the logs with their calibration: the answer of the command. Where it is
     not known yet, tell what is done, and the curve as soon as it is.
     """
-    from pitotbench.bench.questions import calibrate_each, flag_choice, published_of, sources_of
+    from pitotbench.bench.calibrations import calibrate_each, flag_choice, published_of, sources_of
     from pitotbench.calibration.options import parse_accuracies
     from pitotbench.logbook.columns import PARAMETERS
 

@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from pitotbench.bench.inspection import check_aircraft
+    from pitotbench.bench.aircraft_check import check_aircraft
     from pitotbench.show.inspection import check_tree
     from pitotbench.simulation.maneuvers import maneuvers_named
 
@@ -81,8 +81,8 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _performance(options: argparse.Namespace) -> int:
+    from pitotbench.models.performance import find_performance
     from pitotbench.show.inspection import performance_json, performance_tree
-    from pitotbench.simulation.performance import find_performance
 
     found = find_performance(options.aircraft, options.handbook)
     tell(options, lambda: performance_json(found), lambda: performance_tree(found))

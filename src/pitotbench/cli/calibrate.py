@@ -227,14 +227,14 @@ def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
     """Return each flight with its calibration: one curve for each log where asked for, else one for
     all. Of logs that are `held` in a folder, those that have an answer.
     """
-    from pitotbench.bench.held_logs import calibrate_held
-    from pitotbench.bench.questions import (
+    from pitotbench.bench.calibrations import (
         calibrate_each,
         flag_choice,
         options_of,
         published_of,
         sources_of,
     )
+    from pitotbench.bench.folder_logs import calibrate_folder
     from pitotbench.logbook.columns import PARAMETERS
 
     choices = _choices(options)
@@ -260,7 +260,7 @@ def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
         flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
     ]
     if held:
-        answers = calibrate_held(
+        answers = calibrate_folder(
             options.logs,
             lambda path: read([path])[0],
             options.separately,

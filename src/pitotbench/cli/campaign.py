@@ -11,7 +11,7 @@ from pitotbench.cli.shared_flags import add_shared, require_known, stated_wind, 
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.campaign import CampaignRequest
+    from pitotbench.campaigns.campaign import CampaignRequest
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -121,14 +121,14 @@ def run(options: argparse.Namespace) -> int:
     """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight
     or fit failed.
     """
-    from pitotbench.bench.campaign import PAGE, run_campaign
-    from pitotbench.bench.result_table import RESULTS
+    from pitotbench.campaigns.campaign import PAGE, run_campaign
+    from pitotbench.campaigns.result_table import RESULTS
     from pitotbench.show.campaign import campaign_tree
     from pitotbench.show.tree import Node, Sentence
 
     request = request_of(options)
     if options.dry_run:
-        from pitotbench.bench.campaign import forecast_of_costs
+        from pitotbench.campaigns.campaign import forecast_of_costs
 
         for line in forecast_of_costs(request):
             print(line)
@@ -148,8 +148,8 @@ def run(options: argparse.Namespace) -> int:
 
 def request_of(options: argparse.Namespace) -> "CampaignRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
-    from pitotbench.bench.campaign import CampaignRequest
     from pitotbench.calibration.options import CalibrationOptions
+    from pitotbench.campaigns.campaign import CampaignRequest
     from pitotbench.records.case import Case
     from pitotbench.simulation.sortie import scaled_case
 
@@ -189,9 +189,9 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse unknown names, counts below one, and limits that are none."""
-    from pitotbench.bench.campaign import STYLES
-    from pitotbench.bench.campaign_plan import seeds_of
-    from pitotbench.bench.campaign_task import KEEP_LOGS
+    from pitotbench.campaigns.campaign import STYLES
+    from pitotbench.campaigns.plan_file import seeds_of
+    from pitotbench.campaigns.task import KEEP_LOGS
     from pitotbench.logbook.formats import FORMATS
     from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY
 

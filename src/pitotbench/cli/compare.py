@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _logs(options: argparse.Namespace) -> None:
-    from pitotbench.bench.questions import calibrate_each
+    from pitotbench.bench.calibrations import calibrate_each
 
     paths = [options.first, options.second]
     named = {} if options.model is None else {"model": options.model}
@@ -158,7 +158,7 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 
 
 def _airplanes(options: argparse.Namespace) -> int:
-    from pitotbench.bench.model_comparison import compare_models
+    from pitotbench.models.comparison import compare_models
     from pitotbench.show.comparison import comparison_json, comparison_tree
     from pitotbench.simulation.maneuvers import MANEUVERS
 

@@ -121,7 +121,7 @@ def _of_fly_bys(options: argparse.Namespace) -> None:
 
 
 def _of_logs(options: argparse.Namespace) -> None:
-    from pitotbench.bench.questions import options_of
+    from pitotbench.bench.calibrations import options_of
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
     from pitotbench.records import NoAnswerError

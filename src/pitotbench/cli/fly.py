@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> int:
     """Fly the case and write the log; return exit code 0. Raises BadInputError before the flight
     for bad paths.
     """
-    from pitotbench.bench.flights import fly_to_log
+    from pitotbench.campaigns.flights import fly_to_log
     from pitotbench.logbook.formats import FORMATS
     from pitotbench.records.case_file import read_case
     from pitotbench.records.outputs import require_file

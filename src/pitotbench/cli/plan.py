@@ -17,7 +17,7 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import SEARCH_FLIGHTS, BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.planner import PlanRequest
+    from pitotbench.bench.forecasts import PlanRequest
     from pitotbench.records.case import DataSystem
     from pitotbench.records.forecast import Plan
     from pitotbench.show.reader_units import Units
@@ -107,8 +107,8 @@ def run(options: argparse.Namespace) -> int:
         return _by_hand(options)
     if options.sheet is not None:
         raise BadInputError("--sheet is of a card written by hand: give --by-hand too")
-    from pitotbench.bench.fleet import progress
     from pitotbench.bench.planner import plan as plan_flight
+    from pitotbench.campaigns.fleet import progress
     from pitotbench.records.outputs import require_folder
     from pitotbench.show.plan import plan_json, plan_tree
     from pitotbench.show.reader_units import reader_units
@@ -126,8 +126,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _by_hand(options: argparse.Namespace) -> int:
     """Print which legs to fly and write down."""
-    from pitotbench.bench.flights import wind_toward
     from pitotbench.calibration.card_plan import plans_by_hand
+    from pitotbench.campaigns.flights import wind_toward
     from pitotbench.show.legs import card_sheet, chosen_plan, hand_plan_json, hand_plan_tree
     from pitotbench.units import KNOT
 
@@ -154,7 +154,7 @@ def _by_hand(options: argparse.Namespace) -> int:
 
 def request_of(options: argparse.Namespace) -> "PlanRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
-    from pitotbench.bench.planner import PlanRequest
+    from pitotbench.bench.forecasts import PlanRequest
     from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
     from pitotbench.simulation.maneuvers import maneuvers_named
     from pitotbench.units import KNOT, NAUTICAL_MILE

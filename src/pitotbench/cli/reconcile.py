@@ -113,8 +113,9 @@ def _maneuvers(
     """The maneuvers of a file that stand for a log: those of system identification, and with
     --terms those of a log that states no card.
     """
-    from pitotbench.bench.identification import maneuvers_of, read_identification
-    from pitotbench.bench.maneuver_model import in_place_of_log
+    from pitotbench.models.identification import maneuvers_of
+    from pitotbench.models.maneuver_model import in_place_of_log
+    from pitotbench.models.sidpac import read_identification
 
     if log is None:
         found = [read_identification(path)]
@@ -152,9 +153,9 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
-    from pitotbench.bench.identification import is_identification
     from pitotbench.bench.questions import reconcile
     from pitotbench.bench.workflow import NamedLog
+    from pitotbench.models.sidpac import is_identification
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]
@@ -195,7 +196,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
 
 def _provenance(options: argparse.Namespace, logs: "list[FlightLog | None]") -> "Provenance":
     """Return the files and the choices behind the verdict."""
-    from pitotbench.bench.questions import (
+    from pitotbench.bench.calibrations import (
         advice_of,
         flag_choice,
         model_sources,

@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together.
     """
-    from pitotbench.bench.result_table import (
+    from pitotbench.campaigns.result_table import (
         chosen_rows,
         means,
         require_columns,
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _page(options: argparse.Namespace) -> int:
     """Draw the page of one flight; return exit code 3 where its numbers are no more those stored."""
-    from pitotbench.bench.result_table import write_page
+    from pitotbench.campaigns.result_table import write_page
     from pitotbench.show.columns import printable
 
     if len(options.folders) > 1:
@@ -103,7 +103,7 @@ def _page(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
-    from pitotbench.bench.result_table import require_columns
+    from pitotbench.campaigns.result_table import require_columns
     from pitotbench.logbook.columns import write_text
     from pitotbench.show.curves import scatter_svg
 
@@ -131,7 +131,7 @@ def add_reproduce(parser: argparse.ArgumentParser) -> None:
 
 def run_reproduce(options: argparse.Namespace) -> int:
     """Fly the result again; return exit code 0 where every number is the same bit for bit, else 3."""
-    from pitotbench.bench.result_table import reproduce
+    from pitotbench.campaigns.result_table import reproduce
     from pitotbench.show.tree import Sentence
 
     found = reproduce(options.result)

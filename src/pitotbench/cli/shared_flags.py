@@ -11,7 +11,7 @@ from pitotbench.catalog import explain
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.questions import Source
+    from pitotbench.bench.calibrations import Source
     from pitotbench.logbook.assembly import Part
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
@@ -281,7 +281,7 @@ def tell_each(
 
 def read_choices(options: argparse.Namespace) -> "list[Choice]":
     """Return how the flags say that a log is read, for the record."""
-    from pitotbench.bench.questions import flag_choice
+    from pitotbench.bench.calibrations import flag_choice
 
     return [
         flag_choice("mapping", options.mapping, "as recognized"),

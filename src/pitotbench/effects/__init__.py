@@ -66,7 +66,7 @@ def effect_of(name: str) -> Effect:
 
 
 def terms_beside(baseline: Baseline) -> tuple[AircraftEffect, ...]:
-    """Return the terms of an aircraft's own file beside the effects of the table."""
+    """Return the terms of an aircraft's own file that stand next to the effects of the table."""
     table = (e for e in EFFECTS.values() if isinstance(e, AircraftEffect))
     return tuple(own_terms(baseline, table))
 

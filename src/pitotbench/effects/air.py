@@ -38,7 +38,7 @@ from pitotbench.effects.response import Signals
 from pitotbench.units import FOOT, Array, Kelvin, Pascal
 
 # Humid air: it is as light as drier air that is warmer, and the thermometer reads less than that
-# warmth.
+# temperature.
 
 FREEZING = 273.15  # K
 LIGHTER = 0.378  # 1 − molar mass of water over that of dry air, 1 − 18.015/28.964
@@ -119,7 +119,7 @@ def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
             WindTerm(toward, product(path, *factors(*others)))
             for toward, path in (("north", north), ("east", east))
         )
-        return Overlay(sizes=effect.held(sizes), winds=winds)
+        return Overlay(sizes=effect.properties(sizes), winds=winds)
 
     return build
 
@@ -170,7 +170,7 @@ def _stronger(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         WindTerm(toward, product(*effect.paths(), f"atmosphere/turb-{toward}-fps"))
         for toward in ("north", "east", "down")
     )
-    return Overlay(sizes=effect.held(sizes), winds=winds)
+    return Overlay(sizes=effect.properties(sizes), winds=winds)
 
 
 TURBULENCE_LEVEL = AirEffect(
@@ -221,7 +221,7 @@ def _longer(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         return operation("ifthen", operation("eq", _CHANGE, 0.0), 0.0, change)
 
     return Overlay(
-        sizes=effect.held(sizes),
+        sizes=effect.properties(sizes),
         filters=(
             _component(_OLD, time),
             _component(_NEW, product(_OLD, grown)),
@@ -252,7 +252,7 @@ def _rises(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
     rise = quotient(difference(ELAPSED, begin), EDGE)
     fall = quotient(difference(total(begin, last), ELAPSED), EDGE)
     wind = WindTerm("down", product(up, -1.0 / FOOT, clipped(operation("min", rise, fall))))
-    return Overlay(sizes=effect.held(sizes), winds=(wind,))
+    return Overlay(sizes=effect.properties(sizes), winds=(wind,))
 
 
 def _updraft(signals: Signals, sizes: Sizes) -> Vector:

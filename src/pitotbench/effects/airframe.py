@@ -36,7 +36,7 @@ def _drag(factors: Callable[..., Iterable[Term]]) -> Build:
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         drag = product("aero/qbar-psf", *factors(*effect.paths()))
-        return Overlay(sizes=effect.held(sizes), functions=(AxisFunction("DRAG", drag),))
+        return Overlay(sizes=effect.properties(sizes), functions=(AxisFunction("DRAG", drag),))
 
     return build
 
@@ -87,7 +87,7 @@ def _controls(axes_of: Mapping[str, Sequence[str]]) -> Build:
                 AxisFunction(each.axis, product(size(effect.name, key), each.name))
                 for each in moving
             ]
-        return Overlay(sizes=effect.held(sizes), functions=tuple(added))
+        return Overlay(sizes=effect.properties(sizes), functions=tuple(added))
 
     return build
 
@@ -170,7 +170,7 @@ ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 
 def _mass(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     added = MassPoint(product(*effect.paths(), 1.0 / POUND), baseline.center_of_gravity)
-    return Overlay(sizes=effect.held(sizes), masses=(added,))
+    return Overlay(sizes=effect.properties(sizes), masses=(added,))
 
 
 def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -179,7 +179,7 @@ def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline)
     # stays, the moment changes. The file's inches are the unit of the arm.
     moved = product(*effect.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
     masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
-    return Overlay(sizes=effect.held(sizes), masses=masses)
+    return Overlay(sizes=effect.properties(sizes), masses=masses)
 
 
 MASS = AircraftEffect(
@@ -222,8 +222,8 @@ def _lever(*levers: str) -> Build:
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
         lever = next((each for each in levers if each in baseline.declared), levers[-1])
         # Times one: an expression must be XML, and the bare path of a property is not.
-        held = PropertySetting(lever, product(*effect.paths(), 1.0))
-        return Overlay(sizes=effect.held(sizes), settings=(held,))
+        fixed = PropertySetting(lever, product(*effect.paths(), 1.0))
+        return Overlay(sizes=effect.properties(sizes), settings=(fixed,))
 
     return build
 
@@ -299,7 +299,7 @@ def _moments(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overla
     moments = [
         coefficient_function(axis, path) for axis, path in zip(LENGTHS, effect.paths(), strict=True)
     ]
-    return Overlay(sizes=effect.held(sizes), functions=tuple(moments))
+    return Overlay(sizes=effect.properties(sizes), functions=tuple(moments))
 
 
 TRIM_OFFSET = AircraftEffect(

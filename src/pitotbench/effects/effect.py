@@ -74,7 +74,7 @@ TEMPERATURE = Excitation(
 # source.
 
 ActsOn = Literal["sensors", "air", "aircraft"]
-Part = Literal[  # what a mechanic looks at, or the day; an effect of a formula has none
+Part = Literal[  # what a mechanic inspects, or the day; an effect of a formula has none
     "",
     "pitot line",
     "pitot head",
@@ -109,7 +109,7 @@ class Parameter:
     """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
 
     A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`,
-    such as a time or a damping, says how the effect looks, not how large it is: a case may omit it,
+    such as a time or a damping, says what form the effect has, not its size: a case may omit it,
     and then it is `typical`. A size that `may_be_missing` is 0 where a case omits it. Without a
     size that is `defining` the effect is its `neighbor` in the table: a line with water in it, but
     no water, is a line that is late.
@@ -145,7 +145,7 @@ class Effect:
     fly so that the effect shows best. `variant_of` names the plain effect of the same cause: a
     second-order line is a variant of a lag. `neighbor` names the effect that this one is without
     its defining size. `one_model_with` names an effect of the same terms in every channel: no log
-    tells them apart. `left_open` names effects that its form may hold a little of: a pod pitches
+    separates them. `left_open` names effects that its form may hold a little of: a pod pitches
     the airplane too, by an arm that nobody knows. An effect `for_whole_flight` is not looked for in
     a part of the flight: a workshop sets it, or it is a drift, which would jump at the ends of the
     part. `part_of` names the effect that this one is for a part of the flight; only the forms in
@@ -236,8 +236,8 @@ class AircraftEffect(Effect):
         """Return the paths of the properties that hold its numbers, in the order of the parameters."""
         return tuple(size(self.name, p.name) for p in self.parameters)
 
-    def held(self, sizes: Sizes) -> tuple[tuple[str, float], ...]:
-        """Return the properties that hold the sizes, path and value, for an overlay."""
+    def properties(self, sizes: Sizes) -> tuple[tuple[str, float], ...]:
+        """Return the properties of the sizes, path and value, for an overlay."""
         return tuple((size(self.name, key), value) for key, value in sizes.items())
 
     def overlay(self, sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -346,7 +346,7 @@ def _form(effect: Effect, when: str, times: tuple[Parameter, ...]) -> Effect:
         name=f"{effect.name}_{when}",
         parameters=(*effect.parameters, *times),
         variant_of=effect.cause,
-        one_model_with="",  # told of the plain effect alone
+        one_model_with="",  # stated for the plain effect alone
         part_of=effect.name,
         what=f"{effect.what.rstrip('.')}, "
         f"{when.replace('_', ' ')}{' on' if len(times) == 1 else ''}.",

@@ -279,7 +279,7 @@ def _force(axis: str) -> Build:
         used = {term: value for term, value in sizes.items() if value}
         parts = [product(size(effect.name, term), TERMS[term].value) for term in used]
         force = coefficient_function(axis, total(*parts) if len(parts) > 1 else parts[0])
-        return Overlay(sizes=effect.held(used), functions=(force,))
+        return Overlay(sizes=effect.properties(used), functions=(force,))
 
     return build
 

@@ -178,8 +178,8 @@ class Overlay:
             for f in fields(self)
             if f.name not in ("sizes", "temperature_offset")
         }
-        warmer = self.temperature_offset + other.temperature_offset
-        return Overlay(sizes=tuple(sizes.items()), temperature_offset=warmer, **parts)
+        change = self.temperature_offset + other.temperature_offset
+        return Overlay(sizes=tuple(sizes.items()), temperature_offset=change, **parts)
 
     def renamed(self, new: Callable[[str], str]) -> "Overlay":
         """Return the overlay with a function applied to every path and expression in it."""

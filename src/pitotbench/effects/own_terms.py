@@ -23,7 +23,7 @@ from pitotbench.records import BadInputError
 
 # The table has the terms that every airplane has. A file may have others: side force by the roll
 # rate, yaw moment by the ailerons. Each is an effect that goes by its name in the field and by its
-# function, `yaw_moment_by_roll_rate/aero/coefficient/Cnp`: the name alone tells all that the effect
+# function, `yaw_moment_by_roll_rate/aero/coefficient/Cnp`: the name alone says all that the effect
 # is, so that a case, a patch and a report may hold it as they hold any other.
 
 AXIS_CHANNEL = {
@@ -82,7 +82,7 @@ SURFACES = ("elevator", "aileron", "rudder")
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A term that may change: its function, the axis on which it is told, and its name in the
+    """A term that may change: its function, the axis on which it is reported, and its name in the
     field's words.
     """
 
@@ -122,22 +122,22 @@ def _in_lift(baseline: Baseline, function: AeroFunction) -> AeroFunction:
 
 def _name(axis: str, function: AeroFunction) -> str:
     variable = function.variable
-    told = AXIS_CHANNEL[axis]
+    label = AXIS_CHANNEL[axis]
     return NAMES.get((axis, variable)) or (
-        f"{told} by {VARIABLES.get(variable, variable)}" if variable else told
+        f"{label} by {VARIABLES.get(variable, variable)}" if variable else label
     )
 
 
 @cache
 def term_named(name: str) -> AircraftEffect | None:
     """Return the effect of a term by its name; None for a name that is none of a term."""
-    told, separator, function = name.partition("/")
+    label, separator, function = name.partition("/")
     if not separator:
         return None
     part: Part = "lift, stability and damping"
-    if told.startswith(DRAGS):
+    if label.startswith(DRAGS):
         part = "drag"
-    elif any(surface in told for surface in SURFACES):
+    elif any(surface in label for surface in SURFACES):
         part = "controls and trim"
 
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -149,9 +149,9 @@ def term_named(name: str) -> AircraftEffect | None:
         grown = size(name, CHANGE)
         if found.axis:
             changed = AxisFunction(found.axis, product(grown, function))
-            return Overlay(sizes=effect.held(sizes), functions=(changed,))
+            return Overlay(sizes=effect.properties(sizes), functions=(changed,))
         scaling = FunctionScaling(function, total(1.0, grown), difference(1.0, 1.0))
-        return Overlay(sizes=effect.held(sizes), scalings=(scaling,))
+        return Overlay(sizes=effect.properties(sizes), scalings=(scaling,))
 
     what = f"relative change of {function}"
     return AircraftEffect(
@@ -161,7 +161,7 @@ def term_named(name: str) -> AircraftEffect | None:
         source=SOURCE,
         what=f"The function {function} of the aircraft's file is larger or smaller.",
         shows_in=RANGE_OF_AIRSPEED,
-        variant_of=FORM_OF.get(told, ""),
+        variant_of=FORM_OF.get(label, ""),
         for_whole_flight=True,
         build=build,
     )

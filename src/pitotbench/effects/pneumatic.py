@@ -488,9 +488,9 @@ def _with_time(signals: Signals, sizes: Sizes) -> Signals:
 
 def _with_temperature(signals: Signals, sizes: Sizes) -> Signals:
     # The drift counts from the first sample: a zero is usually taken before the flight.
-    warmer = signals["total_temperature"] - signals["total_temperature"][0]
+    warming = signals["total_temperature"] - signals["total_temperature"][0]
     return signals.with_channels(
-        impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer
+        impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warming
     )
 
 

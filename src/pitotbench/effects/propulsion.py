@@ -1,4 +1,4 @@
-"""Effects of the engines and propellers: power, speed, and what the throttle and the gauges tell."""
+"""Effects of the engines and propellers: power, speed, and what the throttle and the gauges show."""
 
 from collections.abc import Callable
 
@@ -67,7 +67,7 @@ def _friction(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overl
         )
         for i, path in _of_engines(effect, baseline)
     )
-    return Overlay(sizes=effect.held(sizes), settings=settings)
+    return Overlay(sizes=effect.properties(sizes), settings=settings)
 
 
 FRICTION_LOSS = AircraftEffect(
@@ -94,7 +94,7 @@ GOVERNOR = "powerplant/governor-rpm"
 def _governor(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     require_declared(effect.name, baseline, GOVERNOR)
     setting = PropertySetting(GOVERNOR, total(baseline.declared[GOVERNOR], *effect.paths()))
-    return Overlay(sizes=effect.held(sizes), settings=(setting,))
+    return Overlay(sizes=effect.properties(sizes), settings=(setting,))
 
 
 GOVERNOR_SPEED = AircraftEffect(
@@ -177,7 +177,7 @@ def _deficit(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overla
         # flow.
         path = f"propulsion/engine[{engine}]/bsfc-lbs_hphr"
         settings.append(PropertySetting(path, quotient(fuel, difference(1.0, missing))))
-    return Overlay(sizes=effect.held(sizes), settings=tuple(settings))
+    return Overlay(sizes=effect.properties(sizes), settings=tuple(settings))
 
 
 POWER_DEFICIT = AircraftEffect(
@@ -209,7 +209,7 @@ def _efficiency(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Ove
         BodyForce(product(path, f"propulsion/engine[{i}]/thrust-lbs"), baseline.engines[i].location)
         for i, path in _of_engines(effect, baseline)
     )
-    return Overlay(sizes=effect.held(sizes), forces=forces)
+    return Overlay(sizes=effect.properties(sizes), forces=forces)
 
 
 PROPELLER_EFFICIENCY = AircraftEffect(
@@ -267,7 +267,7 @@ def _rigging(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overla
     # Times one: an expression must be XML, and the bare path of a property is not.
     pairs = zip(BIASES, effect.paths(), strict=True)
     settings = tuple(PropertySetting(bias, product(path, 1.0)) for bias, path in pairs)
-    return Overlay(sizes=effect.held(sizes), settings=settings)
+    return Overlay(sizes=effect.properties(sizes), settings=settings)
 
 
 THROTTLE_RIGGING = AircraftEffect(

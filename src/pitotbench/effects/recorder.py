@@ -358,14 +358,14 @@ QUANTIZATION = SensorEffect(
 
 # A bus that delivers new air data less often than the recorder writes rows: values repeat.
 
-_SLACK = 1e-6  # periods: a row this close to a refresh has it
+_ROUNDING = 1e-6  # periods: a row this close to a refresh has it
 
 
 def _apply_sample_and_hold(signals: Signals, sizes: Sizes) -> Signals:
     source = np.arange(len(signals))
     for part in signals.stretches():
         time = signals.time[part]
-        frame = np.floor((time - time[0]) / sizes["period_s"] + _SLACK)
+        frame = np.floor((time - time[0]) / sizes["period_s"] + _ROUNDING)
         source[part] = part.start + np.searchsorted(frame, frame)  # the first row of each frame
     return signals.with_channels(
         **{name: signals[name][source] for name in AIR_DATA if name in signals}

@@ -79,7 +79,7 @@ class Signals:
 
 # Compute how instruments respond in time: first-order and second-order lags, and delays. The input
 # is taken as linear between samples, for which the response is exact; a hold would be half a sample
-# late. Each stretch of the recording begins settled.
+# late. Each stretch of the recording begins in its steady state.
 
 
 def first_order(signals: Signals, values: Array, lag: float) -> Array:
@@ -155,7 +155,7 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
         start = values[part][0]
         out[part] = start + lfilter(
             numerator, denominator, values[part] - start
-        )  # settled: no difference before
+        )  # steady: no difference before
     return out
 
 

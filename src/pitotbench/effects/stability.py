@@ -27,7 +27,7 @@ from pitotbench.records import BadInputError
 
 # A term is every aerodynamic function of an axis in one variable of the motion: the lift in the
 # angle of attack, the rolling moment in the sideslip. Its change is a share of the aircraft's own
-# function, so that a table keeps its shape. What changes with the angle of attack has a zero beside
+# function, so that a table keeps its shape. What changes with the angle of attack has a zero near
 # it: a slope that was measured about the trim point says nothing about the value at zero.
 
 CHANGE, ZERO = "change", "zero_coefficient"
@@ -44,9 +44,9 @@ def _zero_lift(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Over
     added = product(*effect.paths(), 1.0)
     if helpers:
         return Overlay(
-            sizes=effect.held(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),)
+            sizes=effect.properties(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),)
         )
-    return Overlay(sizes=effect.held(sizes), functions=(coefficient_function("LIFT", added),))
+    return Overlay(sizes=effect.properties(sizes), functions=(coefficient_function("LIFT", added),))
 
 
 def _term(
@@ -85,7 +85,7 @@ def _term(
             for helper in helpers
         ]
         return Overlay(
-            sizes=effect.held(sizes), functions=tuple(functions), scalings=tuple(scalings)
+            sizes=effect.properties(sizes), functions=tuple(functions), scalings=tuple(scalings)
         )
 
     return AircraftEffect(

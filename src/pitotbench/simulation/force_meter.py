@@ -2,21 +2,20 @@
 model there.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.axes import flow_direction
-from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
-from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, Reaction, UnitForces
+from pitotbench.records.aircraft import Motion, Reaction
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.modified import tanks
-from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import PROPERTIES, Air
-from pitotbench.simulation.variant import on_branch
+from pitotbench.simulation.plant import Air, Plant
+from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.timeline import gaps
-from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
+from pitotbench.units import DEGREE, FOOT, POUND, Array
 
 # At each state the initial conditions are set anew. The model therefore cannot drift, and no
 # autopilot can hide a force. Between two states the engines, governors and turbochargers run on at
@@ -27,7 +26,8 @@ from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 TENTH = 0.1  # s
 INSTANT = 1e-6  # s, of a step in which nothing moves
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
-FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
+# s between states up to which the airplane flies on between them; over longer ones it is frozen
+FREE = 0.2
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
 ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
 # Control, the command that moves it, and the position it takes.
@@ -40,6 +40,8 @@ CONTROLS = (
 )
 GUIDANCE = "ap/guidance"  # of the bench's own autopilot: whether it computes its modes
 LARGEST_OFF = 0.5 * DEGREE  # of a surface from where it was put: the end of a travel is no more
+# Of JSBSim after a change: the rate of the angle of attack follows the forces of the call before.
+CALLS = 2
 PROBE = 0.1  # of a command: the step by which the gain from command to position is measured
 
 
@@ -62,14 +64,14 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     rows = np.empty((len(motion.time), len(rig.reads)))
     # The first call moves the state, which systems of the aircraft and functions of the lift read:
     # only after the second one are the controls where they were measured.
-    for k in _visited(rig, motion, 2, engines_run):
+    for k in visit_states(rig, motion, 2, engines_run):
         rows[k] = rig.row()
     names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
     names += [f"{name}_{side}" for name in ENGINE for side in ("left", "right")]
     return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})
 
 
-def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -> Iterator[int]:
+def visit_states(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -> Iterator[int]:
     """Put the aircraft into each state with some calls, and yield its number; between them the
     engines run on.
     """
@@ -90,7 +92,7 @@ def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -
 
 
 def _hold(plant: Plant, motion: Motion) -> None:
-    """Start the engines while the airplane is held in flight."""
+    """Start the engines while the airplane is frozen in flight."""
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(
         air.calibrated_airspeed(
@@ -101,7 +103,7 @@ def _hold(plant: Plant, motion: Motion) -> None:
         GUIDANCE
     ):  # the controls are moved from here: without its modes it has no output, but a cost
         plant.set(GUIDANCE, 0.0)
-    plant.start_held(
+    plant.start_frozen(
         height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset)
     )
     if float(np.median(np.diff(motion.time))) <= FREE:
@@ -251,7 +253,7 @@ class Rig:
             servos=servos,
             writers=[plant.writer(path) for path in (*_IC, *tanks(plant))],
             reads=[
-                plant.getter(path)[0] if plant.serves(path) else _nothing for path, _ in _outputs()
+                plant.getter(path)[0] if plant.serves(path) else read_zero for path, _ in _outputs()
             ],
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
@@ -347,7 +349,7 @@ def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     return [*(each for each in controls if not each[0].startswith("throttle")), *both]
 
 
-def _nothing() -> float:
+def read_zero() -> float:
     """The reading of a gauge that the aircraft does not have."""
     return 0.0
 
@@ -357,170 +359,3 @@ def _outputs() -> list[tuple[str, float]]:
     turning = [(f"accelerations/{axis}dot-rad_sec2", 1.0) for axis in "pqr"]
     engines = [PROPERTIES[f"{name}_{side}"] for name in ENGINE for side in ("left", "right")]
     return forces + turning + [(line.path, line.factor) for line in engines]
-
-
-# Measure what a unit of force or moment along each aerodynamic axis changes, in each state of a
-# motion. Aerodynamic forces add. The change by any function of force is therefore the sum over the
-# axes of its value times this unit change, so that one pass over the states serves all effects that
-# add such functions.
-
-# Not LIFT: functions of drag may read the lift, so that it does not simply add.
-AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
-LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far above rounding
-CALLS = 2  # of JSBSim after a change: the rate of the angle of attack follows the forces of the call before
-
-
-# What the air alone does to the airplane, in body axes about its center of gravity [lb, lb ft].
-AERO_FORCES = (
-    *(f"forces/fb{axis}-aero-lbs" for axis in "xyz"),
-    *(f"moments/{axis}-aero-lbsft" for axis in "lmn"),
-)
-ALPHA_RATE = "aero/alphadot-rad_sec"
-UNIT_AXES = ("LIFT", *AXES)
-
-
-def _path(axis: str) -> str:
-    return size("unit_force", axis.lower())
-
-
-def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
-    """Return the overlay that a plant needs for this measurement: a force of any size along each
-    axis.
-    """
-    return Overlay(
-        sizes=tuple((_path(axis), 0.0) for axis in axes),
-        functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in axes),
-    )
-
-
-def _unit_changes(
-    plant: Plant, axes: Sequence[str], read: Callable[[], Array], base: Array
-) -> Array:
-    """Return the change of a reading, whose value is `base`, by a unit of each axis in this state,
-    (a, 6).
-    """
-    changes = np.empty((len(axes), 6))
-    for change, axis in zip(changes, axes, strict=True):
-        path = on_branch(plant.branch, _path(axis))
-        plant.set(path, LOAD)
-        for _ in range(CALLS):
-            plant.run_initial_conditions()
-        change[:] = (read() - base) / LOAD
-        plant.set(path, 0.0)
-    return changes
-
-
-def measure_terms(
-    plant: Plant, motion: Motion, names: Iterable[str], axes: Sequence[str] = UNIT_AXES
-) -> AeroTerms:
-    """Return the aerodynamic forces of a model along a measured motion, and the values of some of
-    its functions.
-
-    Engines and mass do not matter: the forces are those of the air alone. Parameters: plant,
-    freshly loaded with the `unit_overlay` of the axes; motion, the measured states, whose mass
-    is not used; names of functions. Raises SimulationError where JSBSim refuses a state or the
-    engines do not start.
-    """
-    rig = Rig.set_up(
-        plant, replace(motion, mass=np.full(len(motion.time), plant.get("mass"))), plant.get("mass")
-    )
-    known = tuple(sorted(names))
-    forces = [plant.getter(path)[0] for path in AERO_FORCES]
-    reads = [plant.getter(name)[0] for name in (*known, ALPHA_RATE)]
-    total, values = np.empty((len(motion.time), 6)), np.empty((len(reads), len(motion.time)))
-    units = np.empty((len(axes), len(motion.time), 6))
-    for k in range(len(motion.time)):
-        for _ in range(CALLS):
-            rig.place(k)
-        total[k] = [read() for read in forces]
-        values[:, k] = [read() for read in reads]
-        units[:, k] = _unit_changes(
-            plant, axes, lambda: np.array([read() for read in forces]), total[k]
-        )
-    size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
-    return AeroTerms(
-        total=total,
-        units=dict(zip(axes, units, strict=True)),
-        values=dict(zip(known, values[:-1], strict=True)),
-        alpha_rate=values[-1],
-        wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),
-        inertia=inertia_of(plant),
-        mass=plant.get("mass"),
-    )
-
-
-def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
-    """Return the moments of inertia about the body axes, and the product of inertia ∫xz dm
-    [kg m²]: Ixx, Iyy, Izz, Ixz.
-
-    JSBSim's property `ixz` is an element of the tensor of inertia, and so the negative of the
-    product of inertia.
-    """
-    read = [plant.get(f"inertia/{part}-slugs_ft2") for part in ("ixx", "iyy", "izz", "ixz")]
-    ixx, iyy, izz, element = (each * SLUG * FOOT**2 for each in read)
-    return ixx, iyy, izz, -element
-
-
-def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:
-    """Return the forces, power, weight and inertia of a model along a measured motion, engines
-    running.
-
-    Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first
-    state: as much fuel is taken out of the tanks; names of functions, of which those that the model
-    has are read. Raises SimulationError where JSBSim refuses a state or the engines do not start.
-    """
-    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
-    loaded = plant.get("mass")
-    rig = Rig.set_up(plant, replace(motion, mass=motion.mass - motion.mass[0] + loaded), loaded)
-    known = tuple(sorted(name for name in names if plant.serves(name)))
-    engines = [path.removesuffix("set-running") for path in plant.engines]
-    powers = [f"{path}{kind}" for path in engines for kind in ("thrust-lbs", "power-hp")]
-    outside = [path.replace("-aero-", "-external-") for path in AERO_FORCES]
-    turned = [path.replace("-aero-", "-prop-") for path in AERO_FORCES[3:]]
-    paths = [*AERO_FORCES, *outside, *turned, *powers, *_BODY, *known]
-    reads = [plant.getter(path)[0] if plant.serves(path) else _nothing for path in paths]
-    rows = np.empty((len(motion.time), len(paths)))
-    for k in _visited(rig, motion, CALLS + 1):
-        rows[k] = [read() for read in reads]
-    rows[:, 3:6] += rows[:, 12:15]
-    engine, body = rows[:, 15 : 15 + len(powers)], rows[:, 15 + len(powers) :]
-    return ModelForces(
-        air=rows[:, :6] + rows[:, 6:12],
-        thrust=engine[:, ::2].sum(axis=1),
-        power=engine[:, 1::2].sum(axis=1),
-        weight=body[:, 0],
-        gravity_center=body[:, 1],
-        inertia=body[:, 2:6],
-        values=dict(zip(known, body[:, len(_BODY) :].T, strict=True)),
-        wing=tuple(
-            plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")
-        ),
-    )
-
-
-_BODY = (
-    *("inertia/weight-lbs", "inertia/cg-x-in"),
-    *(f"inertia/{part}-slugs_ft2" for part in ("ixx", "iyy", "izz", "ixz")),
-)
-
-
-def measure_unit_forces(
-    plant: Plant, motion: Motion, loaded_mass: float, paths: Iterable[str]
-) -> UnitForces:
-    """Return the changes by unit forces along a measured motion, and the properties at `paths`.
-
-    The engines are held. Parameters and errors are those of `measure`; the plant has the
-    `unit_overlay`.
-    """
-    rig = Rig.set_up(plant, motion, loaded_mass)
-    names = sorted(paths)
-    reads = [plant.getter(name)[0] for name in names]
-    changes = np.empty((len(AXES), len(motion.time), 6))
-    values = np.empty((len(names), len(motion.time)))
-    for k in _visited(rig, motion, CALLS, engines_run=False):
-        values[:, k] = [read() for read in reads]
-        changes[:, k] = _unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6])
-    return UnitForces(
-        changes=dict(zip(AXES, changes, strict=True)),
-        properties=dict(zip(names, values, strict=True)),
-    )

@@ -17,7 +17,8 @@ from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.case import Case, EffectSpec
-from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft, read_baseline
+from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.variant import ORIGIN, overlay_text, write_variant
 from pitotbench.units import POUND
@@ -83,24 +84,24 @@ def install_variant(
 
 
 def patch_errors(aircraft: str) -> PatchErrors:
-    """Return what the patches of an aircraft may be off by, as its `variant.toml` tells it; of an
+    """Return what the patches of an aircraft may be off by, as its `variant.toml` states it; of an
     aircraft without a patch nothing.
 
-    A patch that tells no covariance has that of its bounds. What two patches change alike adds up.
+    A patch that states no covariance has that of its bounds. What two patches change alike adds up.
     """
     place = known_aircraft().get(aircraft)
     if place is None or not (place / ORIGIN).is_file():
         return PatchErrors()
     table = tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
     origin, before = table.get("provenance", {}), patch_errors(table["aircraft"])
-    told = origin.get("two_sigma", {})
+    bounds = origin.get("two_sigma", {})
     sizes = {
         (entry["name"], key): float(value)
         for entry in table["effects"]
         for key, value in entry["parameters"].items()
-        if key in told.get(entry["name"], {})
+        if key in bounds.get(entry["name"], {})
     }
-    bound = {key: (0.5 * float(told[key[0]][key[1]])) ** 2 for key in sizes}
+    bound = {key: (0.5 * float(bounds[key[0]][key[1]])) ** 2 for key in sizes}
     covariance = {
         (a, b): float(origin.get("covariance", {}).get(f"{' '.join(a)}, {' '.join(b)}", fallback))
         for a in sizes

@@ -16,10 +16,10 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVI
 
 # Pilots: the autopilot alone, or a model of a person with a reaction time, a threshold and a random
 # drift. The person is an intermittent controller (Craik 1948; Neilson and others since). Between
-# corrections the held value drifts at random (the remnant of McRuer and Jex 1967). A deviation is
+# corrections the command drifts at random (the remnant of McRuer and Jex 1967). A deviation is
 # noticed only when it is larger than a glance at the gauge shows. It is corrected in part; then the
 # pilot waits for the aircraft to respond. The autopilot keeps stick and rudder, so this models how
-# well targets are held, not handling qualities. All sizes are estimates: a good pilot stays within
+# well targets are kept, not handling qualities. All sizes are estimates: a good pilot stays within
 # the paper's tolerances most of the time in smooth air, a busy one does not.
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
@@ -27,7 +27,7 @@ PURSUED = (
     5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
 )
 # The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
-HELD_IN_MODE = {
+COMMANDED_IN_MODE = {
     "airspeed": (("throttle_mode", 1), ("pitch_mode", 2)),
     "altitude": (("pitch_mode", 1),),
     "heading": (("lateral_mode", 1),),
@@ -36,7 +36,7 @@ HELD_IN_MODE = {
 
 
 # quantity: the wait after a correction [s], the deviation that is noticed [SI], and the random walk
-# of the held value [SI a square-root second]; airspeed answers the throttle slowly
+# of the commanded value [SI a square-root second]; airspeed answers the throttle slowly
 HABITS = {
     "airspeed": (12.0, 0.5 * KNOT, 0.05 * KNOT),
     "altitude": (6.0, 20.0 * FOOT, 1.5 * FOOT),
@@ -46,8 +46,8 @@ HABITS = {
 SETTING_ERROR = 0.1  # inHg, 1σ of a manifold-pressure setting
 
 
-class Hands:
-    """The autopilot alone: each command of the card is set at once and held exactly."""
+class AutopilotOnly:
+    """The autopilot alone: each command of the card is set at once and kept exactly."""
 
     def __init__(self, plant: Plant, truth_seed: int = 1) -> None:
         self._plant = plant
@@ -62,7 +62,7 @@ class Hands:
         """
 
 
-class Person(Hands):
+class Person(AutopilotOnly):
     """A pilot with reaction time, gauge thresholds and remnant, drawn from the truth seed.
 
     `reaction` [s] is the delay of each command; all sizes but the waits are multiplied by
@@ -78,7 +78,7 @@ class Person(Hands):
         self._waiting: deque[tuple[float, str, float]] = deque()
         self._commanded: dict[str, float] = {"pitch_mode": 1}  # as the flight begins
         self._offsets: dict[str, float] = {}
-        self._next_look: dict[str, float] = {}
+        self._next_correction: dict[str, float] = {}
 
     def command(self, name: str, value: float) -> None:
         """Set a control [SI] after the reaction time; a manifold pressure is set with an error."""
@@ -87,7 +87,7 @@ class Person(Hands):
         self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Set the commands that are due, then let held values drift and correct the deviations
+        """Set the commands that are due, then let commanded values drift and correct the deviations
         noticed.
         """
         self._now += seconds
@@ -98,7 +98,7 @@ class Person(Hands):
             self._plant.set(name, value)
         for quantity in HABITS:
             in_mode = any(
-                self._commanded.get(name) == mode for name, mode in HELD_IN_MODE[quantity]
+                self._commanded.get(name) == mode for name, mode in COMMANDED_IN_MODE[quantity]
             )
             if in_mode and f"{quantity}_target" in self._commanded:
                 self._hold(quantity, deviation(quantity), seconds)
@@ -108,11 +108,11 @@ class Person(Hands):
         threshold, drift = (self.coarseness * size for size in sizes)
         offset = self._offsets.get(quantity, 0.0)
         offset += self._random.normal(0.0, drift * seconds**0.5)
-        # A person looks again only after the patience: a correction needs time to show.
+        # A person corrects again only after the patience: a correction needs time to show.
         noticed = threshold < abs(deviation) < PURSUED * threshold
-        if noticed and self._now >= self._next_look.get(quantity, 0.0):
+        if noticed and self._now >= self._next_correction.get(quantity, 0.0):
             offset -= CORRECTED * deviation
-            self._next_look[quantity] = self._now + patience
+            self._next_correction[quantity] = self._now + patience
         self._offsets[quantity] = min(max(offset, -PURSUED * threshold), PURSUED * threshold)
         self._plant.set(
             f"{quantity}_target", self._commanded[f"{quantity}_target"] + self._offsets[quantity]
@@ -127,8 +127,10 @@ class BusyPerson(Person):
     reaction, coarseness = 1.0, 2.0
 
 
-PILOTS: Catalog[type[Hands]] = Catalog("pilot", {"none": Hands, "good": Person, "busy": BusyPerson})
-TICK = 0.1  # s between two looks at the instruments
+PILOTS: Catalog[type[AutopilotOnly]] = Catalog(
+    "pilot", {"none": AutopilotOnly, "good": Person, "busy": BusyPerson}
+)
+TICK = 0.1  # s between two readings of the instruments
 EYE_TIME = 3.0  # s, over which the eye averages the airspeed needle about the inertial speed
 INSTRUMENTS = (
     *("calibrated_airspeed", "true_airspeed", "heading", "roll", "altitude"),
@@ -166,10 +168,10 @@ class Cockpit:
     """
 
     def __init__(
-        self, plant: Plant, card: Card, targets: Targets, hands: Hands | None = None
+        self, plant: Plant, card: Card, targets: Targets, pilot: AutopilotOnly | None = None
     ) -> None:
         self.plant = plant
-        self._hands = hands or Hands(plant)
+        self._pilot = pilot or AutopilotOnly(plant)
         self.card = card
         self.targets = targets
         self._tolerances = {
@@ -179,17 +181,17 @@ class Cockpit:
         self.recorded = False
         self._judged: tuple[str, ...] = ()
         self._reads = [plant.getter(name) for name in INSTRUMENTS]
-        # The first look needs an airspeed and finds a jump of the inertial speed from zero; the
+        # The first reading needs an airspeed and finds a jump of the inertial speed from zero; the
         # second assignment removes that jump.
         self.airspeed = plant.get("calibrated_airspeed")
         self._inertial = 0.0
-        self.look()
+        self.read_instruments()
         self.airspeed = plant.get("calibrated_airspeed")
         for name in ("bank_limit", "roll_rate_limit", "airspeed_rate_limit"):
             plant.set(name, getattr(card, name))
-        self._hands.command("altitude_target", targets.altitude)
+        self._pilot.command("altitude_target", targets.altitude)
 
-    def look(self) -> None:
+    def read_instruments(self) -> None:
         """Read the instruments, once a tick."""
         needle, self.true_airspeed, self.heading, self.bank, self.altitude, north, east, *wind = [
             read() * factor for read, factor in self._reads
@@ -202,7 +204,7 @@ class Cockpit:
 
     def fly(self) -> None:
         """Let the pilot correct the deviations of this tick."""
-        self._hands.tick(self.deviation, TICK)
+        self._pilot.tick(self.deviation, TICK)
 
     def begin(self, label: str, *judged: str, recorded: bool = True) -> None:
         """Start a segment. `judged` names quantities held to the card's tolerances: airspeed,
@@ -226,53 +228,53 @@ class Cockpit:
     def hold_airspeed(self, airspeed: float) -> None:
         """Hold a calibrated airspeed [m/s] by throttle."""
         self.targets.airspeed = airspeed
-        self._hands.command("airspeed_target", airspeed)
-        self._hands.command("throttle_mode", AIRSPEED_HOLD)
+        self._pilot.command("airspeed_target", airspeed)
+        self._pilot.command("throttle_mode", AIRSPEED_HOLD)
 
     def hold_airspeed_by_pitch(self, airspeed: float) -> None:
         """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude. The target does
         not change.
         """
-        self._hands.command("airspeed_target", airspeed)
-        self._hands.command("pitch_mode", AIRSPEED_BY_PITCH)
+        self._pilot.command("airspeed_target", airspeed)
+        self._pilot.command("pitch_mode", AIRSPEED_BY_PITCH)
 
     def hold_altitude_by_pitch(self) -> None:
         """Hold the altitude by pitch again, as every maneuver begins."""
-        self._hands.command("pitch_mode", ALTITUDE_BY_PITCH)
+        self._pilot.command("pitch_mode", ALTITUDE_BY_PITCH)
 
     def hold_heading(self, heading: float) -> None:
         """Hold a true heading [rad], turning the short way."""
         self.targets.heading = heading % (2.0 * pi)
-        self._hands.command("heading_target", self.targets.heading)
-        self._hands.command("lateral_mode", HEADING_HOLD)
+        self._pilot.command("heading_target", self.targets.heading)
+        self._pilot.command("lateral_mode", HEADING_HOLD)
 
     def hold_bank(self, bank: float) -> None:
         """Hold a bank angle [rad], right positive."""
         self.targets.bank = bank
-        self._hands.command("bank_target", bank)
-        self._hands.command("lateral_mode", BANK_HOLD)
+        self._pilot.command("bank_target", bank)
+        self._pilot.command("lateral_mode", BANK_HOLD)
 
     def hold_altitude(self, altitude: float) -> None:
         """Hold a geometric altitude [m], climbing or descending to it at the autopilot's rate."""
         self.targets.altitude = altitude
-        self._hands.command("altitude_target", altitude)
+        self._pilot.command("altitude_target", altitude)
 
     def hold_sideslip(self, sideslip: float) -> None:
         """Hold a sideslip [rad] by rudder, flow from the right positive; bank holds the heading."""
-        self._hands.command("sideslip_target", sideslip)
+        self._pilot.command("sideslip_target", sideslip)
 
     def set_power(self, power: float) -> None:
         """Hold a power setting on all engines, as `power` reads it."""
         if self.plant.attached:
             self.set_throttle(min(max(power, 0.0), 1.0))
         else:
-            self._hands.command("manifold_pressure_target", power)
-            self._hands.command("throttle_mode", MANIFOLD_PRESSURE_HOLD)
+            self._pilot.command("manifold_pressure_target", power)
+            self._pilot.command("throttle_mode", MANIFOLD_PRESSURE_HOLD)
 
     def set_throttle(self, position: float) -> None:
         """Set both throttles, 0 (idle) to 1."""
-        self._hands.command("throttle_command", position)
-        self._hands.command("throttle_mode", DIRECT)
+        self._pilot.command("throttle_command", position)
+        self._pilot.command("throttle_mode", DIRECT)
 
     def power(self) -> float:
         """Return the power setting: the manifold pressure [Pa], mean of both engines.
@@ -374,11 +376,13 @@ def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
     cockpit.hold_airspeed(airspeed)
     cockpit.hold_heading(heading)
     cockpit.begin(cockpit.name("set-up"), recorded=False)
-    held = 0.0
+    steady = 0.0
     for tick in range(round(SET_UP_LIMIT / TICK)):
         near = abs(cockpit.deviation("airspeed")) < SET_UP_AIRSPEED or tick * TICK > SET_UP_PATIENCE
-        held = held + TICK if near and abs(cockpit.bank) < LEVEL and cockpit.within(*ALL) else 0.0
-        if held >= SET_UP_HOLD:
+        steady = (
+            steady + TICK if near and abs(cockpit.bank) < LEVEL and cockpit.within(*ALL) else 0.0
+        )
+        if steady >= SET_UP_HOLD:
             return
         yield
     off = cockpit.deviation("airspeed")

@@ -1,129 +1,96 @@
-"""Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become
-errors here.
+"""Load an aircraft in JSBSim, start it in the air of a flight and run it. JSBSim's silent failures
+become errors here.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from errno import ENOENT
-from math import degrees, isfinite, pi
+from dataclasses import dataclass
+from math import cos, degrees, isfinite, pi, sin
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from pitotbench.catalog import UnknownNameError, explain
+import numpy as np
+
+from pitotbench.catalog import Catalog, UnknownNameError, explain
 from pitotbench.effects.overlay import Overlay
-from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, Attached
-from pitotbench.records.case import USUAL_RATE
-from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_record
+from pitotbench.records.case import TURBULENCE_SEVERITY, USUAL_RATE, Case
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import (
+    INTEGRATORS,
+    LATITUDE,
+    RUNNING,
+    SimulationError,
+    Transcript,
+    load_fdm,
+    parse_catalog,
+    parse_xml,
+    read_record,
+)
 from pitotbench.simulation.properties import (
     CHANNELS,
     COMMON_CONTROLS,
-    LOW_WIND,
-    MILSPEC_TUSTIN,
     OWN_CONTROLS,
     PROPERTIES,
-    Air,
     Property,
-    check_table,
-    parse_catalog,
 )
 from pitotbench.simulation.variant import ROOT, free_branch, lagging_actuators, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
-# Load the JSBSim model of an aircraft's folder.
+MILSPEC_TUSTIN = 4  # JSBSim's turb-type: MIL-F-8785C spectra, filters discretized by Tustin's rule
+# Wind at 20 ft that MIL-F-8785C ties to light, moderate and severe turbulence; used below 2,000 ft
+# only.
+LOW_WIND = (0.0, 15.0 * KNOT, 30.0 * KNOT, 45.0 * KNOT)
+LARGEST_SEED = 2**31 - 1
+
+SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
 
 
-class SimulationError(BadInputError):
-    """The case cannot be flown. The message says what happened, where in the flight, and what
-    JSBSim reported.
+@dataclass(frozen=True, slots=True)
+class Air:
+    """The air of a flight.
+
+    `north`, `east` and `down` are the mean wind [m/s], the direction in which the air moves.
+    `temperature_offset`
+    is the temperature above standard [K]. `severity` is the Milspec index of the turbulence (0
+    none, 1 light, 2 moderate) and `seed` starts its random numbers (1 to 2³¹−1).
     """
 
+    north: float = 0.0
+    east: float = 0.0
+    down: float = 0.0
+    temperature_offset: float = 0.0
+    severity: int = 0
+    seed: int = 1
 
-class Transcript:
-    """Collect JSBSim's messages, which otherwise go to the console and not to the caller.
+    @classmethod
+    def of(cls, case: Case, temperature_change: float = 0.0) -> "Air":
+        """Return the air of a case, warmer by `temperature_change` [K], which its effects make.
 
-    JSBSim has one logger a thread. With several plants in a thread, the one loaded last gets the
-    messages of all.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.lines: list[str] = []
-        self._parts: list[str] = []
-        self._level = 0
-
-    # JSBSim calls the next five methods for each message: level, place, parts, colors, and the end.
-    def set_level(self, level: Any) -> None:
-        """Note the level of the message that begins."""
-        self._level = int(level)
-
-    def file_location(self, filename: str, line: int) -> None:
-        """Add the file and the line of which the message speaks."""
-        self._parts.append(f"{filename}:{line}: ")
-
-    def message(self, message: str) -> None:
-        """Add a part of the message."""
-        self._parts.append(message)
-
-    def format(self, format: Any) -> None:
-        """Ignore colors, which mean nothing in an error message."""
-
-    def flush(self) -> None:
-        """End the message and keep it if it is a warning or an error."""
-        import jsbsim
-
-        text = " ".join("".join(self._parts).split())
-        if text and int(jsbsim.LogLevel.WARN) <= self._level <= int(jsbsim.LogLevel.FATAL):
-            self.lines.append(text)
-        self._parts.clear()
-
-    def said(self) -> str:
-        """Return the last three messages as the end of an error message."""
-        return f" JSBSim says: {' | '.join(self.lines[-3:])}" if self.lines else ""
-
-
-def load_fdm(
-    aircraft: str, folder: Path, rate: float, parts: tuple[Path, Path] | None = None
-) -> tuple[Any, Transcript]:
-    """Return the JSBSim model of an aircraft, to be run at a rate [Hz], and the transcript of
-    JSBSim's messages.
-
-    `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of
-    engines and systems, by default `Engines` and `Systems` in that folder. Raises SimulationError
-    where JSBSim refuses a file, FileNotFoundError where a file was deleted meanwhile.
-    """
-    import jsbsim  # loads with the first aircraft, not with the table of maneuvers
-
-    class Logger(Transcript, jsbsim.FGLogger):
-        """The transcript as JSBSim calls it: its own class is known only now."""
-
-    # The logger comes first: JSBSim reports errors of a file while it loads, and never again.
-    transcript = Logger()
-    jsbsim.set_logger(transcript)
-    jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
-    fdm = jsbsim.FGFDMExec(None)
-    fdm.set_debug_level(0)
-    fdm.set_dt(1.0 / rate)
-    engines, systems = parts or (folder / "Engines", folder / "Systems")
-    files = [folder / f"{folder.name}.xml", *folder.rglob("*.xml")]
-    try:
-        loaded = fdm.load_model_with_paths(
-            folder.name, str(folder.parent), str(engines), str(systems)
+        Raises UnknownNameError for an unknown turbulence name.
+        """
+        # A case says where the wind comes from, JSBSim where the air goes: hence the minus signs.
+        wind = case.wind
+        return cls(
+            north=-wind.speed * cos(wind.from_direction),
+            east=-wind.speed * sin(wind.from_direction),
+            down=-wind.up,
+            temperature_offset=case.temperature_offset + temperature_change,
+            severity=SEVERITY[case.turbulence],
+            seed=turbulence_seed(case.truth_seed),
         )
-    except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
-        loaded, said = False, transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
-    else:
-        said = transcript.said()
-    if not loaded:
-        if lost := [str(file) for file in files if not file.is_file()]:
-            raise FileNotFoundError(ENOENT, "deleted while it was read", lost[0])
-        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}")
-    return fdm, transcript
 
 
-LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
+def turbulence_seed(truth_seed: int) -> int:
+    """Return JSBSim's seed, 1 to 2³¹−1, for a truth seed."""
+    # JSBSim makes the same turbulence of the seeds 0 and 1. Hashing also keeps neighboring seeds
+    # independent.
+    word = int(np.random.SeedSequence(truth_seed).generate_state(1, np.uint64)[0])
+    return 1 + word % LARGEST_SEED
+
+
 LONGITUDE = -86.2  # deg
 STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
 TRIM_SPOOL_TIME = 12.0  # s, in which any engine comes to its power
@@ -131,19 +98,13 @@ SPOOL_UP_THROTTLE, SPOOL_UP_TIME = (
     0.5,
     5.0,
 )  # s: 2 s bring an engine from idle to its governor's speed
-SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
+SETTLE_FIRST = 30.0  # s, before the first check that level flight is held
 SETTLE_LOOK = 5.0  # s
 TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
 
 LOWEST_HEIGHT = 10.0  # ft above ground
 LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
 LARGEST_ROLL = 85.0 * DEGREE
-INTEGRATORS = tuple(
-    f"simulation/integrator/{what}/{part}"
-    for what in ("rate", "position")
-    for part in ("translational", "rotational")
-)
-RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 EFFECT_SIZE = re.compile(
     rf"{ROOT}(-\d+)?/[^/]+/[^/]+"
 )  # the branch of an overlay, its effect, the parameter
@@ -390,10 +351,10 @@ class Plant:
             self.set("turbulence_type", MILSPEC_TUSTIN)
             self.run(TURBULENCE_RUN_IN)
 
-    def start_held(
+    def start_frozen(
         self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None
     ) -> None:
-        """Hold the aircraft at a place in the air and start its engines; `release` lets it fly.
+        """Freeze the aircraft at a place in the air and start its engines; `release` lets it fly.
 
         This serves the force meter, which needs running engines but no level flight. An effect may
         be more than the autopilot can hold, or more than the starter can turn. Every effect
@@ -417,7 +378,7 @@ class Plant:
         """Hold an aircraft with an attached autopilot in level flight, with its engines at the
         power of that.
         """
-        self.start_held(altitude, airspeed, heading, air)
+        self.start_frozen(altitude, airspeed, heading, air)
         self.set("throttle_command", self.get("ap/model/lever-level"))
         self.run(TRIM_SPOOL_TIME)
         self._place(altitude, airspeed, heading, air, self.get("ap/model/alpha-level-rad"))
@@ -521,3 +482,23 @@ class Plant:
                     "choose a speed and height that the aircraft holds"
                 )
             self.run(SETTLE_LOOK)
+
+
+def check_table(
+    aircraft: str, catalog: Mapping[str, str], table: Iterable[Property] | None = None
+) -> None:
+    """Check that an aircraft has every property of the table, and that those we write are writable.
+
+    Raises UnknownNameError that names the first missing property and the nearest existing one.
+    """
+    for line in PROPERTIES.values() if table is None else table:
+        access = catalog.get(line.path)
+        if access is None:
+            folder = line.path.rsplit("/", 1)[0]
+            near = [known for known in catalog if known.startswith(folder + "/")]
+            nearest = explain("property", line.path, near[:30])
+            raise UnknownNameError(f"aircraft {aircraft!r} does not serve {line.name!r}: {nearest}")
+        if line.writable and "W" not in access:
+            raise UnknownNameError(
+                f"property {line.path!r} ({line.name!r}) of {aircraft!r} is read-only"
+            )

@@ -1,19 +1,14 @@
-"""The table between JSBSim and the bench, one line a property, and the air of a flight."""
+"""The table between JSBSim and the bench: one line a property.
 
-from collections.abc import Iterable, Mapping
+A line has our name, its path and its factor to SI: SI value = property * factor. Names are those of
+`channels.py` where both have the quantity. JSBSim creates a property that is written under a wrong
+path, without an error; `plant.check_table` finds such paths when an aircraft is loaded.
+"""
+
 from dataclasses import dataclass
-from math import cos, sin
 
-import numpy as np
-
-from pitotbench.catalog import Catalog, UnknownNameError, explain
-from pitotbench.records.case import TURBULENCE_SEVERITY, Case
+from pitotbench.catalog import Catalog
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, POUND_FORCE, PSF, SLUG
-
-# The table between JSBSim and the bench: one line a property, with our name, its path, its factor
-# to SI. SI value = property * factor. Names are those of `channels.py` where both have the
-# quantity. JSBSim creates a property that is written under a wrong path, without an error;
-# `check_table` finds such paths when an aircraft is loaded.
 
 RANKINE = 5.0 / 9.0  # K
 REVOLUTION_PER_MINUTE = 2.0 * 3.141592653589793 / 60.0  # rad/s
@@ -122,85 +117,3 @@ OWN_CONTROLS = (
 PROPERTIES = Catalog(
     "property", {line.name: line for line in (*CHANNELS, *COMMON_CONTROLS, *OWN_CONTROLS)}
 )
-
-
-def parse_catalog(lines: Iterable[str]) -> dict[str, str]:
-    """Return JSBSim's property catalog as a mapping from path to access; its lines read `path
-    (RW)`.
-    """
-    pairs = (line.rsplit(" (", 1) for line in lines)
-    return {path.strip(): access.rstrip(") ") for path, access in pairs}
-
-
-def check_table(
-    aircraft: str, catalog: Mapping[str, str], table: Iterable[Property] | None = None
-) -> None:
-    """Check that an aircraft has every property of the table, and that those we write are writable.
-
-    Raises UnknownNameError that names the first missing property and the nearest existing one.
-    """
-    for line in PROPERTIES.values() if table is None else table:
-        access = catalog.get(line.path)
-        if access is None:
-            folder = line.path.rsplit("/", 1)[0]
-            near = [known for known in catalog if known.startswith(folder + "/")]
-            nearest = explain("property", line.path, near[:30])
-            raise UnknownNameError(f"aircraft {aircraft!r} does not serve {line.name!r}: {nearest}")
-        if line.writable and "W" not in access:
-            raise UnknownNameError(
-                f"property {line.path!r} ({line.name!r}) of {aircraft!r} is read-only"
-            )
-
-
-# Set the air of a flight: steady wind, temperature above standard, turbulence and its seed.
-
-MILSPEC_TUSTIN = 4  # JSBSim's turb-type: MIL-F-8785C spectra, filters discretized by Tustin's rule
-# Wind at 20 ft that MIL-F-8785C ties to light, moderate and severe turbulence; used below 2,000 ft
-# only.
-LOW_WIND = (0.0, 15.0 * KNOT, 30.0 * KNOT, 45.0 * KNOT)
-LARGEST_SEED = 2**31 - 1
-
-SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
-
-
-@dataclass(frozen=True, slots=True)
-class Air:
-    """The air of a flight.
-
-    `north`, `east` and `down` are the mean wind [m/s], the direction in which the air moves.
-    `temperature_offset`
-    is the temperature above standard [K]. `severity` is the Milspec index of the turbulence (0
-    none, 1 light, 2 moderate) and `seed` starts its random numbers (1 to 2³¹−1).
-    """
-
-    north: float = 0.0
-    east: float = 0.0
-    down: float = 0.0
-    temperature_offset: float = 0.0
-    severity: int = 0
-    seed: int = 1
-
-    @classmethod
-    def of(cls, case: Case, warmer: float = 0.0) -> "Air":
-        """Return the air of a case, made warmer by `warmer` [K] for its effects.
-
-        Raises UnknownNameError for an unknown turbulence name.
-        """
-        # A case says where the wind comes from, JSBSim where the air goes: hence the minus signs.
-        wind = case.wind
-        return cls(
-            north=-wind.speed * cos(wind.from_direction),
-            east=-wind.speed * sin(wind.from_direction),
-            down=-wind.up,
-            temperature_offset=case.temperature_offset + warmer,
-            severity=SEVERITY[case.turbulence],
-            seed=turbulence_seed(case.truth_seed),
-        )
-
-
-def turbulence_seed(truth_seed: int) -> int:
-    """Return JSBSim's seed, 1 to 2³¹−1, for a truth seed."""
-    # JSBSim makes the same turbulence of the seeds 0 and 1. Hashing also keeps neighboring seeds
-    # independent.
-    word = int(np.random.SeedSequence(truth_seed).generate_state(1, np.uint64)[0])
-    return 1 + word % LARGEST_SEED

@@ -12,13 +12,14 @@ from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Attached
 from pitotbench.records.case import Case, PressureErrorSpec, rate_problem
 from pitotbench.records.flight import Flight
-from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.card import Card, override
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.modified import ballast_overlay, load_fuel, mark_recording, overlay_of
 from pitotbench.simulation.pilot import PILOTS, TICK, Cockpit, Targets
-from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Air, Property
+from pitotbench.simulation.plant import Air, Plant
+from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Property
 from pitotbench.units import KNOT, Array
 
 # Record every channel at the simulator's rate: one packed row a step, converted to SI block by
@@ -195,7 +196,7 @@ def fly(
 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's;
     it jumps where a set-up between speeds was flown unrecorded. `progress(seconds, label)` is
-    called as each segment begins. `channels` names the channels to record beside the time, by
+    called as each segment begins. `channels` names the channels to record with the time, by
     default all: to read one costs 1 % of a step. The flight itself does not depend on them.
     Channels that the aircraft does not serve are left out.
 
@@ -236,7 +237,7 @@ def fly(
             mark_recording(plant)
         (recorder if cockpit.recorded else plant).advance(steps)
         plant.check()
-        cockpit.look()
+        cockpit.read_instruments()
         if cockpit.recorded:
             labels.append(cockpit.label)
             on_condition.append(before and cockpit.on_condition())

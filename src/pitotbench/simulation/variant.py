@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from pitotbench.effects.effect import RECORDING_START
 from pitotbench.effects.overlay import Expression, FunctionScaling, Overlay, Point
 from pitotbench.records import BadInputError
-from pitotbench.simulation.aircraft import parse_xml
+from pitotbench.simulation.aircraft_files import parse_xml
 
 ORIGIN = "variant.toml"  # in the folder of a variant: its effects, and where they come from
 ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay

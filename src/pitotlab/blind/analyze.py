@@ -19,10 +19,12 @@ from time import monotonic
 from typing import Any
 from zlib import crc32
 
-from pitotbench.bench import null_flights
-from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
+from pitotbench.bench.flown_card import as_flown, card_of, has_weather_report
+from pitotbench.bench.null_cache import cache_entry
+from pitotbench.bench.null_flights import NULL_FLIGHTS
 from pitotbench.bench.workflow import FullReconciliation, NamedLog, closure_on, reconcile_fully
 from pitotbench.logbook.reading import read_log
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case
@@ -48,10 +50,8 @@ def is_warm(path: Path, aircraft: str) -> bool:
     if card is None:
         return True
     card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
-    setting = AnalysisSetting(
-        day_known=null_flights.has_weather_report(log.header), instruments_known=True
-    )
-    return null_flights.cache_entry(card, null_flights.NULL_FLIGHTS, setting).is_file()
+    setting = AnalysisSetting(day_known=has_weather_report(log.header), instruments_known=True)
+    return cache_entry(card, NULL_FLIGHTS, setting).is_file()
 
 
 def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dict[str, Any]:

@@ -20,17 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.campaigns.fleet import require_all, run_tasks
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header
-from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.units import KNOT, Array
 from pitotlab.blind.flown import (
-    DEVELOPMENT,
     SETTINGS,
     Environment,
     Setting,
@@ -378,14 +377,6 @@ KINDS = {
     "counted": 20,
 }
 DEVELOPMENT_SEEDS, SCORED = (30_000, 40_000), 900_000
-DEVELOPED = {
-    "above 7": 45,
-    "4 to 7": 15,
-    "two": 10,
-    "none": 15,
-    "outside": 10,
-}  # cases of a set of `develop`
-DEVELOPED_SEEDS = (40_000, 45_000)
 SEVERAL = {2: 0.12, 3: 0.08}  # share of the cases of so many flights
 HELD_OUT = 60  # cases with a flight held out
 
@@ -460,34 +451,3 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--place", type=Path, default=PLACE, help="folder of the signatures")
     parser.add_argument("--share", type=float, default=1.0, help="of the cases of the full set")
     generate(**vars(parser.parse_args(words)))
-
-
-def develop(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Draw a development set: one effect at typical and small sizes, pairs, none, and faults
-    outside the table.
-    """
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--seed", type=int, default=41_000)
-    parser.add_argument("--settings", default=",".join(DEVELOPMENT))
-    parser.add_argument("--signatures", type=Path, default=PLACE)
-    parser.add_argument(
-        "--like", default="", help="settings whose strengths are taken from another: A=B,D=C"
-    )
-    parser.add_argument("--jobs", type=int, default=1)
-    options = parser.parse_args(words)
-    if not DEVELOPED_SEEDS[0] <= options.seed < DEVELOPED_SEEDS[1]:
-        parser.error(
-            f"seeds of development sets lie between {DEVELOPED_SEEDS[0]} and {DEVELOPED_SEEDS[1]}"
-        )
-    letters = options.settings.split(",")
-    like = dict(pair.split("=") for pair in options.like.split(",") if pair)
-    measured = {letter: read(like.get(letter, letter), options.signatures) for letter in letters}
-    draw = np.random.default_rng(options.seed)
-    kinds = [kind for kind, number in DEVELOPED.items() for _ in range(number)]
-    kinds = [kinds[i] for i in draw.permutation(len(kinds))]
-    cases = [
-        hidden_case(draw, kind, (letters[i % len(letters)],), measured)
-        for i, kind in enumerate(kinds)
-    ]
-    print(seal(options.out, options.seed, cases, [False] * len(cases)))
-    write_cases(options.out / "logs", options.seed, cases, [False] * len(cases), options.jobs)

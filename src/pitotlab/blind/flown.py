@@ -111,7 +111,6 @@ SETTINGS: Mapping[str, Setting] = {
     ),
     "O": _setting("diagnostic", {}, "50/10", "light", 6000, temperature_offset=-10.0, fuel=0.75),
 }
-DEVELOPMENT = ("A", "B", "C", "D", "F", "G")
 
 
 LENGTH = 762.0  # m

@@ -52,11 +52,6 @@ class Part:
         return np.asarray(np.clip(inside, 0.0, 1.0))
 
 
-def always(time: Array) -> Array:
-    """Act through the whole flight."""
-    return np.ones_like(np.asarray(time, dtype=np.float64))
-
-
 def square(period: float) -> Schedule:
     """Act half of each period [s], with edges of a tenth of it."""
     return lambda time: (

@@ -23,12 +23,12 @@ from unittest.mock import patch
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.campaigns.fleet import require_all, run_tasks
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.effects.overlay import Overlay
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.equations import equations_from, inner_products, noise_residuals
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.bench.flights import sense
-from pitotbench.bench.questions import calibrate_each
+from pitotbench.bench.calibrations import calibrate_each
 from pitotbench.broken import find_broken
+from pitotbench.campaigns.flights import sense
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration

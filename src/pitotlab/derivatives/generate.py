@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.bench.fleet import Failure, run_tasks
+from pitotbench.campaigns.fleet import Failure, run_tasks
 from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog

@@ -7,8 +7,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from pitotbench.bench.fleet import Failure, run_tasks
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
+from pitotbench.campaigns.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError

@@ -9,11 +9,11 @@ from pathlib import Path
 from statistics import mean
 from tempfile import TemporaryDirectory
 
-from pitotbench.bench.campaign import Watch, fly_missing
-from pitotbench.bench.campaign_plan import read_plan
-from pitotbench.bench.campaign_task import perform_task
-from pitotbench.bench.fleet import open_fleet
-from pitotbench.bench.store import ResultStore, stored
+from pitotbench.campaigns.campaign import Watch, fly_missing
+from pitotbench.campaigns.fleet import open_fleet
+from pitotbench.campaigns.plan_file import read_plan
+from pitotbench.campaigns.store import ResultStore, stored
+from pitotbench.campaigns.task import perform_task
 from pitotlab.drills import drivers, survival
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import tomli_w
 
-from pitotbench.bench.fleet import Failure
+from pitotbench.campaigns.fleet import Failure
 
 CLOCK = os.sysconf("SC_CLK_TCK")
 # As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what

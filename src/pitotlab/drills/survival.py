@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pitotbench.bench.campaign import Watch, fly_missing
-from pitotbench.bench.fleet import Fleet, Limits, open_fleet
-from pitotbench.bench.store import INDEX, OWNER, ResultStore
+from pitotbench.campaigns.campaign import Watch, fly_missing
+from pitotbench.campaigns.fleet import Fleet, Limits, open_fleet
+from pitotbench.campaigns.store import INDEX, OWNER, ResultStore
 from pitotlab.drills import drivers
 
 TABLE = "results.parquet"
@@ -249,6 +249,6 @@ def _mount(*arguments: str) -> None:
 
 
 def _listed(out: Path) -> str:
-    from pitotbench.bench.result_table import result_table
+    from pitotbench.campaigns.result_table import result_table
 
     return f"{len(result_table([out]))} rows listed from the parts"

@@ -24,7 +24,7 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotlab.outside.judge import (
     COMMAND_DEFAULTS,
     NAN,
-    laid_out,
+    aligned,
     read_rows,
     standard_error,
     text_of,
@@ -91,10 +91,10 @@ def judge_log(path: Path, truth: Mapping[str, Any], options: CalibrationOptions)
     except Exception as error:  # a crash is a result of its kind and must not end a night's run
         return {"outcome": "crashed", "says": f"{type(error).__name__}: {error}"}
     seconds = time.process_time() - begun
-    return {"outcome": "answered", "cpu_s": round(seconds, 4), **held(found, truth)}
+    return {"outcome": "answered", "cpu_s": round(seconds, 4), **errors_of(found, truth)}
 
 
-def held(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
+def errors_of(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
     """The curve and the wind of an answer against the truth."""
     at = np.array(truth["indicated_airspeed_kt"])
     curve = found.curve
@@ -302,4 +302,4 @@ def compare_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> No
         for path, text in zip((choice.first, choice.second), choice.options, strict=True)
     ]
     lines, below = compared(rows[0], rows[1], choice.word)
-    print(laid_out(lines), *below, sep="\n")
+    print(aligned(lines), *below, sep="\n")

@@ -52,10 +52,10 @@ def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
     if form == "markdown":
         ruled = [columns, ["---"] * len(columns), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in ruled)
-    return laid_out([columns, *body])
+    return aligned([columns, *body])
 
 
-def laid_out(lines: Sequence[Sequence[str]]) -> str:
+def aligned(lines: Sequence[Sequence[str]]) -> str:
     """Lines of entries under one another, each column as wide as its widest entry."""
     widths = [max(len(text) for text in column) for column in zip(*lines, strict=True)]
     return "\n".join(
@@ -186,7 +186,7 @@ def judge(cell: str, seed: int, stated: Mapping[str, str]) -> Row:
         "seconds": round(time.perf_counter() - begun, 2),
     }
     if isinstance(found, Calibration):
-        entries |= {"outcome": "answered", **_held_against_truth(found, flight), **_oracles(flight)}
+        entries |= {"outcome": "answered", **_errors_of(found, flight), **_oracles(flight)}
     else:
         entries |= {"outcome": found[0], "says": found[1]}
     return Row(seed=seed, **entries)  # type: ignore[arg-type]
@@ -209,7 +209,7 @@ def _answer(flight: OutsideFlight, options: CalibrationOptions) -> Calibration |
             return "crashed", f"{type(error).__name__}: {error}"
 
 
-def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, float | str]:
+def _errors_of(found: Calibration, flight: OutsideFlight) -> dict[str, float | str]:
     curve, cell = found.curve, flight.cell
     inside = (curve.indicated_airspeed > cell.low - 0.01) & (
         curve.indicated_airspeed < cell.high + 0.01
@@ -226,14 +226,14 @@ def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, 
         "rms_error_kt": float(np.sqrt(np.mean(error**2))) / KNOT,
         "mean_error_kt": float(np.mean(error)) / KNOT,
         "wind_error_kt": float(np.linalg.norm(wind_error)) / KNOT,
-        **_position_error_held(curve, flight, inside),
+        **_position_error_of(curve, flight, inside),
         "warned": float(bool(found.warnings)),
         "headline": float(bool(found.disagreements)),
         "says": " | ".join(found.warnings),
     }
 
 
-def _position_error_held(
+def _position_error_of(
     curve: ErrorCurve, flight: OutsideFlight, inside: Booleans
 ) -> dict[str, float]:
     """The position error against the truth; nothing where the answer has none, as for an error

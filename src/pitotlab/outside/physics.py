@@ -256,9 +256,3 @@ def indicated_from_impact(error: SourceError, impact: Array) -> Array:
         if done:
             break
     return indicated
-
-
-def true_correction(error: SourceError, indicated_airspeed: Array) -> Array:
-    """Calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
-    impact = impact_from_indicated(error, impact_pressure(indicated_airspeed))
-    return calibrated_airspeed(impact) - indicated_airspeed

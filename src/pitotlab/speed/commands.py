@@ -1,6 +1,4 @@
-"""Measure the CPU time of flights and of whole commands, relative to JSBSim alone and to an older
-checkout.
-"""
+"""Measure the CPU time of flights and of whole commands, relative to JSBSim alone."""
 
 import os
 import subprocess
@@ -18,9 +16,8 @@ from time import process_time
 from pitotbench.logbook.reading import read_log
 from pitotbench.records.case import USUAL_RATE, Case
 from pitotbench.records.case_file import read_case
-from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, library
-from pitotbench.simulation.plant import Plant, load_fdm
-from pitotbench.simulation.properties import Air
+from pitotbench.simulation.aircraft_files import ENGINES, SYSTEMS, library, load_fdm
+from pitotbench.simulation.plant import Air, Plant
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
@@ -142,50 +139,25 @@ def _loop(run: Callable[[], bool], steps: int) -> float:
 HERE = Path(__file__).resolve().parents[2]  # the folder on Python's path that holds the product
 DEMO = ("campaign", "--maneuver", "step_decrease", "--das", "20/1")
 EVERYTHING = ("campaign", "--maneuver", "all", "--das", "all", "--model", "all")
-PLAN = (
-    *(
-        "plan",
-        "--das",
-        "20/1",
-        "--turbulence",
-        "light",
-        "--wind-kt",
-        "15",
-        "--speeds-kt",
-        "100,160",
-    ),
-    *("--minutes", "6", "--want-kt", "0.1", "--box-nm", "10"),
-)
-_GAP = (
-    'maneuver = "step_decrease"\n[[effects]]\nname = "induced_drag"\nparameters = { factor = '
-    "0.01 }\n"
-)
 STARTS = {
     "import numpy": ("-c", "import numpy"),
     "import pitotbench": ("-c", "import pitotbench"),
     "pitotbench --help": ("-m", "pitotbench", "--help"),
     "pitotbench --version": ("-m", "pitotbench", "--version"),
 }
-_START = "import sys; from pitotbench.cli import main; sys.exit(main())"  # older code has no `python -m pitotbench`
 _TRIES = 5
 
 
-def cpu_seconds_of_command(
-    arguments: Sequence[str], source: Path = HERE, cache: Path | None = None
-) -> float:
+def cpu_seconds_of_command(arguments: Sequence[str]) -> float:
     """Return the CPU time [s] of a new Python process with these arguments and of its workers, on
     one thread.
 
-    `source` is the folder of the package that it imports, `cache` the folder of its cache, if not
-    the usual one. An older checkout is run with its own environment, if it has one in `.venv`.
     Raises CalledProcessError where the process fails.
     """
-    own = source.parent / ".venv" / "bin" / "python"
-    python = str(own) if source != HERE and own.exists() else sys.executable
     before = getrusage(RUSAGE_CHILDREN)
-    environment = {**os.environ, "PYTHONPATH": str(source), "OPENBLAS_NUM_THREADS": "1"}
-    environment |= {"PITOTBENCH_CACHE": str(cache)} if cache else {}
-    subprocess.run([python, *arguments], env=environment, check=True, capture_output=True)
+    environment = {**os.environ, "PYTHONPATH": str(HERE), "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, *arguments]
+    subprocess.run(command, env=environment, check=True, capture_output=True)
     after = getrusage(RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -197,11 +169,9 @@ def start_lines() -> Iterator[Line]:
         yield Line(name, least, " s", inf if "numpy" in name else 0.30)
 
 
-def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[Line]:
+def campaign_lines() -> Iterator[Line]:
     """Measure the campaigns of the README in one process each, one also without its report; yield a
     line for each.
-
-    `older` is the folder of the package of an older checkout, flown in turn with this one.
     """
     for name, arguments, limit in (
         ("demo", DEMO, 5.5),
@@ -209,22 +179,11 @@ def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[Line]:
         ("everything, no report", (*EVERYTHING, "--no-report"), 2.8),
     ):
         with TemporaryDirectory() as folder:
-            # A folder a run: a campaign does not fly again what its folder holds.
-            command = ("-c", _START, *arguments, "--jobs", "1", "--out")
-            now, before = [], []
-            for pair in range(pairs):
-                before += (
-                    [cpu_seconds_of_command((*command, f"{folder}/older{pair}"), older)]
-                    if older
-                    else []
-                )
-                now.append(cpu_seconds_of_command((*command, f"{folder}/out{pair}")))
-            bare = bare_loops(Path(folder, "out0"))
-        measured = f"{min(now):.1f} s / {bare:.2f} s"
-        yield Line(f"{name}, CPU / bare loops", min(now) / bare, "", limit, measured)
-        if before:
-            ratio, then = min(before) / min(now), f"{min(before):.1f} s / {bare:.2f} s"
-            yield Line(f"{name}, CPU of the older checkout / this", ratio, note=then)
+            command = ("-m", "pitotbench", *arguments, "--jobs", "1", "--out", f"{folder}/out")
+            seconds = cpu_seconds_of_command(command)
+            bare = bare_loops(Path(folder, "out"))
+        measured = f"{seconds:.1f} s / {bare:.2f} s"
+        yield Line(f"{name}, CPU / bare loops", seconds / bare, "", limit, measured)
 
 
 def bare_loops(results: Path) -> float:
@@ -235,59 +194,6 @@ def bare_loops(results: Path) -> float:
         case = replace(read_case(file), effects=())
         total += min(bare_time(case, round(float(log.time[-1]) * USUAL_RATE)) for _ in range(2))
     return total
-
-
-def plan_lines(older: Path | None = None) -> Iterator[Line]:
-    """Measure the plan of the README; yield a line."""
-    with TemporaryDirectory() as folder:
-        for name, source in _sources(older):
-            seconds = cpu_seconds_of_command(
-                ("-c", _START, *PLAN, "--out", f"{folder}/{name}"), source
-            )
-            yield Line(f"plan, flags of the README, {name}", seconds, " s")
-
-
-def study_lines(older: Path | None = None) -> Iterator[Line]:
-    """Measure the study of the paper's claims with one seed; yield a line."""
-    with TemporaryDirectory() as folder:
-        for name, source in _sources(older):
-            script = str(source.parent / "scripts" / "reproduce_study.py")
-            command = (script, "--claims-only", "--jobs", "1", "--out", f"{folder}/{name}")
-            seconds = cpu_seconds_of_command(command, source)
-            yield Line(f"study, claims only, {name}", seconds, " s")
-
-
-def reconcile_lines(older: Path | None = None) -> Iterator[Line]:
-    """Measure the reconciliation of one log with an empty cache and with a filled one; yield a line
-    for each.
-
-    The log has one wrong number of the model, which is found. The older checkout flies it: older
-    code reads no header of this one.
-    """
-    with TemporaryDirectory() as folder:
-        case, log = Path(folder, "case.toml"), str(Path(folder, "log.csv"))
-        case.write_text(_GAP, encoding="utf-8")
-        cpu_seconds_of_command(("-c", _START, "fly", str(case), "-o", log), older or HERE)
-        for name, source in _sources(older):
-            cache = Path(folder, f"cache-{name}")
-            for state in ("cold", "warm"):
-                command = ("-c", _START, "reconcile", log, "--out", f"{folder}/{name}-{state}")
-                seconds = cpu_seconds_of_command(command, source, cache)
-                yield Line(f"reconcile one log, {state}, {name}", seconds, " s")
-
-
-def _sources(older: Path | None) -> Iterator[tuple[str, Path]]:
-    if older:
-        yield "older", older
-    yield "this", HERE
-
-
-COMPARED: dict[str, Callable[[Path | None], Iterator[Line]]] = {
-    "campaigns": campaign_lines,
-    "reconcile": reconcile_lines,
-    "plan": plan_lines,
-    "study": study_lines,
-}
 
 
 def least(work: Callable[[], object], tries: int = _TRIES) -> float:

@@ -1,19 +1,13 @@
-"""Time fits of one log beside a plain SciPy fit of the same rows, and beside statsmodels.
+"""Time fits of one log together with a plain SciPy fit of the same rows.
 
-The log has 36,000 rows of three outputs; five parameters are unknown (Inverse+ and the wind). SciPy
-searches the minimum. statsmodels is given our linearization at zero, which saves most of its work:
-it solves a linear problem.
+The log has 36,000 rows of three outputs; five parameters are unknown (Inverse+ and the wind).
 """
 
-from argparse import ArgumentParser
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from itertools import chain
 
 import numpy as np
 from scipy.optimize import least_squares
-from statsmodels.api import GLSAR, OLS
 from threadpoolctl import threadpool_limits
 
 from pitotbench.calibration import calibrate
@@ -21,18 +15,13 @@ from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
-from pitotbench.sensing.recorder import record
-from pitotbench.sensing.sampling import data_system
 from pitotbench.show.pages import log_section
-from pitotbench.simulation.sortie import fly
 from pitotbench.units import Array
 from pitotlab.speed.commands import least
 from pitotlab.study.velocity_fit import fit_velocity, velocity_outputs_of
 
 FIT_ROWS = 36_000
-LAGS = 800
 _ROUNDS = 25  # in which each fit is timed once
 
 
@@ -98,42 +87,3 @@ def _panel_time(log: FlightLog) -> float:
     found = calibrate(log)
     panels = log_section("log", log, found).html.count("<svg")
     return least(lambda: log_section("log", log, found)) / panels
-
-
-def statsmodels_times(residual: Array, jacobian: Array) -> Iterator[tuple[str, float]]:
-    """Yield name and CPU time [s] of each fit, for a residual (3, n) and its Jacobian (3, n, 5)."""
-    response, regressors = (
-        residual.T.ravel(),
-        np.ascontiguousarray(np.moveaxis(jacobian, 0, 1)).reshape(-1, 5),
-    )
-    for order in (1, 12):
-        fit = partial(lambda order: GLSAR(response, regressors, rho=order).iterative_fit(4), order)
-        yield f"statsmodels GLSAR({order})", least(fit, 3)
-    hac = {"cov_type": "HAC", "cov_kwds": {"maxlags": LAGS}}
-    yield (
-        f"statsmodels OLS with HAC, {LAGS} lags",
-        least(lambda: OLS(response, regressors).fit(**hac), 1),
-    )
-
-
-def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Time our fit, SciPy and statsmodels; print a table."""
-    parser.parse_args(words)
-    log = record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
-    log = log.select(np.arange(min(FIT_ROWS, len(log))))
-    obs = observe(log, CalibrationOptions())
-    outputs = velocity_outputs_of(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), obs, log)
-    fit = fit_times(log)
-    with threadpool_limits(limits=1):
-        rows = [
-            ("ours, covering bound", fit.covering),
-            ("ours, vector output error, three outputs", fit.vector),
-            ("SciPy least_squares (LM), analytic Jacobian", fit.scipy),
-            (
-                "ours, `--model auto`",
-                least(lambda: calibrate(log, CalibrationOptions(model="auto")), 1),
-            ),
-        ]
-        print("| fit | CPU [s] | over ours |\n|---|---|---|")
-        for name, seconds in chain(rows, statsmodels_times(*outputs(np.zeros(5)))):
-            print(f"| {name} | {seconds:.3f} | {seconds / fit.covering:.2f} |", flush=True)

@@ -1,19 +1,12 @@
-"""Measure how CPU time and memory grow with the samples of a log and with the flights of a
-campaign.
-"""
+"""Measure the CPU time and the memory of long logs."""
 
 import sys
-from argparse import ArgumentParser
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from subprocess import run
-from tempfile import TemporaryDirectory
 
 import numpy as np
-import pandas as pd
 from pyarrow.csv import ReadOptions, read_csv
 
 from pitotbench.calibration import calibrate
@@ -22,13 +15,8 @@ from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
-from pitotbench.sensing.recorder import record
-from pitotbench.sensing.sampling import data_system
-from pitotbench.simulation.sortie import fly
-from pitotlab.experiment import OUT
-from pitotlab.speed.commands import cpu_seconds_of_command, least
+from pitotlab.speed.commands import least
 
 _READ_TRIES = 3
 
@@ -83,8 +71,6 @@ def reading_times(log: FlightLog, path: Path) -> ReadingTimes:
     )
 
 
-SAMPLES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
-FLIGHTS = (10, 30, 100, 300, 1000)
 # Not `ru_maxrss`: a new process begins with that of the process which started it, and this one
 # holds long logs.
 _PEAK = (
@@ -92,53 +78,6 @@ _PEAK = (
     "len(sys.argv) > 2 and p.calibrate(log);"
     "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')))"
 )
-_TRIES = 2
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """What a job of a size costs: CPU time [s] and, where it was measured, peak memory [MB]."""
-
-    job: str
-    size: int
-    seconds: float
-    megabytes: float | None = None
-
-
-def costs_by_samples(log: FlightLog, sizes: Sequence[int] = SAMPLES) -> Iterator[Cost]:
-    """Yield the cost of reading and of calibrating a log tiled to each number of rows."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder, "long.csv")
-        for size in sizes:
-            write_log(tiled(log, size), path)
-            long = read_log(path)
-            for job, work, argument in (
-                ("read", lambda: read_log(path), ()),
-                ("calibrate", lambda log=long: calibrate(log), ("calibrate",)),
-            ):
-                yield Cost(job, size, least(work, _TRIES), peak_megabytes(path, *argument))
-
-
-def costs_by_flights(sizes: Sequence[int] = FLIGHTS) -> Iterator[Cost]:
-    """Yield the cost of a campaign of each number of flights of one short maneuver, without a page."""
-    flags = ("campaign", "--maneuver", "rapid_decel", "--das", "20/1", "--no-report", "--jobs", "1")
-    for size in sizes:
-        with TemporaryDirectory() as folder:
-            out = str(Path(folder, "out"))
-            seconds = cpu_seconds_of_command(
-                ("-m", "pitotbench", *flags, "--seeds", str(size), "--out", out)
-            )
-        yield Cost("campaign", size, seconds)
-
-
-def exponent(costs: Sequence[Cost]) -> float:
-    """Return the exponent of the power of the size that the CPU times follow, by least squares of
-    logarithms.
-    """
-    slope, _ = np.polyfit(
-        np.log([cost.size for cost in costs]), np.log([cost.seconds for cost in costs]), 1
-    )
-    return float(slope)
 
 
 def peak_megabytes(path: Path, *argument: str) -> float:
@@ -152,34 +91,3 @@ def peak_megabytes(path: Path, *argument: str) -> float:
         text=True,
     )
     return float(done.stdout) / 1024.0
-
-
-def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Measure how the cost grows with samples and with flights. Writes speed.csv and speed.png."""
-    parser.add_argument(
-        "--samples", type=_sizes, default=SAMPLES, help="rows of the logs, with commas"
-    )
-    parser.add_argument(
-        "--flights", type=_sizes, default=FLIGHTS, help="flights of the campaigns, with commas"
-    )
-    parser.add_argument(
-        "--out", type=Path, default=OUT, help="folder to write to (default: %(default)s)"
-    )
-    options = parser.parse_args(words)
-    from pitotlab.pages import draw_growth  # loads the drawing library
-
-    costs, log = [], record(fly(Case(maneuver="step_decrease")), data_system("20/1"), 1)
-    for cost in chain(costs_by_samples(log, options.samples), costs_by_flights(options.flights)):
-        print(cost, flush=True)
-        costs.append(cost)
-    for job in dict.fromkeys(cost.job for cost in costs):
-        print(f"{job}: exponent {exponent([cost for cost in costs if cost.job == job]):.2f}")
-    options.out.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(map(asdict, costs)).to_csv(
-        options.out / "speed.csv", index=False, lineterminator="\r\n"
-    )
-    draw_growth(costs, options.out / "speed.png")
-
-
-def _sizes(text: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in text.split(","))

@@ -18,7 +18,14 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS, LOG_CHANNELS, record
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.sortie import fly
-from pitotlab.speed.commands import COMPARED, SHIPPED, Line, overhead_ratio, start_lines, step_ratio
+from pitotlab.speed.commands import (
+    SHIPPED,
+    Line,
+    campaign_lines,
+    overhead_ratio,
+    start_lines,
+    step_ratio,
+)
 from pitotlab.speed.fits import FIT_ROWS, fit_times
 from pitotlab.speed.growth import cross_check_growth, peak_megabytes, reading_times, tiled
 from pitotlab.tables import write_figures
@@ -75,11 +82,12 @@ def fit_ratios() -> Iterator[Line]:
     yield Line("fit with covering bound / one residual and Jacobian", evaluations, "", 40.0)
 
 
-DEFAULT_PARTS = "starts,flights,fits,logs,campaigns"
 PARTS: dict[str, Callable[[], Iterator[Line]]] = {
+    "starts": start_lines,
     "flights": flight_ratios,
     "fits": fit_ratios,
     "logs": long_log_ratios,
+    "campaigns": campaign_lines,
 }
 
 
@@ -87,28 +95,23 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> int:
     """Print how fast the bench is: CPU times, and their ratios to what the same work costs without
     it.
 
-    CPU seconds of one thread, the least of several tries; reconcile, plan and study run once.
-    `--against` runs campaigns, reconcile, plan and study of an older checkout in turn with this
-    one. A number above its limit is called exceeded, and ends with exit code 1. `--page` writes the
-    numbers that docs/how-good-is-it.md quotes.
+    CPU seconds of one thread, the least of several tries; campaigns run once. A number above its
+    limit is called exceeded, and ends with exit code 1. `--page` writes the numbers that
+    docs/how-good-is-it.md quotes.
     """
-    parts = {"starts": start_lines} | PARTS
-    parser.add_argument("--against", type=Path, help="the src folder of an older checkout")
-    known = ", ".join((*parts, *COMPARED))
     parser.add_argument(
         "--only",
-        default=DEFAULT_PARTS,
-        help=f"parts of {known}, with commas (default: %(default)s)",
+        default=",".join(PARTS),
+        help="parts, with commas (default: %(default)s)",
     )
     parser.add_argument("--page", action="store_true", help="write the numbers into the page")
     options = parser.parse_args(words)
-    older = options.against and options.against.resolve()
     asked = options.only.split(",")
-    if unknown := {*asked} - {*parts, *COMPARED}:
-        parser.error(f"--only {', '.join(sorted(unknown))}: known are {known}")
+    if unknown := {*asked} - {*PARTS}:
+        parser.error(f"--only {', '.join(sorted(unknown))}: known are {', '.join(PARTS)}")
     exceeded = []
     for name in asked:
-        for line in parts[name]() if name in parts else COMPARED[name](older):
+        for line in PARTS[name]():
             print(line, flush=True)
             exceeded += [line.name] if line.is_exceeded else []
             if options.page and line.figure:

@@ -9,7 +9,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from pitotbench.bench.fleet import Failure, run_tasks
+from pitotbench.campaigns.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.outputs import require_folder
@@ -17,8 +17,8 @@ from pitotbench.show.columns import outside
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotlab.study.claims import CLAIMS, Finding
 from pitotlab.study.content import study_page_of
-from pitotlab.study.looks import Sortie, claim_sorties
 from pitotlab.study.measures import Measured, lost_sortie, measure_sortie
+from pitotlab.study.reductions import Sortie, claim_sorties
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES, StudyTables
 
@@ -44,12 +44,16 @@ def plan_sorties(seeds: int, sweeps: bool = True) -> list[Sortie]:
 
 
 def _swept(sortie: Sortie) -> Sortie:
-    """Return the sortie with the looks of the sweeps added where it is in light turbulence."""
+    """Return the sortie with the reductions of the sweeps added where it is in light turbulence."""
     usual = sortie.setting == "light" and sortie.variant == "standard"
     if not usual or sortie.case.maneuver not in PAPER_MANEUVERS:
         return sortie
-    more = tuple(look for sweep in SWEEPS.values() for look in sweep.looks(sortie.case.maneuver))
-    return replace(sortie, looks=(*sortie.looks, *more))
+    more = tuple(
+        reduction
+        for sweep in SWEEPS.values()
+        for reduction in sweep.reductions(sortie.case.maneuver)
+    )
+    return replace(sortie, reductions=(*sortie.reductions, *more))
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +172,7 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     paths of the pages.
 
     Writes report.html and the numbers as Parquet; with --docs also study.md and its pictures. One
-    seed gives a look in a minute; the paper's claims are answered with 30.
+    seed gives an impression in a minute; the paper's claims are answered with 30.
     """
     parser.add_argument(
         "--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)"

@@ -7,13 +7,13 @@ from collections import Counter
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms
+from pitotbench.campaigns.flights import rms
 from pitotlab.experiment import made_with
 from pitotlab.study.claims import CLAIMS, Finding
-from pitotlab.study.looks import BOTH_WAYS, NAMES, PAPER_ORDER, named
 from pitotlab.study.methods import parts
 from pitotlab.study.parts import Chart, Lines, LineSeries, Part, StudyPage
 from pitotlab.study.questions import Reply
+from pitotlab.study.reductions import BOTH_WAYS, NAMES, PAPER_ORDER, named
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import Spread, StudyTables, maneuver_bars, rank_agreement, signed
 

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.bench.flights import Comparison, true_correction
+from pitotbench.campaigns.flights import Comparison, true_correction
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT, Array
-from pitotlab.study.looks import TURNING
+from pitotlab.study.reductions import TURNING
 
 AIRSPEEDS = np.arange(100.0, 161.0, 2.0) * KNOT  # indicated, at which curves are scored
 HEIGHT, BLOCK_CHECK = (

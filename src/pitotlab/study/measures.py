@@ -1,4 +1,4 @@
-"""What is measured on a sortie: every look at its flight, its data points, and the pilot's
+"""What is measured on a sortie: every reduction at its flight, its data points, and the pilot's
 workload.
 """
 
@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.flights import (
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import cross_check
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.output_error import OutputErrorFit
+from pitotbench.campaigns.flights import (
     compare_curve,
     compare_wind,
     rms,
@@ -16,10 +20,6 @@ from pitotbench.bench.flights import (
     true_correction,
     wind_toward,
 )
-from pitotbench.calibration import calibrate
-from pitotbench.calibration.leg_points import cross_check
-from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.flight import Flight
@@ -29,7 +29,7 @@ from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array
 from pitotlab.experiment import Row
-from pitotlab.study.looks import TURNING, Look, Sortie, sense_look
+from pitotlab.study.reductions import TURNING, Reduction, Sortie, sense_for
 from pitotlab.study.velocity_fit import fit_velocity
 
 TRAVEL = {
@@ -38,7 +38,7 @@ TRAVEL = {
     "throttle_left": 1.0,
 }  # from stop to stop
 FELT = 0.02  # of the travel, some millimeters of a yoke: a smaller change is no hand movement (our estimate)
-LOOK_RATE = 10.0  # Hz, ten times the rate of hand movements
+CONTROL_RATE = 10.0  # Hz, ten times the rate of hand movements
 _WINDOW = 1.0  # s
 
 
@@ -59,7 +59,7 @@ def workload(flight: Flight) -> Workload:
     """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and
     tolerances.
     """
-    step = max(1, round(len(flight) / flight.duration / LOOK_RATE))
+    step = max(1, round(len(flight) / flight.duration / CONTROL_RATE))
     controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
     minutes = flight.duration / 60.0
     moved = np.any([_moved(control) for control in controls.values()], axis=0)
@@ -87,7 +87,7 @@ def reversals(control: Array, felt: float = FELT) -> int:
 
 def _moved(control: Array) -> Array:
     """Return for each window of one second whether the control moved by more than `FELT`."""
-    width = round(_WINDOW * LOOK_RATE)
+    width = round(_WINDOW * CONTROL_RATE)
     windows = control[: len(control) // width * width].reshape(-1, width)
     return np.asarray(np.ptp(windows, axis=1) > FELT)
 
@@ -97,45 +97,45 @@ BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count a
 _SPLIT = 130.0 * KNOT  # the speed at which Step Decrease changes its heading
 
 
-def look_row(look: Look) -> Row:
+def reduction_row(reduction: Reduction) -> Row:
     """Return the settings of a fit, as the columns by which rows are selected."""
-    options = look.options
+    options = reduction.options
     return {
-        "das": look.das,
+        "das": reduction.das,
         "model": options.model,
         "method": options.method,
-        "form": look.form,
+        "form": reduction.form,
         "wind": options.wind,
         "down": options.use_down,
         "on_condition": options.on_condition,
-        "change": look.change,
-        "level": look.level,
-        "noise": look.noise,
-        "gps_noise": look.gps_noise,
-        "given_down": look.given_down,
-        "alone": look.alone,
+        "change": reduction.change,
+        "level": reduction.level,
+        "noise": reduction.noise,
+        "gps_noise": reduction.gps_noise,
+        "given_down": reduction.given_down,
+        "alone": reduction.alone,
     }
 
 
-def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
+def fit(flight: Flight, log: FlightLog, reduction: Reduction) -> tuple[Row, Calibration | None]:
     """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are
     no numbers.
 
     Of a fit of several outputs only their residuals are measured: it gives no calibration.
     """
     try:
-        if look.form == "vector":
+        if reduction.form == "vector":
             return {
-                **look_row(look),
+                **reduction_row(reduction),
                 "failed": "",
-                **_outputs(fit_velocity(log, look.options)),
+                **_outputs(fit_velocity(log, reduction.options)),
             }, None
-        result = calibrate(log, look.options)
+        result = calibrate(log, reduction.options)
     except (NoAnswerError, BadInputError) as error:
-        return {**look_row(look), "failed": str(error)}, None
+        return {**reduction_row(reduction), "failed": str(error)}, None
     scored = score(result, flight)
     row: Row = {
-        **look_row(look),
+        **reduction_row(reduction),
         "failed": "",
         "samples": scored.samples,
         "residual_two_sigma_kt": scored.residual_two_sigma / KNOT,
@@ -229,7 +229,7 @@ _PUBLISHED = CalibrationOptions(error_location="impact")
 _DATA_POINTS = 600  # of a picture
 
 
-def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
+def curve_rows(flight: Flight, reduction: Reduction, result: Calibration) -> list[Row]:
     """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the
     truth.
     """
@@ -239,8 +239,8 @@ def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
     residual = result.residual_two_sigma / KNOT
     return [
         {
-            "kind": look.options.method,
-            "on_condition": look.options.on_condition,
+            "kind": reduction.options.method,
+            "on_condition": reduction.options.on_condition,
             "airspeed_kt": float(speed) / KNOT,
             "correction_kt": float(value) / KNOT,
             "two_sigma_kt": float(bound) / KNOT,
@@ -251,7 +251,7 @@ def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
     ]
 
 
-def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
+def data_rows(log: FlightLog, reduction: Reduction, result: Calibration) -> list[Row]:
     """Return some samples of a log as the published figures show them.
 
     Each is the calibrated airspeed [kt] by the GPS velocity as logged and the wind of the result,
@@ -263,7 +263,7 @@ def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
     north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
     down = (
         few.velocity_down
-        if few.velocity_down is not None and look.options.use_down
+        if few.velocity_down is not None and reduction.options.use_down
         else np.zeros(len(few))
     )
     mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)
@@ -278,7 +278,7 @@ def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
     return [
         {
             "kind": "data",
-            "on_condition": look.options.on_condition,
+            "on_condition": reduction.options.on_condition,
             "airspeed_kt": float(speed) / KNOT,
             "correction_kt": float(value) / KNOT,
         }
@@ -352,19 +352,19 @@ def lost_sortie(sortie: Sortie, reason: str) -> Measured:
 
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
-    """Return one row for each look, and the points of the curves where the sortie asks for them."""
+    """Return one row for each reduction, and the points of the curves where the sortie asks for them."""
     logs: dict[tuple[object, ...], tuple[Flight, FlightLog]] = {}
     rows, curves = [], []
-    for look in sortie.looks:
-        if look.sensing not in logs:
-            logs[look.sensing] = sense_look(flight, look)
-        changed, log = logs[look.sensing]
-        row, result = fit(changed, log, look)
+    for reduction in sortie.reductions:
+        if reduction.sensing not in logs:
+            logs[reduction.sensing] = sense_for(flight, reduction)
+        changed, log = logs[reduction.sensing]
+        row, result = fit(changed, log, reduction)
         rows.append(row)
         if sortie.curves and result is not None:
-            curves += curve_rows(changed, look, result)
-            if look.options.method == "paper":
-                curves += data_rows(log, look, result)
+            curves += curve_rows(changed, reduction, result)
+            if reduction.options.method == "paper":
+                curves += data_rows(log, reduction, result)
     if sortie.curves and flight.case.maneuver == "four_leg":
         curves += fixed_speed_rows(log)
     return rows, curves

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flights import Comparison, compare_curve, rms, sense, true_correction
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import USUAL
+from pitotbench.campaigns.fleet import require_all, run_tasks
+from pitotbench.campaigns.flights import Comparison, compare_curve, rms, sense, true_correction
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import PressureErrorSpec
@@ -39,9 +39,9 @@ from pitotlab.study.conventional import (
     pacer,
     tower,
 )
-from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, case_of
 from pitotlab.study.measures import TRAVEL, workload
 from pitotlab.study.parts import Part
+from pitotlab.study.reductions import COVERING, NAMES, PAPER, PAPER_ORDER, case_of
 from pitotlab.study.tables import Spread, rank_agreement
 from pitotlab.tables import frame_columns, markdown_table
 
@@ -58,7 +58,7 @@ FLY_BY = 150.0  # m, the height above the sea of a fly-by: a field at sea level 
 SYSTEM = replace(data_system("50/50"), altitude_drift=2.0)
 SPEED = replace(COVERING, error_location="static", use_altitude=False)
 HEIGHT = replace(SPEED, use_altitude=True)
-LOOKS = {
+REDUCTIONS = {
     "paper": PAPER,
     "speed": SPEED,
     "height": HEIGHT,
@@ -98,10 +98,10 @@ def measure_seed(seed: int) -> Tables:
         row: Row = {"method": maneuver, "minutes": _minutes(flight)}
         row["smooth_residual_kt"] = smooth.residual_two_sigma / KNOT
         off = with_constant_errors(log, np.random.default_rng([seed, 35]))
-        for look, options in LOOKS.items():
-            result = calibrate(off if look.startswith("usual") else log, options)
-            row |= _scored(look, compare_curve(result.curve, STATIC))
-            row |= {"residual_kt": result.residual_two_sigma / KNOT} if look == "paper" else {}
+        for reduction, options in REDUCTIONS.items():
+            result = calibrate(off if reduction.startswith("usual") else log, options)
+            row |= _scored(reduction, compare_curve(result.curve, STATIC))
+            row |= {"residual_kt": result.residual_two_sigma / KNOT} if reduction == "paper" else {}
         rows["methods"].append(row)
         rows["systems"].append({"maneuver": maneuver, **two_systems(flight)})
     low = replace(case_of("light", "race_track", seed, card={"dwell_s": 20.0}), altitude=FLY_BY)
@@ -143,8 +143,8 @@ def _minutes(flight: Flight) -> float:
     return flight.duration / 60.0
 
 
-def _scored(look: str, found: Comparison) -> Row:
-    name = look.replace(" ", "_")
+def _scored(reduction: str, found: Comparison) -> Row:
+    name = reduction.replace(" ", "_")
     return {
         f"{name}_error_kt": found.rms_error / KNOT,
         f"{name}_bound_kt": found.mean_two_sigma / KNOT,

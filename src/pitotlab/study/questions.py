@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from pitotbench.units import Array
-from pitotlab.study.looks import Look, Sortie
 from pitotlab.study.parts import Chart
+from pitotlab.study.reductions import Reduction, Sortie
 from pitotlab.study.tables import Spread, StudyTables, percent_above, rank_agreement
 
 Verdict = Literal["reproduced", "in part", "not reproduced"]
@@ -63,14 +63,14 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A question: `looks(maneuver)` are its looks at flights in light turbulence, `sorties(seed)`
+    """A question: `reductions(maneuver)` are its reductions of flights in light turbulence, `sorties(seed)`
     more flights.
     """
 
     name: str
     question: str
     answer: Callable[[StudyTables], Reply]
-    looks: Callable[[str], tuple[Look, ...]] = lambda maneuver: ()
+    reductions: Callable[[str], tuple[Reduction, ...]] = lambda maneuver: ()
     sorties: Callable[[int], Iterable[Sortie]] = lambda seed: ()
 
 

@@ -9,9 +9,9 @@ import pandas as pd
 from pitotbench import air
 from pitotbench.records.case import DataSystem
 from pitotbench.units import KNOT, Array
-from pitotlab.study.looks import NAMES, PAPER_ORDER
 from pitotlab.study.measures import Measured
 from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
+from pitotlab.study.reductions import NAMES, PAPER_ORDER
 
 
 def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
@@ -89,7 +89,9 @@ class StudyTables:
     tracks: pd.DataFrame
     curves: pd.DataFrame
 
-    by_look: Mapping[tuple[object, ...], pd.DataFrame]  # the fits of a maneuver and look, by seed
+    by_reduction: Mapping[
+        tuple[object, ...], pd.DataFrame
+    ]  # the fits of a maneuver and reduction, by seed
 
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "StudyTables":
@@ -106,7 +108,8 @@ class StudyTables:
         # than the fits.
         groups = fits.groupby(["maneuver", *DEFAULT_FIT], sort=False)
         return cls(
-            **tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups}
+            **tables,
+            by_reduction={key: group.set_index("seed").sort_index() for key, group in groups},
         )
 
     @property
@@ -125,7 +128,7 @@ class StudyTables:
             raise KeyError(
                 f"fits are chosen by {', '.join(DEFAULT_FIT)}; not by {', '.join(sorted(unknown))}"
             )
-        found = self.by_look.get((maneuver, *{**DEFAULT_FIT, **how}.values()))
+        found = self.by_reduction.get((maneuver, *{**DEFAULT_FIT, **how}.values()))
         return pd.Series(dtype=float) if found is None else found[column].astype(float)
 
     def residual(self, maneuver: str, **how: object) -> pd.Series:

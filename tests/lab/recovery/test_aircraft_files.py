@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.bench.test_model_comparison import OLD, edited
+from tests.models.test_comparison import OLD, edited
 
 from pitotbench import Case, fly
-from pitotbench.bench.model_comparison import compare_models
+from pitotbench.models.comparison import compare_models
 from pitotbench.show.comparison import comparison_sentences, comparison_tree
 from pitotbench.show.markup import page_of
 from pitotbench.units import POUND, STANDARD_GRAVITY

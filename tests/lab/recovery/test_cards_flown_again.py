@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.flights import true_correction
-from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.workflow import as_the_log_shows, error_curve_of, fly_again
+from pitotbench.bench.fly_again import as_the_log_shows, error_curve_of, fly_again
+from pitotbench.campaigns.flights import true_correction
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, fit_free_parameters
 from pitotbench.reconciliation.layout import DAY, lay_out
 from pitotbench.records.case import DataSystem, PressureErrorSpec

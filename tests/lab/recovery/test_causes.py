@@ -13,10 +13,10 @@ from tests.reconciliation.test_naming import FEW, LACKING
 from tests.reconciliation.test_naming import judged as judged_alone
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.bench.workflow import NamedLog, formula_of, judge_logs
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, Flight, fly
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out

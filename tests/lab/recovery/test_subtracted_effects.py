@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, fit_free_parameters
 from pitotbench.reconciliation.layout import DAY, Layout, lay_out
 from pitotbench.reconciliation.renewal import (

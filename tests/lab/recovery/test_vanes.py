@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, Flight, fly, sense
-from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
+from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import (
     ANGLE_BIAS,
     AnalysisSetting,

@@ -1,18 +1,18 @@
-"""Evidence without flying: every look of the plan gets the numbers that a function makes up."""
+"""Evidence without flying: every reduction of the plan gets the numbers that a function makes up."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 from pitotlab.study.conduct import plan_sorties
-from pitotlab.study.looks import BOTH_WAYS, Look, Sortie
-from pitotlab.study.measures import DENSITY_EDGES, TRAVEL, Measured, look_row
+from pitotlab.study.measures import DENSITY_EDGES, TRAVEL, Measured, reduction_row
+from pitotlab.study.reductions import BOTH_WAYS, Reduction, Sortie
 from pitotlab.study.tables import StudyTables
 
 FLOWN = ("step_decrease", "race_track", "four_leg", "circle", "rapid_decel", BOTH_WAYS)
 MINUTES = dict(zip(FLOWN, (6.0, 15.0, 21.0, 6.0, 5.0, 6.0), strict=True))
 RATINGS = dict(zip(FLOWN, (3.0, 2.0, 3.0, 4.0, 2.0, 3.0), strict=True))
-Residual = Callable[[Sortie, Look], float]
+Residual = Callable[[Sortie, Reduction], float]
 
 
 def evidence(
@@ -57,7 +57,10 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
     density = [{"airspeed_kt": float(v), "seconds": 10.0} for v in DENSITY_EDGES[:-1] + 1.25]
     tracks = [{"east_nm": e, "north_nm": 0.0, "on_condition": e > 1.0} for e in (0.0, 1.0, 2.0)]
     return Measured(
-        fits=tuple(key | _fit(look, residual(sortie, look), time, rng) for look in sortie.looks),
+        fits=tuple(
+            key | _fit(reduction, residual(sortie, reduction), time, rng)
+            for reduction in sortie.reductions
+        ),
         flights=(key | flight,),
         density=tuple(key | row for row in density),
         tracks=tuple(key | row for row in tracks) if sortie.track else (),
@@ -66,7 +69,7 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
 
 
 def _fit(
-    look: Look, residual: float, minutes: float, rng: np.random.Generator
+    reduction: Reduction, residual: float, minutes: float, rng: np.random.Generator
 ) -> dict[str, object]:
     numbers = {
         "samples": 3000.0 * minutes,
@@ -75,7 +78,7 @@ def _fit(
         **{f"two_sigma_{axis}_kt": residual for axis in ("north", "east", "down")},
         "smooth_two_sigma_kt": residual,
         "two_sigma_kt": 1.0 / minutes,
-        "rms_error_kt": 0.3 / minutes * (1.0 + look.level),
+        "rms_error_kt": 0.3 / minutes * (1.0 + reduction.level),
         "coverage": 1.0,
         "mean_error_kt": 0.0,
         "tilt_kt": rng.standard_normal(),
@@ -84,7 +87,7 @@ def _fit(
         "white_criterion": rng.standard_normal(),
         "block_criterion": rng.standard_normal(),
     }
-    return look_row(look) | {"failed": ""} | numbers
+    return reduction_row(reduction) | {"failed": ""} | numbers
 
 
 def _point(kind: str, speed: float, value: float) -> dict[str, object]:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench.flights import wind_toward
+from pitotbench.campaigns.flights import wind_toward
 from pitotbench.catalog import UnknownNameError
 from pitotbench.units import FOOT, KNOT
-from pitotlab.study.looks import CHANGES, COVERING, SIDESLIP_ERROR, Look, sense_look
 from pitotlab.study.measures import fit
+from pitotlab.study.reductions import CHANGES, COVERING, SIDESLIP_ERROR, Reduction, sense_for
 
 
 @pytest.fixture(scope="module")
@@ -71,20 +71,23 @@ def test_twice_the_rate_keeps_every_sample(flight):
 
 
 def test_200_hz_and_another_truth_are_held_against_it(flight):
-    for look in (Look("200/200", COVERING), Look("50/50", COVERING, "quadratic truth")):
-        row, result = fit(*sense_look(flight, look), look)
+    for reduction in (
+        Reduction("200/200", COVERING),
+        Reduction("50/50", COVERING, "quadratic truth"),
+    ):
+        row, result = fit(*sense_for(flight, reduction), reduction)
         assert result is not None
         assert row["rms_error_kt"] < 3.0 * row["two_sigma_kt"]
 
 
 def test_an_unknown_change_names_the_known_ones(flight):
     with pytest.raises(UnknownNameError, match="vertical speed"):
-        sense_look(flight, Look(change="vertical sped", level=1.0))
+        sense_for(flight, Reduction(change="vertical sped", level=1.0))
 
 
 def test_velocity_down_is_recorded_where_asked_for(flight):
-    _, usual = sense_look(flight, Look("20/1"))
-    _, given = sense_look(flight, Look("20/1", given_down=True))
+    _, usual = sense_for(flight, Reduction("20/1"))
+    _, given = sense_for(flight, Reduction("20/1", given_down=True))
     assert usual.velocity_down is None
     assert (
         np.std(given.velocity_down - np.interp(given.time, flight["time"], flight["velocity_down"]))

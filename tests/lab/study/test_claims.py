@@ -8,33 +8,33 @@ from tests.lab.study import made_up
 
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.claims.models import by_chance
-from pitotlab.study.looks import NAMES
 from pitotlab.study.questions import best_agreement, power
 from pitotlab.study.questions import by_chance as by_luck
+from pitotlab.study.reductions import NAMES
 
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}
 
 
-def as_published(sortie, look):
+def as_published(sortie, reduction):
     """Residuals as the paper's words have them, made up to be so."""
     if sortie.setting == "airplane":
         return PUBLISHED[sortie.case.maneuver]
     value = 0.5 + 0.05 * list(NAMES).index(sortie.case.maneuver)
-    value *= 1.1 if look.das == "20/1" else 1.0
-    value *= 2.0 if look.options.model == "bias" else 1.0
-    without = 1.05 if look.das == "20/1" else {"four_leg": 1.4}.get(sortie.case.maneuver, 1.25)
-    value *= 1.0 if look.options.use_down else without
+    value *= 1.1 if reduction.das == "20/1" else 1.0
+    value *= 2.0 if reduction.options.model == "bias" else 1.0
+    without = 1.05 if reduction.das == "20/1" else {"four_leg": 1.4}.get(sortie.case.maneuver, 1.25)
+    value *= 1.0 if reduction.options.use_down else without
     return value * {"six speeds": 0.97, "long steps": 1.03}.get(sortie.variant, 1.0)
 
 
-def otherwise(sortie, look):
+def otherwise(sortie, reduction):
     """Residuals that contradict every claim about them."""
     if sortie.setting == "airplane":
         return 1.0 / PUBLISHED[sortie.case.maneuver]
     value = 0.9 - 0.05 * list(NAMES).index(sortie.case.maneuver)
-    value *= {"20/1": 1.5, "100/100": 1.2}.get(look.das, 1.0)
-    value *= 1.5 if look.options.model == "quadratic" else 1.0
-    value *= 1.3 if look.options.on_condition else 1.0
+    value *= {"20/1": 1.5, "100/100": 1.2}.get(reduction.das, 1.0)
+    value *= 1.5 if reduction.options.model == "quadratic" else 1.0
+    value *= 1.3 if reduction.options.on_condition else 1.0
     return value * {"six speeds": 1.03, "long steps": 0.97}.get(sortie.variant, 1.0)
 
 
@@ -96,10 +96,10 @@ def test_chance_counts_every_choice():
     assert by_chance(flights, ("a", "b", "c")) == pytest.approx(100.0 * rising / len(choices))
 
 
-def _how_steep(sortie, look):
+def _how_steep(sortie, reduction):
     """No fall as flown; at every multiple of the vertical speed V_down takes out a fixed share."""
-    down = look.options.use_down
-    return 0.6 * (0.5 if down and look.change == "vertical speed" else 1.0)
+    down = reduction.options.use_down
+    return 0.6 * (0.5 if down and reduction.change == "vertical speed" else 1.0)
 
 
 def test_what_v_down_would_take_is_measured_not_said():
@@ -109,7 +109,7 @@ def test_what_v_down_would_take_is_measured_not_said():
     finding = CLAIMS["C7"].answer(_small(_how_steep))
     assert finding.verdict == "not reproduced"
     assert "needs 4.0 times that" in finding.why
-    level = CLAIMS["C7"].answer(_small(lambda sortie, look: 0.6))
+    level = CLAIMS["C7"].answer(_small(lambda sortie, reduction: 0.6))
     assert "does not reach a fall of 25 % at 24 times that" in level.why
 
 
@@ -117,26 +117,26 @@ def _small(residual):
     return made_up.evidence(residual, seeds=1, sweeps=False)
 
 
-def _pooled_only(sortie, look):
+def _pooled_only(sortie, reduction):
     """The fall of a mean over three outputs of which one has no residual; the airspeed's 2σ does
     not fall.
     """
-    return (2.0 / 3.0) ** 0.5 if look.alone and look.options.use_down else 1.0
+    return (2.0 / 3.0) ** 0.5 if reduction.alone and reduction.options.use_down else 1.0
 
 
 def test_a_pooled_fall_alike_for_all_reproduces_in_part():
     """The 2σ falls with V_down when pooled, but not most for 4-Leg; without the outputs' fits
     nothing falls.
     """
-    pooled, none = _small(_pooled_only), _small(lambda sortie, look: 1.0)
+    pooled, none = _small(_pooled_only), _small(lambda sortie, reduction: 1.0)
     for number in ("C7", "C8"):
         assert "18.4" in CLAIMS[number].answer(pooled).ours
     assert CLAIMS["C7"].answer(pooled).verdict == "in part"
     assert CLAIMS["C7"].answer(none).verdict == "not reproduced"
 
-    def turning(sortie, look):
-        return _pooled_only(sortie, look) * (
-            1.1 if look.options.on_condition and not look.alone else 1.0
+    def turning(sortie, reduction):
+        return _pooled_only(sortie, reduction) * (
+            1.1 if reduction.options.on_condition and not reduction.alone else 1.0
         )
 
     assert CLAIMS["C8"].answer(_small(turning)).verdict == "in part"  # by the pooled 2σ alone
@@ -145,16 +145,16 @@ def test_a_pooled_fall_alike_for_all_reproduces_in_part():
 def test_an_error_chosen_for_a_claim_does_not_count():
     """Bias doubles the others with the default error alone: the claim is not reproduced by it."""
 
-    def chosen(sortie, look):
-        other = look.change in ("error size", "linear truth", "quadratic truth", "knee truth")
-        return 2.0 if look.options.model == "bias" and not other else 1.0
+    def chosen(sortie, reduction):
+        other = reduction.change in ("error size", "linear truth", "quadratic truth", "knee truth")
+        return 2.0 if reduction.options.model == "bias" and not other else 1.0
 
     assert CLAIMS["C5"].answer(_small(chosen)).verdict == "not reproduced"
 
-    def larger(sortie, look):
+    def larger(sortie, reduction):
         return (
-            (1.0 + look.level if look.change == "error size" else 2.0)
-            if look.options.model == "bias"
+            (1.0 + reduction.level if reduction.change == "error size" else 2.0)
+            if reduction.options.model == "bias"
             else 1.0
         )
 
@@ -168,9 +168,11 @@ def test_the_wind_that_hides_the_slope_is_an_experiment():
     headings.
     """
 
-    def hidden(sortie, look):
+    def hidden(sortie, reduction):
         return (
-            2.0 if look.options.model == "bias" and sortie.case.maneuver != "step_decrease" else 1.0
+            2.0
+            if reduction.options.model == "bias" and sortie.case.maneuver != "step_decrease"
+            else 1.0
         )
 
     finding = CLAIMS["C5"].answer(_small(hidden))
@@ -197,14 +199,14 @@ def test_an_order_within_its_own_spread_is_no_order():
     order.
     """
 
-    def barely(sortie, look):
+    def barely(sortie, reduction):
         rank = ["step_decrease", "race_track", "four_leg", "rapid_decel"].index(
             sortie.case.maneuver
         )
         return 1.0 + 0.001 * rank + 0.1 * (sortie.case.truth_seed % 2)
 
-    def anywhere(sortie, look):
-        return barely(sortie, look) if sortie.setting == "airplane" else 1.0
+    def anywhere(sortie, reduction):
+        return barely(sortie, reduction) if sortie.setting == "airplane" else 1.0
 
     finding = CLAIMS["C12"].answer(made_up.evidence(anywhere, seeds=10))
     assert finding.verdict == "in part"

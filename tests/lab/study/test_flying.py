@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories
 
-from pitotbench.bench.flights import sense, true_correction
 from pitotbench.calibration import calibrate
+from pitotbench.campaigns.flights import sense, true_correction
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
@@ -17,8 +17,16 @@ from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.study import measures
 from pitotlab.study.conduct import EXPLAINED, fly_sorties, plan_sorties
-from pitotlab.study.looks import BOTH_WAYS, COVERING, PAPER, SETTINGS, Look, Sortie, sense_look
 from pitotlab.study.measures import FELT, fit, fixed_speed_rows, reversals, workload
+from pitotlab.study.reductions import (
+    BOTH_WAYS,
+    COVERING,
+    PAPER,
+    SETTINGS,
+    Reduction,
+    Sortie,
+    sense_for,
+)
 from pitotlab.study.velocity_fit import fit_velocity
 
 
@@ -44,7 +52,7 @@ def test_density_and_times_are_the_flight(light_flights):
 
 def test_a_sortie_gives_what_the_bench_gives():
     case = Case(maneuver="rapid_decel", turbulence="none")
-    measured = measures.measure_sortie(Sortie("smooth", case, (Look("20/1"),), track=True))
+    measured = measures.measure_sortie(Sortie("smooth", case, (Reduction("20/1"),), track=True))
     log = sense(fly(case), "20/1")
     expected = calibrate(log, PAPER).residual_two_sigma / KNOT
     assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)
@@ -87,10 +95,10 @@ def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
     for alone in (True, False):
         pooled = []
         for down in (True, False):
-            look = Look(
+            reduction = Reduction(
                 options=replace(PAPER, use_down=down), given_down=alone, alone=alone, form="vector"
             )
-            row, _ = fit(*sense_look(flight, look), look)
+            row, _ = fit(*sense_for(flight, reduction), reduction)
             pooled.append(row["pooled_two_sigma_kt"])
         fall[alone] = 1.0 - pooled[0] / pooled[1]
     assert fall[True] == pytest.approx(1.0 - (2.0 / 3.0) ** 0.5, abs=0.002)
@@ -101,10 +109,13 @@ def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
     """The mean of the points minus the truth is the wind's error, and their scatter is the
     published residual.
     """
-    flight, look = smooth_flights["race_track"], Look("20/1", replace(PAPER, on_condition=True))
-    _, log = sense_look(flight, look)
-    result = calibrate(log, look.options)
-    rows = measures.data_rows(log, look, result)
+    flight, reduction = (
+        smooth_flights["race_track"],
+        Reduction("20/1", replace(PAPER, on_condition=True)),
+    )
+    _, log = sense_for(flight, reduction)
+    result = calibrate(log, reduction.options)
+    rows = measures.data_rows(log, reduction, result)
     speed, gained = (
         np.array([row[name] for row in rows]) for name in ("airspeed_kt", "correction_kt")
     )

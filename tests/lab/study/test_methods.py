@@ -7,14 +7,14 @@ import pandas as pd
 import pytest
 
 from pitotbench import air
-from pitotbench.bench.flights import sense
+from pitotbench.campaigns.flights import sense
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.study import conventional, methods
 from pitotlab.study.conventional import AIRSPEEDS, Points, against_truth, fit_points
-from pitotlab.study.looks import PAPER_ORDER, case_of
 from pitotlab.study.methods import BANKS, SECOND, STATIC, SYSTEM
+from pitotlab.study.reductions import PAPER_ORDER, case_of
 
 
 def _points(passes, own=0.0, shared=0.0):

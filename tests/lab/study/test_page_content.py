@@ -20,8 +20,8 @@ from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES
 
 
-def _varied(sortie, look):
-    return 0.5 + 0.01 * sortie.case.truth_seed + 0.001 * len(look.das)
+def _varied(sortie, reduction):
+    return 0.5 + 0.01 * sortie.case.truth_seed + 0.001 * len(reduction.das)
 
 
 @pytest.fixture(scope="module")

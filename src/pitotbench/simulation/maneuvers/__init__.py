@@ -13,7 +13,7 @@ from pitotbench.simulation.maneuvers import (
     straight_legs,
     turns,
 )
-from pitotbench.simulation.pilot import Cockpit, Ticks
+from pitotbench.simulation.pilot import ALL, Cockpit, Ticks
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,8 @@ class Maneuver:
 
     `fly(cockpit, card)` yields once a tick. `minutes` is the time in the paper's simulator (Martos
     et al. 2011, Table 2), None for a maneuver that is not the paper's. `kind` begins the label of
-    its on-condition segments, for example `leg`.
+    its on-condition segments, for example `leg`; `judged` are the quantities that these hold within
+    the card's tolerances. A maneuver that turns on condition does not judge its heading.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Maneuver:
     fly: Callable[[Cockpit, Any], Ticks]
     minutes: float | None
     kind: str
+    judged: tuple[str, ...] = ALL
 
 
 _TABLE = (
@@ -43,20 +45,41 @@ _TABLE = (
         decelerations.fly_step_decrease,
         6.0,
         "step",
+        decelerations.JUDGED,
     ),
     Maneuver(
-        "rapid_decel", decelerations.RapidDecelCard(), decelerations.fly_rapid_decel, 5.0, "decel"
+        "rapid_decel",
+        decelerations.RapidDecelCard(),
+        decelerations.fly_rapid_decel,
+        5.0,
+        "decel",
+        decelerations.JUDGED,
     ),
-    Maneuver("circle", turns.CircleCard(), turns.fly_circle, 6.0, "circle"),
+    Maneuver("circle", turns.CircleCard(), turns.fly_circle, 6.0, "circle", turns.JUDGED),
     Maneuver(
         "step_both_ways",
         decelerations.StepBothWaysCard(),
         decelerations.fly_step_both_ways,
         None,
         "step",
+        decelerations.JUDGED,
     ),
-    Maneuver("decel_circle", turns.DecelCircleCard(), turns.fly_decel_circle, None, "circle"),
-    Maneuver("figure_eight", turns.FigureEightCard(), turns.fly_figure_eight, None, "circle"),
+    Maneuver(
+        "decel_circle",
+        turns.DecelCircleCard(),
+        turns.fly_decel_circle,
+        None,
+        "circle",
+        turns.JUDGED,
+    ),
+    Maneuver(
+        "figure_eight",
+        turns.FigureEightCard(),
+        turns.fly_figure_eight,
+        None,
+        "circle",
+        turns.JUDGED,
+    ),
     Maneuver(
         "cloverleaf", straight_legs.CloverleafCard(), straight_legs.fly_cloverleaf, None, "leg"
     ),

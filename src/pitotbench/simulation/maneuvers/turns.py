@@ -91,14 +91,14 @@ def by_pitch(cockpit: Cockpit, airspeed: float, ticks: Ticks) -> Iterator[None]:
     The power is fixed, so the sum of speed and height is given, and pitch exchanges one for the
     other: too low, fly slower. The speed held changes in steps, as a person reads a gauge.
     """
-    held = airspeed
-    cockpit.hold_airspeed_by_pitch(held)
+    commanded = airspeed
+    cockpit.hold_airspeed_by_pitch(commanded)
     for _ in ticks:
         traded = round(cockpit.deviation("altitude") / FEET_A_KNOT / SPEED_STEP) * SPEED_STEP
         wanted = airspeed + min(max(traded, -MOST_TRADED), MOST_TRADED)
-        if wanted != held:
-            held = wanted
-            cockpit.hold_airspeed_by_pitch(held)
+        if wanted != commanded:
+            commanded = wanted
+            cockpit.hold_airspeed_by_pitch(commanded)
         yield
 
 

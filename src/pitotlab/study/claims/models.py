@@ -7,11 +7,13 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air
-from pitotbench.bench.flights import rms, true_correction
+from pitotbench.campaigns.flights import rms, true_correction
 from pitotbench.pressure_error import MODELS, PAPER_MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT, Array
-from pitotlab.study.looks import (
+from pitotlab.study.parts import Bars, Chart, Lines, LineSeries
+from pitotlab.study.questions import Claim, Finding, verdict
+from pitotlab.study.reductions import (
     AIRPLANE_EFFECTS,
     AIRPLANE_FLOWN,
     BOTH_WAYS,
@@ -21,8 +23,6 @@ from pitotlab.study.looks import (
     PAPER_ORDER,
     named,
 )
-from pitotlab.study.parts import Bars, Chart, Lines, LineSeries
-from pitotlab.study.questions import Claim, Finding, verdict
 from pitotlab.study.tables import Spread, StudyTables, maneuver_bars, percent_above, ratio
 
 STRUCTURES = ("bias", "linear", "quadratic", "inverse", "inverse+")  # of Fig 4
@@ -178,13 +178,13 @@ def _same(evidence: StudyTables) -> Finding:
         "noise.",
         "Three free terms of either kind draw nearly the same curve at the speeds flown. The two "
         "curves differ by "
-        f"{_apart(100.0, 160.0):.2f} kt at most between 100 and 160 kt, and by "
-        f"{_apart(80.0, 200.0):.1f} kt "
+        f"{_largest_difference(100.0, 160.0):.2f} kt at most between 100 and 160 kt, and by "
+        f"{_largest_difference(80.0, 200.0):.1f} kt "
         "between 80 and 200 kt.",
     )
 
 
-def _apart(slowest: float, fastest: float) -> float:
+def _largest_difference(slowest: float, fastest: float) -> float:
     """Return the largest distance [kt] of the fitted Quadratic from the default error between two
     speeds [kt].
     """

@@ -7,7 +7,6 @@ import pandas as pd
 
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import FOOT, KNOT
-from pitotlab.study.looks import MINUTE, NAMES, PAPER_ORDER, SPECIFICATION, STEEP, STEEPER, named
 from pitotlab.study.parts import Bars, BarSeries, Lines
 from pitotlab.study.questions import (
     LIMIT,
@@ -20,6 +19,15 @@ from pitotlab.study.questions import (
     pooled_fall,
     pooled_two_sigma,
     verdict,
+)
+from pitotlab.study.reductions import (
+    MINUTE,
+    NAMES,
+    PAPER_ORDER,
+    SPECIFICATION,
+    STEEP,
+    STEEPER,
+    named,
 )
 from pitotlab.study.tables import (
     CUT,

@@ -6,8 +6,15 @@ import pandas as pd
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import Array
 from pitotlab.study.claims.sampling import expected_noise
-from pitotlab.study.looks import FIXED_POWER, NAMES, PAPER_ORDER, SETTINGS, SPECIFICATION, named
 from pitotlab.study.questions import Claim, Finding, best_agreement, by_chance, power, verdict
+from pitotlab.study.reductions import (
+    FIXED_POWER,
+    NAMES,
+    PAPER_ORDER,
+    SETTINGS,
+    SPECIFICATION,
+    named,
+)
 from pitotlab.study.tables import Spread, StudyTables, maneuver_bars, rank_agreement, ratio, signed
 
 SIMULATOR_MINUTES = {
@@ -108,7 +115,7 @@ def _agreement_with_order(values: list[float]) -> float:
 
 
 def _asked() -> list[tuple[str, dict[str, object]]]:
-    """Return the looks for the order: every air, pilot, data system, part of the data and noise."""
+    """Return the reductions for the order: every air, pilot, data system, part of the data and noise."""
     asked: list[tuple[str, dict[str, object]]] = []
     for setting, air in SETTINGS.items():
         if set(air.flown) == set(PAPER_ORDER):
@@ -125,7 +132,7 @@ def _asked() -> list[tuple[str, dict[str, object]]]:
 
 def _experiments(evidence: StudyTables) -> pd.DataFrame:
     """Return the 2σ of each maneuver, their order and its agreement with the paper's, a row for
-    each look.
+    each reduction.
     """
     rows = []
     for label, how in _asked():

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from pitotbench.sensing.sampling import SYSTEMS
-from pitotlab.study.looks import ALIKE, NAMES, PAPER_ORDER, named
 from pitotlab.study.parts import Bars, Lines, LineSeries
 from pitotlab.study.questions import Claim, Finding, verdict
+from pitotlab.study.reductions import ALIKE, NAMES, PAPER_ORDER, named
 from pitotlab.study.tables import (
     Spread,
     StudyTables,
@@ -80,7 +80,7 @@ def _bound_change(evidence: StudyTables) -> str:
     return f"{min(found):.2f} to {max(found):.2f}"
 
 
-# The looks at 20/1 Hz: fixes interpolated or held, with other changes.
+# The reductions of 20/1 Hz: fixes interpolated or held, with other changes.
 ASKED: dict[str, tuple[bool, dict[str, object]]] = {
     "held, smooth air [%]": (False, {}),
     "held, light turbulence [%]": (False, {"setting": "light"}),

@@ -7,22 +7,22 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.flights import rms
 from pitotbench.units import FOOT
-from pitotlab.study.looks import (
+from pitotlab.study.parts import Lines
+from pitotlab.study.questions import Reply, Sweep
+from pitotlab.study.reductions import (
     COVERING,
     NAMES,
     PAPER,
     PAPER_ORDER,
     SIDESLIP_ERROR,
-    Look,
+    Reduction,
     Sortie,
     case_of,
     named,
 )
-from pitotlab.study.parts import Lines
-from pitotlab.study.questions import Reply, Sweep
 from pitotlab.study.tables import Spread, StudyTables, maneuver_lines, percent_above, signed
 
 RATES = (0.1, 0.3, 1.0, 3.0)  # kt a minute
@@ -60,17 +60,17 @@ SHEARED = Trouble(
 )
 
 
-def wind_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return looks at every rate with a constant and with a drifting wind in the model, and at
+def wind_reductions(maneuver: str) -> tuple[Reduction, ...]:
+    """Return reductions of every rate with a constant and with a drifting wind in the model, and at
     every shear.
     """
     changing = [
-        Look("50/50", o, "wind change", rate) for rate in RATES for o in (COVERING, DRIFTING)
+        Reduction("50/50", o, "wind change", rate) for rate in RATES for o in (COVERING, DRIFTING)
     ]
     return (
         *changing,
-        *(Look("50/50", COVERING, "shear", size) for size in SHEARS),
-        Look("50/50", DRIFTING),
+        *(Reduction("50/50", COVERING, "shear", size) for size in SHEARS),
+        Reduction("50/50", DRIFTING),
     )
 
 
@@ -162,7 +162,7 @@ WIND = Sweep(
     "variable wind",
     "How much may the wind change, in time and with altitude?",
     _wind_answer,
-    wind_looks,
+    wind_reductions,
 )
 
 
@@ -171,10 +171,10 @@ KINDS = {"steady sideslip": "held throughout", "sideslip in turns": "in turns on
 _SAID = ANGLES[1]  # the angle for which the answer gives numbers
 
 
-def sideslip_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return looks at every angle, in the whole flight and in turns only."""
+def sideslip_reductions(maneuver: str) -> tuple[Reduction, ...]:
+    """Return reductions of every angle, in the whole flight and in turns only."""
     return tuple(
-        Look("50/50", o, kind, angle)
+        Reduction("50/50", o, kind, angle)
         for kind in KINDS
         for angle in ANGLES
         for o in (COVERING, PAPER)
@@ -250,7 +250,7 @@ SIDESLIP = Sweep(
     "sideslip",
     "What does sideslip do, held throughout and in turns only?",
     _sideslip_answer,
-    sideslip_looks,
+    sideslip_reductions,
 )
 
 
@@ -260,7 +260,7 @@ ALTITUDES = (2000.0, 12000.0)  # ft, in addition to the usual 6,000
 TEMPERATURES = (-20.0, 20.0)  # K above standard
 _USUAL_ALTITUDE = 6000.0
 _SMALL = 0.1  # a smaller factor is printed with two significant digits
-_LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
+_REDUCTIONS = (Reduction("50/50", COVERING), Reduction("50/50", PAPER))
 
 
 def sorties(seed: int) -> Iterator[Sortie]:
@@ -273,12 +273,12 @@ def sorties(seed: int) -> Iterator[Sortie]:
                 yield Sortie(
                     air,
                     case_of(air, maneuver, seed, altitude=feet * FOOT),
-                    _LOOKS,
+                    _REDUCTIONS,
                     _at_altitude(feet),
                 )
         for kelvin in TEMPERATURES:
             case = case_of("light", maneuver, seed, temperature_offset=kelvin)
-            yield Sortie("light", case, _LOOKS, _at_temperature(kelvin))
+            yield Sortie("light", case, _REDUCTIONS, _at_temperature(kelvin))
 
 
 def _at_altitude(feet: float) -> str:
@@ -322,12 +322,12 @@ def _charts(evidence: StudyTables) -> Iterator[Lines]:
         yield maneuver_lines(
             name, title, note, "test altitude [ft]", ylabel, heights, number, FLOWN
         )
-    name, title, warmth = "sweep-temperature", "Temperature, light turbulence", (-20.0, 0.0, 20.0)
+    name, title, warming = "sweep-temperature", "Temperature, light turbulence", (-20.0, 0.0, 20.0)
 
     def warm(maneuver: str, kelvin: float) -> pd.Series:
         return _bound(evidence, "light", maneuver, _at_temperature(kelvin))
 
-    yield maneuver_lines(name, title, note, "above standard [K]", ylabel, warmth, warm, FLOWN)
+    yield maneuver_lines(name, title, note, "above standard [K]", ylabel, warming, warm, FLOWN)
 
 
 def _conditions_answer(evidence: StudyTables) -> Reply:

@@ -7,10 +7,18 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.flights import rms
-from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, Look, Sortie, case_of
+from pitotbench.campaigns.flights import rms
 from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
 from pitotlab.study.questions import Reply, Sweep
+from pitotlab.study.reductions import (
+    COVERING,
+    NAMES,
+    PAPER,
+    PAPER_ORDER,
+    Reduction,
+    Sortie,
+    case_of,
+)
 from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, maneuver_lines
 
 FLOWN = ("step_decrease", "circle", "rapid_decel")
@@ -36,13 +44,16 @@ def system(side: str, rate: float) -> str:
     }[side]
 
 
-def rate_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return looks at every rate of both sides, once. The claims already have the usual systems."""
+def rate_reductions(maneuver: str) -> tuple[Reduction, ...]:
+    """Return reductions of every rate of both sides, once. The claims already have the usual systems."""
     if maneuver not in FLOWN:
         return ()
     systems = dict.fromkeys(system(side, rate) for side in SIDES for rate in RATES)
     return tuple(
-        Look(das, o) for das in systems for o in (COVERING, PAPER) if das not in ("20/1", "50/50")
+        Reduction(das, o)
+        for das in systems
+        for o in (COVERING, PAPER)
+        if das not in ("20/1", "50/50")
     )
 
 
@@ -94,7 +105,7 @@ RATES_SWEEP = Sweep(
     "sampling rates",
     "Which rates are enough, 0.2 to 200 Hz on both sides?",
     _rate_answer,
-    rate_looks,
+    rate_reductions,
 )
 
 
@@ -109,14 +120,14 @@ LABELS = {
     "race_track": "Race Track, 2, 3, 4 speeds",
     "step_decrease": "Step Decrease, steps of 5 to 40 s",
 }
-_LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
+_REDUCTIONS = (Reduction("50/50", COVERING), Reduction("50/50", PAPER))
 
 
 def sorties(seed: int) -> Iterator[Sortie]:
     """Yield every card in light turbulence."""
     for maneuver, variants in CARDS.items():
         for variant, card in variants.items():
-            yield Sortie("light", case_of("light", maneuver, seed, card=card), _LOOKS, variant)
+            yield Sortie("light", case_of("light", maneuver, seed, card=card), _REDUCTIONS, variant)
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,13 +209,13 @@ TRUTHS = {
 CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "means over 5 s"}
 
 
-def structure_looks(maneuver: str) -> tuple[Look, ...]:
-    """Return looks at every true curve with every model. The usual one is already among the looks
+def structure_reductions(maneuver: str) -> tuple[Reduction, ...]:
+    """Return reductions of every true curve with every model. The usual one is already among those
     of the claims.
     """
     options = [replace(PAPER, model=model) for model in MODELS]
     return tuple(
-        Look("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none"
+        Reduction("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none"
     )
 
 
@@ -295,5 +306,5 @@ STRUCTURE = Sweep(
     "model structure",
     "Can statistics choose the structure of the model?",
     _structure_answer,
-    structure_looks,
+    structure_reductions,
 )

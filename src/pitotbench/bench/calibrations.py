@@ -1,0 +1,282 @@
+"""Calibrate what was given: read it, choose the options, and state what the answer was made from."""
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import fields, replace
+from datetime import UTC, datetime
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from platform import python_version
+from typing import TYPE_CHECKING, Any, Union
+
+from pitotbench.records import BadInputError
+from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
+from pitotbench.records.log import Choice, FlightLog, InputFile, Provenance
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from pitotbench.calibration.flights import Known
+    from pitotbench.calibration.options import CalibrationOptions
+    from pitotbench.reconciliation.free_parameters import AnalysisSetting
+
+
+# What can stand for a log: itself, a file, or a table with the columns of a file.
+OneLog = Union[FlightLog, str, Path, "DataFrame"]
+
+
+# What neither the user nor a mapping stated: of the functions below, and so of the commands, which
+# call them. `CalibrationOptions()` alone has the choices of the published figures.
+DEFAULTS = {"latency": "checked", "wind": "checked", "model": "smooth"}
+
+
+def logs_of(
+    given: OneLog | Sequence[OneLog], asked: str, mapping: str | Path | None = None
+) -> list[FlightLog]:
+    """Return the logs that stand for what was given to the function `asked`, read and checked where
+    needed.
+
+    `mapping` reads files and tables, as in `read_log`. Raises BadInputError for anything else, and
+    for a file or a table that is no log.
+    """
+    if isinstance(given, list | tuple):
+        if not given:
+            raise BadInputError(f"{asked} needs at least one log")
+        return [log for each in given for log in logs_of(each, asked, mapping)]
+    if isinstance(given, FlightLog):
+        return [given]
+    if isinstance(given, str | Path):
+        from pitotbench.logbook.reading import read_log
+
+        return [read_log(given, mapping)]
+    from pandas import DataFrame  # slow, and not needed for a log
+
+    if isinstance(given, DataFrame):
+        from pitotbench.logbook.assembly import log_of
+        from pitotbench.logbook.columns import Table
+        from pitotbench.logbook.reading import mapped
+
+        names = tuple(str(name) for name in given.columns)
+        table = Table(names, tuple(given[name].to_numpy() for name in given.columns))
+        return [log_of(table if mapping is None else mapped(table, mapping))]
+    raise BadInputError(
+        f"{asked} takes a path, a DataFrame, a log or a list of them, not {type(given).__name__}; "
+        "read_log reads a "
+        "file with a mapping of yours"
+    )
+
+
+def calibrate_each(
+    logs: Sequence[FlightLog],
+    options: "CalibrationOptions | None" = None,
+    mapping: str | Path | None = None,
+    sources: "Iterable[Source]" = (),
+    flags: Iterable[Choice] = (),
+    published: tuple[PublishedCurve, ...] = (),
+    known: "Known | None" = None,
+    first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
+    **choices: Any,
+) -> tuple[CalibratedFlight, ...]:
+    """Calibrate each flight of the logs as `calibrate` does, with what contradicts its curve.
+
+    `sources` are the files of the logs and `flags` further choices, for the record; `published` are
+    the curves of a handbook; `known` and `first` are as for `calibrate_flights`. Raises as
+    `calibrate` does.
+    """
+    from pitotbench.calibration import calibrate_flights
+    from pitotbench.calibration.fit_checks import with_points
+    from pitotbench.calibration.flown_tracks import one_sided
+    from pitotbench.calibration.leg_points import cross_check
+
+    if options is not None and choices:
+        raise BadInputError("give either options or keywords, not both")
+    for each in () if options is None else fields(options):
+        value = getattr(options, each.name)
+        if value != each.default or type(value) is not type(each.default):
+            choices[each.name] = value
+    chosen = options_of(logs, mapping, **choices)
+    settings = settings_of(chosen, choices, advice_of(logs, mapping))
+    made = provenance_of(sources, [*settings, *flags])
+
+    def checked(flight: CalibratedFlight) -> CalibratedFlight:
+        found = flight.calibration
+        whole = with_points(found, cross_check(flight.log, chosen, found))
+        scatter = 2.0 * float(whole.residuals.airspeed.std())
+        whole = replace(
+            whole,
+            curve=replace(whole.curve, published=published),
+            residual_two_sigma=scatter,
+            one_sided=one_sided(flight.log, whole),
+            provenance=made,
+        )
+        return replace(flight, calibration=whole)
+
+    return tuple(map(checked, calibrate_flights(logs, chosen, known, first)))
+
+
+def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
+    """Return the curves of a handbook's table; none without one. Raises BadInputError for another
+    table.
+    """
+    from pitotbench.pressure_error.published import read_published
+
+    return () if handbook is None else read_published(Path(handbook))
+
+
+def options_of(
+    logs: Iterable[FlightLog] = (), mapping: str | Path | None = None, **choices: Any
+) -> "CalibrationOptions":
+    """Return the options of a calibration: the choices, before them those of the mapping, and the
+    defaults.
+
+    An accuracy that is not named keeps the value of the mapping. Raises as `options_from` does.
+    """
+    from pitotbench.calibration.options import options_from
+
+    advised = advice_of(logs, mapping)
+    named = choices.get("accuracies")
+    if isinstance(named, Mapping):
+        choices["accuracies"] = {**advised.get("accuracies", {}), **named}
+    stated = {**advised, **choices}
+    # The published method knows no prior, which a smooth curve needs.
+    usual = {k: v for k, v in DEFAULTS.items() if k != "model" or stated.get("method") != "paper"}
+    return options_from(usual | stated)
+
+
+def advice_of(
+    logs: Iterable[FlightLog] = (), mapping: str | Path | None = None
+) -> Mapping[str, Any]:
+    """Return the choices that a mapping advises: the one named, else the one by which a log was
+    read.
+    """
+    from pitotbench.logbook.columns import CALIBRATE
+    from pitotbench.logbook.mapping import find_mapping
+
+    if mapping is not None:
+        return find_mapping(mapping).calibrate
+    advised = (log.header.get(CALIBRATE) for log in logs)
+    return next((each for each in advised if isinstance(each, Mapping) and each), {})
+
+
+def setting_of(advised: Mapping[str, Any]) -> "AnalysisSetting":
+    """Return the setting of a reconciliation that the mapping of a foreign log advises."""
+    from pitotbench.reconciliation.free_parameters import AnalysisSetting
+
+    static = advised.get("error_location") == "static"
+    mach = advised.get("mach_max")
+    return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)
+
+
+# What an answer was made from and with, for the record that is filed.
+
+_LIBRARIES = ("numpy", "scipy", "pandas", "jsbsim")
+Source = tuple[
+    str, OneLog, FlightLog | None
+]  # role, what was given, and the log read of it; None of another file
+
+
+def provenance_of(sources: Iterable[Source], choices: Iterable[Choice]) -> Provenance:
+    """Return the provenance of an answer made now: inputs with their digests, choices, versions,
+    and the date.
+    """
+    date = datetime.now(UTC).strftime("%Y-%m-%d")
+    return Provenance(
+        tuple(_input_of(*each) for each in sources), tuple(choices), _versions(), date
+    )
+
+
+def sources_of(
+    role: str, given: OneLog | Sequence[OneLog], logs: Sequence[FlightLog | None]
+) -> list[Source]:
+    """Return what was given, a list flattened, each with the log that was read of it."""
+    return [(role, source, log) for source, log in zip(flatten(given), logs, strict=True)]
+
+
+def flatten(given: OneLog | Sequence[OneLog]) -> list[OneLog]:
+    """Return what was given as one list, those within lists included."""
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        return [one for each in given for one in flatten(each)]
+    return [given]
+
+
+def model_sources(aircraft: str) -> list[Source]:
+    """Return the file of an aircraft as its author wrote it, and its folder; nothing for `none`."""
+    from pitotbench.simulation.aircraft import original
+
+    found = None if aircraft == "none" else original(aircraft)
+    if found is None or found.is_file():
+        return [("aircraft", found, None)] if found else []
+    return [("aircraft", found / f"{found.name}.xml", None), ("its folder", found, None)]
+
+
+def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
+    import numpy as np
+
+    from pitotbench import air
+    from pitotbench.campaigns.digests import file_sha256
+    from pitotbench.logbook.checks import airplane_of
+    from pitotbench.logbook.columns import START
+
+    name, channels = "in memory", {} if log is None else log.channels()
+    if isinstance(source, str | Path):
+        path = Path(source)  # of a file in a .zip, the digest is that of the .zip
+        there = next((each for each in (path, *path.parents) if each.exists()), path)
+        name, digest = path.name, file_sha256(there)
+    else:
+        digest = sha256(
+            b"".join(key.encode() + array.tobytes() for key, array in channels.items())
+        ).hexdigest()
+    if log is None:
+        return InputFile(role, name, digest)
+    speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
+    spans = [
+        np.quantile(each, (0.05, 0.95))
+        for each in (speed, air.pressure_altitude(log.static_pressure))
+    ]
+    airspeeds, heights = ((float(low), float(high)) for low, high in spans)
+    minutes, origin = (
+        float(log.time[-1] - log.time[0]) / 60.0,
+        "simulated" if log.simulated else "measured",
+    )
+    date = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
+    flight = ", ".join(filter(None, (airplane_of(log), date if "-" in date else "")))
+    return InputFile(
+        role, name, digest, len(log), minutes, origin, tuple(channels), airspeeds, heights, flight
+    )
+
+
+def settings_of(
+    options: "CalibrationOptions", stated: Collection[str], advised: Collection[str]
+) -> list[Choice]:
+    """Return every option of a calibration but the accuracies, which the answer holds, with who
+    chose it.
+    """
+    from pitotbench.units import KNOT
+
+    values = {f.name: getattr(options, f.name) for f in fields(options) if f.name != "accuracies"}
+    values["ground_speed_min"] = f"{options.ground_speed_min / KNOT:g} kt"
+    values["gps_latency"] = f"{options.gps_latency:g} s"
+    by = {**dict.fromkeys(advised, "mapping"), **dict.fromkeys(stated, "stated")}
+    plain = {"True": "yes", "False": "no", "None": "none"}
+    return [Choice(n, plain.get(str(v), str(v)), by.get(n, "default")) for n, v in values.items()]
+
+
+def flag_choice(name: str, value: str | None, default: str) -> Choice:
+    """Return the choice of a flag: what it states, else its default in words."""
+    return Choice(
+        name, default if value is None else value, "default" if value is None else "stated"
+    )
+
+
+@cache
+def _versions() -> Mapping[str, str]:
+    from pitotbench.campaigns.digests import NOT_DECIDING, package_digest
+    from pitotbench.version import __version__
+
+    own = f"{__version__} (code {package_digest(NOT_DECIDING)})"
+    return {
+        "pitotbench": own,
+        "Python": python_version(),
+        **{name: version(name) for name in _LIBRARIES},
+    }

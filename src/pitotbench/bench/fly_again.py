@@ -1,0 +1,158 @@
+"""Fly the card of a log again in the simulator, without and with the patch."""
+
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from math import atan2, hypot, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.campaigns.fleet import require_all, run_tasks
+from pitotbench.campaigns.flights import flown as fly_case
+from pitotbench.reconciliation.card_comparison import (
+    compare_cards,
+    control_activity_difference,
+    gust_difference,
+)
+from pitotbench.reconciliation.free_parameters import curve_of
+from pitotbench.reconciliation.layout import (
+    DAY,
+    Layout,
+    below_range_end,
+    check_log,
+    mean_wind_of,
+)
+from pitotbench.reconciliation.track import track_of
+from pitotbench.reconciliation.verdict import ShownFlight
+from pitotbench.records import BadInputError
+from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
+from pitotbench.records.gap import FlownAgain
+from pitotbench.records.log import FlightLog
+from pitotbench.records.maneuver import Maneuvers
+
+if TYPE_CHECKING:
+    pass
+
+
+# Difference from which another pilot is tried: two flights of one pilot differ by some 0.15.
+OTHER_PILOT = 0.3
+SAME_GUSTS = (
+    0.25  # difference of the logarithms below which other gusts are no reason for another motion
+)
+# Of each airplane, unpatched and patched, so that the differences between flights show chance.
+FLIGHTS = 3
+# The free parameters of the temperature, where no header states it: by its effect on the airplane,
+# and as measured
+TEMPERATURE_SIZE, MEASURED_TEMPERATURE_SIZE = f"{DAY} warmer_k", "temperature offset"
+CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
+SEED = 760_001  # truth and sensor seeds count up from here
+
+
+def fly_again(
+    log: FlightLog | Maneuvers, card: Case | None, effects: Sequence[EffectSpec]
+) -> FlownAgain:
+    """Compare a log with its card as the simulator flies it, in the wind of the log, without and
+    with effects.
+
+    Where the airplane of the log moves to and fro as under another hand than that of the card, in
+    gusts of the same strength, the card is flown by the pilot whose hand is nearest. Returns only a
+    reason where there is no card, or where it cannot be flown.
+    """
+    if isinstance(log, Maneuvers):
+        return FlownAgain(skipped="maneuvers have no card")
+    if card is None:
+        return FlownAgain(
+            skipped="no card: the header of the log holds none and --card was not given"
+        )
+    if log.segment is None:
+        return FlownAgain(
+            skipped="the log has no column `segment`: its parts cannot be matched to those of the "
+            "card"
+        )
+    slow = rates_for(card.das.air_rate)[
+        0
+    ]  # means of segments are compared, and the slowest rate gives them too
+    base = replace(card, wind=wind_of_log(log), effects=(), integration_rate=slow)
+    try:
+        found = _flights([base], effects)
+    except BadInputError as error:
+        return FlownAgain(skipped=f"the card cannot be flown: {error}")
+    pilot, (_, after) = base.pilot, found[base.pilot]
+    if (
+        control_activity_difference(log, after) > OTHER_PILOT
+        and gust_difference(log, after) < SAME_GUSTS
+    ):
+        with suppress(BadInputError):  # a card may be too hard for another pilot
+            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
+        pilot = min(found, key=lambda p: control_activity_difference(log, found[p][1]))
+    compared = compare_cards(log, *found[pilot])
+    return compared if pilot == base.pilot else replace(compared, pilot=pilot)
+
+
+def _flights(
+    cards: Sequence[Case], effects: Sequence[EffectSpec]
+) -> dict[str, tuple[list[FlightLog], list[FlightLog]]]:
+    """Flights of some cards by their pilots, without and with effects."""
+    numbers = range(SEED, SEED + FLIGHTS)
+    plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
+    patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
+    # Processes of their own take as long to load as these flights take; those of other pilots are
+    # more.
+    jobs = min(os.cpu_count() or 1, FLIGHTS) if len(cards) > 1 else 1
+    logs = require_all(run_tasks(fly_case, [*plain, *patched], jobs))
+    before, after = logs[: len(plain)], logs[len(plain) :] or logs
+    parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
+    return {
+        card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)
+    }
+
+
+def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
+    """Return a card with the error curve of a log and, where its header does not state the day, in
+    its temperature.
+
+    The free parameters say how much warmer the air is than on the card.
+    """
+    if card is None:
+        return card
+    layout = shown.block.layout
+    free = shown.block.equations.free_sizes(shown.fit.columns)
+    sizes = dict(zip(layout.free.names, free.tolist(), strict=True))
+    card = replace(card, pressure_error=error_curve_of(layout, sizes))
+    if TEMPERATURE_SIZE not in sizes:
+        return card
+    # A card counts from the standard day at its geometric height, a log from that at its pressure
+    # height. In warmer air a pressure lies higher, where the standard day is cooler.
+    height = air.pressure_altitude(layout.reference.clean["static_pressure"])
+    steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
+    measured = sizes.get(MEASURED_TEMPERATURE_SIZE, 0.0)  # a log may lack the thermometer
+    return replace(
+        card,
+        temperature_offset=card.temperature_offset + sizes[TEMPERATURE_SIZE] + steeper * measured,
+    )
+
+
+def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
+    """Return the error curve that a log shows, with `sizes` of its free parameters.
+
+    It reaches over the airspeeds of the log as they are after correction, and is constant beyond
+    them.
+    """
+    shown = layout.reference.clean["impact_pressure"][layout.measured]
+    indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
+    share = curve_of(indicated, (*layout.curves, sizes))
+    location = "static" if layout.setting.static_error else "impact"
+    speeds = air.calibrated_airspeed(indicated).tolist()
+    return PressureErrorSpec(
+        "table", airspeed=tuple(speeds), values=tuple(share.tolist()), location=location
+    )
+
+
+def wind_of_log(log: FlightLog) -> Wind:
+    """Return the mean wind of a log: ground velocity less velocity through the air."""
+    track = track_of(log, check_log(log).fresh)
+    north, east, _ = mean_wind_of(track, below_range_end(track, log))
+    return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

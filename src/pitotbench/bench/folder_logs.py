@@ -1,0 +1,119 @@
+"""Calibrate the logs of a folder or of a .zip file: each once, and one curve where they have one in
+common.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, sources_of
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.campaigns.fleet import progress
+from pitotbench.logbook.checks import airplane_of
+from pitotbench.logbook.columns import MAPPING, PARAMETERS
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
+from pitotbench.records.log import Caution, Choice, FlightLog
+
+if TYPE_CHECKING:
+    from pitotbench.calibration.flights import Known
+
+T = TypeVar("T", bound=OneLog)
+_SHOWN = 3  # logs left out that a warning names with their reason
+
+
+@dataclass(frozen=True, slots=True)
+class FolderAnswer(Generic[T]):
+    """A log of a folder with what was given for it, and its flights."""
+
+    given: T
+    log: FlightLog
+    flights: tuple[CalibratedFlight, ...]
+
+
+def calibrate_folder(
+    given: Sequence[T],
+    read: Callable[[T], FlightLog],
+    separately: bool = False,
+    report: Callable[[str], None] = lambda _: None,
+    label: str = "",
+    options: CalibrationOptions | None = None,
+    sources: Iterable[Source] = (),
+    flags: Iterable[Choice] = (),
+    published: tuple[PublishedCurve, ...] = (),
+    **choices: Any,
+) -> list[FolderAnswer[T]]:
+    """Calibrate those of several logs that have an answer; `report` a line on each.
+
+    They get one curve, or one each: `separately`, of several airplanes or recorders, with the
+    model `auto`, and where a log answers by its height alone. Each log is fitted once. A warning of
+    each answer names the logs that are left out. `label` is that of the progress shown; the other
+    parameters are those of `calibrate_each`. Raises BadInputError where no log has an answer.
+    """
+    known: Known = {}
+
+    def fit(answers: Sequence[tuple[T, FlightLog]]) -> tuple[CalibratedFlight, ...]:
+        several, logs = zip(*answers, strict=True)
+        files = [*sources_of("log", several, logs), *sources]
+        return calibrate_each(logs, options, None, files, flags, published, known, **choices)
+
+    found: list[FolderAnswer[T]] = []
+    left_out: list[str] = []
+    with progress(label, len(given)) as step:
+        for each in given:
+            name = Path(each).name if isinstance(each, str | Path) else "a log in memory"
+            try:
+                log = read(each)
+                found.append(FolderAnswer(each, log, fit([(each, log)])))
+                curve = found[-1].flights[0].calibration.curve
+                place = len(curve.indicated_airspeed) // 2
+                report(
+                    f"{name}: {curve.correction_kt[place]:+.2f} ± {curve.two_sigma_kt[place]:.2f} "
+                    f"kt at {curve.indicated_airspeed_kt[place]:.0f} KIAS"
+                )
+            except (BadInputError, NoAnswerError) as error:
+                reason = str(error).removeprefix(f"{each}: ")
+                left_out.append(f"{name}: {reason}")
+                report(f"{name}: left out: {reason}")
+            step()
+    report(f"{len(given)} logs, {len(found)} with an answer")
+    if not found:
+        raise BadInputError(f"none of its logs has an answer: {'; '.join(left_out[:_SHOWN])}")
+    by_height = [each for each in found if not any(key[0] == id(each.log) for key in known)]
+    common = [each for each in found if each not in by_height]
+    if len(common) > 1 and not separately and not _differ_in_recorder(common):
+        flights = fit([(each.given, each.log) for each in common])
+        found = [
+            replace(each, flights=tuple(flight for flight in flights if flight.place == place))
+            for place, each in enumerate(common)
+        ] + by_height
+    return [_warned(each, left_out) for each in found] if left_out else found
+
+
+def _differ_in_recorder(answers: Sequence[FolderAnswer[T]]) -> bool:
+    """Return whether logs have no curve in common: another recorder shows another airspeed."""
+    kinds = {
+        (airplane_of(log), *(str(log.header.get(name)) for name in (MAPPING, PARAMETERS)))
+        for log in (each.log for each in answers)
+    }
+    return len(kinds) > 1
+
+
+def _warned(answer: FolderAnswer[T], left_out: Sequence[str]) -> FolderAnswer[T]:
+    more = f" and {len(left_out) - _SHOWN} more" if len(left_out) > _SHOWN else ""
+    warning = Caution(
+        f"logs without an answer: {'; '.join(left_out[:_SHOWN])}{more}", "logs left out"
+    )
+    return replace(
+        answer,
+        flights=tuple(
+            replace(
+                each,
+                calibration=replace(
+                    each.calibration, warnings=(*each.calibration.warnings, warning)
+                ),
+            )
+            for each in answer.flights
+        ),
+    )

@@ -1,0 +1,1 @@
+"""Flights in numbers: the plan file, the workers, the store, the table of results."""

@@ -1,0 +1,453 @@
+"""The results of campaigns as a table, the files made of them, and one stored result flown again."""
+
+import ast
+import json
+import os
+import re
+import shutil
+import tomllib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pitotbench.calibration.options import options_from
+from pitotbench.campaigns.digests import file_sha256
+from pitotbench.campaigns.fleet import say
+from pitotbench.campaigns.store import (
+    INDEX,
+    PARTS,
+    STATES,
+    Document,
+    ResultStore,
+    all_columns,
+    row_columns,
+    rows_of,
+    sections_of,
+    stored,
+)
+from pitotbench.campaigns.task import Row, Task, perform_task
+from pitotbench.catalog import explain
+from pitotbench.logbook.columns import atomic, write_text
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.case import Case, DataSystem
+from pitotbench.records.case_file import case_of_table, write_case
+from pitotbench.show.markup import Section
+from pitotbench.show.reader_units import BENCH, Units
+
+# The results of campaigns as tables, made from the parts of a store. `results.parquet` holds the
+# rows of one plan, in its order, with the logs and cases of the folder next to it. The index of a
+# store holds the rows of all its results, with all fields of their cases: DuckDB, Polars and pandas
+# open it. It is made again where it is missing or cut, or lacks a part; a part that is replaced
+# removes it.
+
+RESULTS, STORE = "results.parquet", "store"
+SEAL = "index.sha256"  # next to the index: the digest of its file
+_EMPTY = pa.table(
+    {name: pa.array([], pa.string()) for name in ("flight", "name", "state", "reason")}
+)
+_GROUP = 10_000  # flights whose rows are in memory at a time
+_MOST_ANSWERS = 100  # short answers that a page shows; the table of results holds all
+_MOST_FAILURES = 1_000  # sentences that are printed and shown; the store holds all
+
+
+def require_own_folder(target: Path) -> None:
+    """Raise BadInputError for a folder that holds something else than a campaign."""
+    own = (target / RESULTS, target / STORE)
+    if target.exists() and (
+        not target.is_dir() or (any(target.iterdir()) and not any(path.exists() for path in own))
+    ):
+        raise BadInputError(
+            f"{target} exists and holds no campaign's results; choose another --out"
+        )
+
+
+@dataclass(slots=True)
+class Gathered:
+    """What the folder shows of the results: the number of rows, the failures in words, the parts of
+    the page.
+    """
+
+    rows: int = 0
+    failed: int = 0
+    failures: list[str] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)
+
+
+def gather(
+    folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]
+) -> Gathered:
+    """Write the rows of the tasks to the table of the folder, in the order of the plan; return what
+    the page needs.
+
+    An earlier table is replaced only where there is a row. The table of one plan is the same bit
+    for bit, however often it was interrupted and however many processes flew it.
+    """
+    found = Gathered()
+    groups = _groups(store, tasks, varied, found)
+    first = next(groups, None)
+    if first is None:
+        return found
+    with atomic(folder / RESULTS) as scratch:
+        table = _table(first)
+        with pq.ParquetWriter(scratch, table.schema) as writer:
+            writer.write_table(table)
+            for rows in groups:
+                writer.write_table(_table(rows).cast(table.schema))
+    return found
+
+
+def _table(rows: list[dict[str, Any]]) -> pa.Table:
+    return pa.Table.from_pandas(pd.DataFrame(rows), preserve_index=False)
+
+
+def _groups(
+    store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...], found: Gathered
+) -> Iterator[list[dict[str, Any]]]:
+    rows: list[dict[str, Any]] = []
+    flights = 0
+    for task in tasks:
+        document = store.find(task.key)
+        if document is None:
+            continue
+        found.failed += len(document["failures"])
+        found.failures += document["failures"][: max(_MOST_FAILURES - len(found.failures), 0)]
+        if len(found.sections) < _MOST_ANSWERS:
+            found.sections += [
+                each if task.draw else replace(each, html="") for each in sections_of(document)
+            ]
+        before = len(rows)
+        rows += _planned_rows(document, varied)
+        found.rows += len(rows) - before
+        flights += 1
+        if flights % _GROUP == 0 and rows:
+            yield rows
+            rows = []
+    if rows:
+        yield rows
+
+
+def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+    """Give the rows of a flight: the columns of the contract, the fields that the plan varies, and
+    its key.
+    """
+    columns = all_columns(document) if varied else {}
+    extra = {name: columns.get(name) for name in varied}
+    labeled = any(label for label, _ in document["calibrations"])
+    for row in rows_of(document):
+        label = {"calibration": row.calibration} if labeled else {}
+        yield {**row_columns(row), **label, **extra, "flight": document["key"]}
+
+
+def publish_files(folder: Path, store: ResultStore, tasks: Iterable[Task]) -> None:
+    """Make the folders of logs and of cases from the store. Those of an earlier campaign are
+    replaced.
+    """
+    fresh = {name: folder / f".{name}-new" for name in ("logs", "cases")}
+    for place in fresh.values():
+        shutil.rmtree(place, ignore_errors=True)
+        place.mkdir()
+    for task in tasks:
+        document = store.find(task.key)
+        if document is None:
+            continue
+        for name in document["logs"]:
+            _link(store.log(task.key, name), fresh["logs"] / f"{task.name}-{name}")
+        if task.keep_logs == "all":
+            write_text(fresh["cases"] / f"{task.name}.toml", write_case(task.case))
+    for name, place in fresh.items():
+        shutil.rmtree(folder / name, ignore_errors=True)
+        if any(place.iterdir()):
+            place.rename(folder / name)
+        else:
+            place.rmdir()
+
+
+def _link(source: Path, target: Path) -> None:
+    """Give a kept log its name in the folder, without a second copy where the disk can do that."""
+    with suppress(FileExistsError):
+        try:
+            os.link(source, target)
+        except FileExistsError:
+            raise
+        except OSError:
+            shutil.copyfile(source, target)
+
+
+def result_table(folders: Sequence[Path]) -> pd.DataFrame:
+    """Return the rows of all results of campaigns, failures included, each flight once.
+
+    The columns are those of results.parquet, all fields of the cases, the state and what made the
+    result. Raises BadInputError for a folder without a store.
+    """
+    for folder in folders:
+        if not (folder / STORE / PARTS).is_dir():
+            raise BadInputError(f"{folder}: holds no stored results of a campaign")
+    tables = [pd.read_parquet(_indexed(ResultStore(folder / STORE))) for folder in folders]
+    if len(tables) == 1:
+        return tables[0]
+    seen: set[str] = set()
+    for number, table in enumerate(tables):
+        tables[number] = table[~table.flight.isin(seen)]
+        seen |= set(table.flight)
+    return pd.concat(tables, ignore_index=True)
+
+
+def _indexed(store: ResultStore) -> Path:
+    """Return the index of a store, brought up to date. Raises BadInputError where it cannot be
+    written.
+    """
+    path, seal = store.folder / INDEX, store.folder / SEAL
+    keys = [*store.keys()]
+    if not _is_of(path, seal, keys):
+        groups = [
+            _table([*_indexed_rows(store, keys[at : at + _GROUP])])
+            for at in range(0, len(keys), _GROUP)
+        ]
+        # A field that only some flights have is empty for the others.
+        table = pa.concat_tables(groups or [_EMPTY], promote_options="permissive")
+        with atomic(path) as scratch:
+            pq.write_table(table, scratch, row_group_size=_GROUP)
+        write_text(seal, file_sha256(path))
+    return path
+
+
+def _is_of(path: Path, seal: Path, keys: list[str]) -> bool:
+    """Return whether the index is as it was written, and holds these parts."""
+    if not path.is_file():
+        return False
+    if not seal.is_file() or seal.read_bytes() != file_sha256(path).encode():
+        say(f"{path}: cut, changed or old; it is made again from the {len(keys):,} parts")
+        return False
+    return set(pd.read_parquet(path, columns=["flight"]).flight) == set(keys)
+
+
+def _indexed_rows(store: ResultStore, keys: list[str]) -> Iterator[dict[str, Any]]:
+    for key in keys:
+        document = store.find(key)
+        if document is None:
+            yield {"flight": key, "name": key, "state": "damaged", "reason": "damaged part"}
+            continue
+        common = _common(document)
+        rows = [row_columns(row) | {"calibration": row.calibration} for row in rows_of(document)]
+        yield from (common | row for row in rows or [{}])
+
+
+def _common(document: Document) -> dict[str, Any]:
+    made = document["made"]
+    columns = {
+        name: json.dumps(value) if isinstance(value, list) else value
+        for name, value in all_columns(document).items()
+    }
+    return columns | {
+        "flight": document["key"],
+        "name": document["name"],
+        "state": document["state"],
+        "reason": "; ".join(document["failures"]),
+        "code": made["code"],
+        "aircraft_files": made["aircraft"],
+        **{f"{name}_version": number for name, number in made["versions"].items()},
+        "host": made["host"],
+        "cpu_s": made["cpu_s"],
+        "wall_s": made["wall_s"],
+    }
+
+
+# What an expression for rows may hold: names, constants, comparisons and arithmetic. Any call could
+# run code.
+_ALLOWED = (
+    ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.UnaryOp, ast.Not, ast.Invert, ast.USub, ast.UAdd, ast.BinOp,
+    ast.BitAnd, ast.BitOr, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Compare, ast.cmpop, ast.Name, ast.Load,
+    ast.Constant, ast.List, ast.Tuple,
+)  # fmt: skip
+_QUOTED_NAME = re.compile(
+    r"`[\w. +-]*`"
+)  # of a column that is no name in Python, such as `das.gps_rate_hz`
+
+
+def _require_comparison(where: str) -> None:
+    """Raise ValueError for an expression that holds a call, an attribute or anything else that
+    could run code.
+    """
+    for node in ast.walk(ast.parse(_QUOTED_NAME.sub("column", where.strip()), mode="eval")):
+        if not isinstance(node, _ALLOWED):
+            raise ValueError(
+                "compare columns with numbers and texts only, with and, or, not, in, + - * /"
+            )
+
+
+def chosen_rows(table: pd.DataFrame, where: str | None, state: str | None) -> pd.DataFrame:
+    """Return the rows of a state for which an expression of pandas holds. Raises BadInputError for
+    a wrong one.
+    """
+    if state is not None:
+        if state not in STATES:
+            raise BadInputError(explain("state", state, list(STATES)))
+        table = table[table.state == state]
+    if where is None:
+        return table
+    try:
+        _require_comparison(where)
+        return table.query(where)
+    except Exception as error:  # pandas raises many kinds
+        raise BadInputError(f"--where {where!r}: {error}") from error
+
+
+def means(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
+    """Return the means of the numbers over all rows with the same values in the columns `by`, and
+    their count.
+    """
+    require_columns(table, by)
+    averaged = (
+        "minutes",
+        "residual_two_sigma_kt",
+        "two_sigma_kt",
+        "curve_rms_error_kt",
+        "curve_coverage",
+        "cpu_s",
+    )
+    numbers = [name for name in averaged if name in table.columns]  # failures alone have few
+    groups = table.groupby(list(by), sort=False)
+    return groups[numbers].mean().assign(rows=groups.size()).reset_index()
+
+
+def require_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
+    """Raise BadInputError for a name that is no column."""
+    for name in names:
+        if name not in table.columns:
+            raise BadInputError(explain("column", name, list(table.columns)))
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another
+    ending.
+
+    In a CSV, a text that a spreadsheet would take for a formula begins with an apostrophe.
+    """
+    if path.suffix not in (".parquet", ".csv"):
+        raise BadInputError(f"{path}: the name must end in .parquet or .csv")
+    with atomic(path) as scratch:
+        if path.suffix == ".parquet":
+            table.to_parquet(scratch, index=False)
+        else:
+            texts = table.select_dtypes(exclude=["number", "bool"])
+            inert = table.assign(**{str(name): texts[name].map(_inert) for name in texts})
+            inert.rename(columns=_inert).to_csv(scratch, index=False)
+
+
+def _inert(value: Any) -> Any:
+    formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
+    return f"'{value}" if formula else value
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """A stored flight and the same flight flown again: what made each, and the numbers that differ.
+
+    `differences` are lines with both numbers; empty where every number is the same bit for bit.
+    """
+
+    name: str
+    rows: int
+    stored: dict[str, Any]
+    here: dict[str, Any]
+    differences: tuple[str, ...]
+
+
+def reproduce(result: Path) -> Reproduction:
+    """Fly a stored result again in this process, and compare every number of its rows.
+
+    `result` is the folder of a campaign with the name or the key of a flight, such as
+    `out/circle-20_1/circle-seed1`, or the file of a part. Raises BadInputError where there is no
+    such result.
+    """
+    document = _document(result)
+    again, _ = stored(_task(document), perform_task(_task(document)))
+    before, after = rows_of(document), rows_of(again)
+    differences = tuple(_differences(before, after))
+    return Reproduction(document["name"], len(after), document["made"], again["made"], differences)
+
+
+def _document(result: Path) -> Document:
+    if result.suffix == ".json":
+        found = (
+            ResultStore(result.parents[2]).find(result.stem) if len(result.parents) > 2 else None
+        )
+    else:
+        store = ResultStore(result.parent / STORE)
+        found = store.find(result.name)
+        named = (document for key in [*store.keys()] if (document := store.find(key)) is not None)
+        found = found or next((each for each in named if each["name"] == result.name), None)
+    if found is None:
+        raise BadInputError(
+            f"{result}: no stored flight; give the folder of a campaign and a flight's name or key"
+        )
+    return found
+
+
+def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]]:
+    """Fly a stored result again and write its page, by default into the folder of its campaign.
+
+    Returns the file, and the numbers that differ from those stored, as `reproduce` does, which
+    raises the same.
+    """
+    document = _document(result)
+    task = replace(_task(document), draw=BENCH.words)
+    again, _ = stored(task, perform_task(task))
+    if not again["rows"]:
+        raise NoAnswerError("; ".join(again["failures"]))
+    rows, path = rows_of(again), target or result.with_name(f"{result.name}.html")
+    table = pd.DataFrame([row_columns(row) for row in rows])
+    write_text(path, page_of(task.case, table, sections_of(again), document["failures"]))
+    return path, tuple(_differences(rows_of(document), rows))
+
+
+def page_of(
+    first: Case,
+    table: pd.DataFrame,
+    sections: Sequence[Section],
+    failures: Sequence[str],
+    units: Units = BENCH,
+) -> str:
+    """Return the page of results in HTML, in the reader's units; `first` is the case of the first
+    flight.
+    """
+    from pitotbench.show.pages import (
+        campaign_page,
+    )  # it loads the drawing library, which only a page needs
+
+    seeds = table.seed.nunique()
+    subtitle = (
+        f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} "
+        "turbulence · "
+        f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.aircraft}"
+    )
+    return campaign_page(subtitle, table, sections, failures, write_case(first), units)
+
+
+def _task(document: Document) -> Task:
+    return Task(
+        document["name"],
+        document["key"],
+        case_of_table(tomllib.loads(document["case"])),
+        tuple(DataSystem(**system) for system in document["das"]),
+        tuple((label, options_from(options)) for label, options in document["calibrations"]),
+        keep_logs="none",
+    )
+
+
+def _differences(before: tuple[Row, ...], after: tuple[Row, ...]) -> Iterator[str]:
+    if len(before) != len(after):
+        yield f"rows: {len(before)} stored, {len(after)} now"
+    for old, new in zip(before, after, strict=False):
+        place = f"{old.das} {old.model} {old.calibration}".strip()
+        for (name, was), now in zip(
+            row_columns(old).items(), row_columns(new).values(), strict=True
+        ):
+            if was != now and not (was != was and now != now):  # NaN equals NaN here
+                yield f"{place} {name}: {was} stored, {now} now"

@@ -1,0 +1,1 @@
+"""Compare, identify and measure flight models; nothing of a calibration imports them."""

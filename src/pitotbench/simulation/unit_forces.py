@@ -1,0 +1,178 @@
+"""Measure the forces of terms, and what a unit of force or moment along each axis changes.
+
+Aerodynamic forces add. The change by any function of force is therefore the sum over the
+axes of its value times this unit change, so that one pass over the states serves all effects that
+add such functions.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
+from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, UnitForces
+from pitotbench.simulation.force_meter import CALLS, Rig, read_zero, visit_states
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.variant import on_branch
+from pitotbench.units import FOOT, SLUG, Array
+
+# Not LIFT: functions of drag may read the lift, so that it does not simply add.
+AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
+LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far above rounding
+
+
+# What the air alone does to the airplane, in body axes about its center of gravity [lb, lb ft].
+AERO_FORCES = (
+    *(f"forces/fb{axis}-aero-lbs" for axis in "xyz"),
+    *(f"moments/{axis}-aero-lbsft" for axis in "lmn"),
+)
+ALPHA_RATE = "aero/alphadot-rad_sec"
+UNIT_AXES = ("LIFT", *AXES)
+
+
+def _path(axis: str) -> str:
+    return size("unit_force", axis.lower())
+
+
+def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
+    """Return the overlay that a plant needs for this measurement: a force of any size along each
+    axis.
+    """
+    return Overlay(
+        sizes=tuple((_path(axis), 0.0) for axis in axes),
+        functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in axes),
+    )
+
+
+def _unit_changes(
+    plant: Plant, axes: Sequence[str], read: Callable[[], Array], base: Array
+) -> Array:
+    """Return the change of a reading, whose value is `base`, by a unit of each axis in this state,
+    (a, 6).
+    """
+    changes = np.empty((len(axes), 6))
+    for change, axis in zip(changes, axes, strict=True):
+        path = on_branch(plant.branch, _path(axis))
+        plant.set(path, LOAD)
+        for _ in range(CALLS):
+            plant.run_initial_conditions()
+        change[:] = (read() - base) / LOAD
+        plant.set(path, 0.0)
+    return changes
+
+
+def measure_terms(
+    plant: Plant, motion: Motion, names: Iterable[str], axes: Sequence[str] = UNIT_AXES
+) -> AeroTerms:
+    """Return the aerodynamic forces of a model along a measured motion, and the values of some of
+    its functions.
+
+    Engines and mass do not matter: the forces are those of the air alone. Parameters: plant,
+    freshly loaded with the `unit_overlay` of the axes; motion, the measured states, whose mass
+    is not used; names of functions. Raises SimulationError where JSBSim refuses a state or the
+    engines do not start.
+    """
+    rig = Rig.set_up(
+        plant, replace(motion, mass=np.full(len(motion.time), plant.get("mass"))), plant.get("mass")
+    )
+    known = tuple(sorted(names))
+    forces = [plant.getter(path)[0] for path in AERO_FORCES]
+    reads = [plant.getter(name)[0] for name in (*known, ALPHA_RATE)]
+    total, values = np.empty((len(motion.time), 6)), np.empty((len(reads), len(motion.time)))
+    units = np.empty((len(axes), len(motion.time), 6))
+    for k in range(len(motion.time)):
+        for _ in range(CALLS):
+            rig.place(k)
+        total[k] = [read() for read in forces]
+        values[:, k] = [read() for read in reads]
+        units[:, k] = _unit_changes(
+            plant, axes, lambda: np.array([read() for read in forces]), total[k]
+        )
+    size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
+    return AeroTerms(
+        total=total,
+        units=dict(zip(axes, units, strict=True)),
+        values=dict(zip(known, values[:-1], strict=True)),
+        alpha_rate=values[-1],
+        wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),
+        inertia=inertia_of(plant),
+        mass=plant.get("mass"),
+    )
+
+
+def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
+    """Return the moments of inertia about the body axes, and the product of inertia ∫xz dm
+    [kg m²]: Ixx, Iyy, Izz, Ixz.
+
+    JSBSim's property `ixz` is an element of the tensor of inertia, and so the negative of the
+    product of inertia.
+    """
+    read = [plant.get(f"inertia/{part}-slugs_ft2") for part in ("ixx", "iyy", "izz", "ixz")]
+    ixx, iyy, izz, element = (each * SLUG * FOOT**2 for each in read)
+    return ixx, iyy, izz, -element
+
+
+def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:
+    """Return the forces, power, weight and inertia of a model along a measured motion, engines
+    running.
+
+    Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first
+    state: as much fuel is taken out of the tanks; names of functions, of which those that the model
+    has are read. Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    """
+    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
+    loaded = plant.get("mass")
+    rig = Rig.set_up(plant, replace(motion, mass=motion.mass - motion.mass[0] + loaded), loaded)
+    known = tuple(sorted(name for name in names if plant.serves(name)))
+    engines = [path.removesuffix("set-running") for path in plant.engines]
+    powers = [f"{path}{kind}" for path in engines for kind in ("thrust-lbs", "power-hp")]
+    outside = [path.replace("-aero-", "-external-") for path in AERO_FORCES]
+    turned = [path.replace("-aero-", "-prop-") for path in AERO_FORCES[3:]]
+    paths = [*AERO_FORCES, *outside, *turned, *powers, *_BODY, *known]
+    reads = [plant.getter(path)[0] if plant.serves(path) else read_zero for path in paths]
+    rows = np.empty((len(motion.time), len(paths)))
+    for k in visit_states(rig, motion, CALLS + 1):
+        rows[k] = [read() for read in reads]
+    rows[:, 3:6] += rows[:, 12:15]
+    engine, body = rows[:, 15 : 15 + len(powers)], rows[:, 15 + len(powers) :]
+    return ModelForces(
+        air=rows[:, :6] + rows[:, 6:12],
+        thrust=engine[:, ::2].sum(axis=1),
+        power=engine[:, 1::2].sum(axis=1),
+        weight=body[:, 0],
+        gravity_center=body[:, 1],
+        inertia=body[:, 2:6],
+        values=dict(zip(known, body[:, len(_BODY) :].T, strict=True)),
+        wing=tuple(
+            plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")
+        ),
+    )
+
+
+_BODY = (
+    *("inertia/weight-lbs", "inertia/cg-x-in"),
+    *(f"inertia/{part}-slugs_ft2" for part in ("ixx", "iyy", "izz", "ixz")),
+)
+
+
+def measure_unit_forces(
+    plant: Plant, motion: Motion, loaded_mass: float, paths: Iterable[str]
+) -> UnitForces:
+    """Return the changes by unit forces along a measured motion, and the properties at `paths`.
+
+    The engines are frozen. Parameters and errors are those of `measure`; the plant has the
+    `unit_overlay`.
+    """
+    rig = Rig.set_up(plant, motion, loaded_mass)
+    names = sorted(paths)
+    reads = [plant.getter(name)[0] for name in names]
+    changes = np.empty((len(AXES), len(motion.time), 6))
+    values = np.empty((len(names), len(motion.time)))
+    for k in visit_states(rig, motion, CALLS, engines_run=False):
+        values[:, k] = [read() for read in reads]
+        changes[:, k] = _unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6])
+    return UnitForces(
+        changes=dict(zip(AXES, changes, strict=True)),
+        properties=dict(zip(names, values, strict=True)),
+    )

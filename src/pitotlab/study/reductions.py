@@ -1,0 +1,485 @@
+"""The settings in which the study flies, its reductions of a flight, and the changes of a log that
+a reduction asks for.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.campaigns.flights import wind_toward
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
+from pitotbench.pressure_error import PAPER_MODELS
+from pitotbench.records.case import Case, DataSystem, EffectSpec, PressureErrorSpec, Wind
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import SYSTEMS, data_system
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
+from pitotbench.timeline import gaps
+from pitotbench.units import DEGREE, FOOT, KNOT, Array
+
+NAMES = {
+    "step_decrease": "Step Decrease",
+    "circle": "Circle",
+    "rapid_decel": "Rapid Decel",
+    "race_track": "Race Track",
+    "four_leg": "4-Leg",
+    "step_both_ways": "Step Decrease both ways",
+}
+PAPER_ORDER = tuple(NAMES)[:5]  # smallest 2σ first (Martos et al. 2011, III.E)
+
+
+def named(
+    row: Callable[[str], dict[str, object]], maneuvers: Sequence[str] = PAPER_ORDER
+) -> pd.DataFrame:
+    """Return a table with one line for each maneuver, by its name."""
+    return pd.DataFrame([{"maneuver": NAMES[m], **row(m)} for m in NAMES if m in maneuvers])
+
+
+MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT
+SIDESLIP_ERROR = (
+    0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe next to the fuselage
+)
+TURNING = 10.0 * DEGREE  # of bank: above it the airplane turns
+Change = Callable[[Flight, float], Flight]
+
+
+def _none(flight: Flight, level: float) -> Flight:
+    return flight
+
+
+def _with(flight: Flight, **channels: Array) -> Flight:
+    return replace(flight, channels={**flight.channels, **channels})
+
+
+def _with_wind(flight: Flight, speed: Array, direction: float) -> Flight:
+    """Return the flight with more wind toward a direction [rad], of a speed [m/s] at each sample."""
+    north, east = speed * np.cos(direction), speed * np.sin(direction)
+    return _with(
+        flight,
+        velocity_north=flight["velocity_north"] + north,
+        velocity_east=flight["velocity_east"] + east,
+    )
+
+
+def _direction(flight: Flight) -> float:
+    """Draw a direction [rad] from the seed, so that it does not depend on the maneuver's headings."""
+    return float(np.random.default_rng([flight.case.truth_seed, 83]).uniform(0.0, 2.0 * np.pi))
+
+
+def wind_change(flight: Flight, knots_a_minute: float) -> Flight:
+    """Return the flight in a wind that grows steadily with time toward a random direction."""
+    since = (flight["time"] - flight["time"].mean()) / MINUTE
+    return _with_wind(flight, knots_a_minute * KNOT * since, _direction(flight))
+
+
+def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
+    """Return the flight in a wind that grows with altitude toward a random direction."""
+    above = (flight["altitude"] - flight["altitude"].mean()) / HUNDRED_FEET
+    return _with_wind(flight, knots_a_hundred_feet * KNOT * above, _direction(flight))
+
+
+def vertical_speed(flight: Flight, times: float) -> Flight:
+    """Return the flight at the same airspeed with the vertical speed multiplied and less ground
+    speed.
+    """
+    wind = wind_toward(flight.case.wind)
+    north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
+    down = flight["velocity_down"]
+    level, steeper = np.hypot(north, east), np.clip(times * down, -20.0, 20.0)
+    shrink = np.sqrt(np.maximum(level**2 + down**2 - steeper**2, 0.0)) / level
+    return _with(
+        flight,
+        velocity_north=wind[0] + shrink * north,
+        velocity_east=wind[1] + shrink * east,
+        velocity_down=steeper,
+    )
+
+
+def steady_sideslip(flight: Flight, degrees: float) -> Flight:
+    """Return the flight with a constant sideslip; the probe loses `SIDESLIP_ERROR` of q_c a degree
+    squared.
+    """
+    return _slipping(flight, np.full(len(flight), degrees))
+
+
+def sideslip_in_turns(flight: Flight, degrees: float) -> Flight:
+    """Return the flight with sideslip in turns only, as without rudder: where the bank is above ten
+    degrees.
+    """
+    return _slipping(flight, np.where(np.abs(flight["roll"]) > TURNING, degrees, 0.0))
+
+
+def _slipping(flight: Flight, degrees: Array) -> Flight:
+    impact = flight["total_pressure"] - flight["static_pressure"]
+    return _with(
+        flight, total_pressure=flight["total_pressure"] - SIDESLIP_ERROR * degrees**2 * impact
+    )
+
+
+def twice_the_rate(flight: Flight, level: float) -> Flight:
+    """Return the flight with one more sample between every two, for systems faster than the
+    simulator.
+
+    The frequencies of the air data are far below the simulator's Nyquist frequency of 50 Hz, so
+    linear interpolation is accurate enough.
+    """
+    time = flight["time"]
+    near = np.setdiff1d(np.arange(len(time) - 1), gaps(time) - 1)  # rows without a gap after them
+
+    def between(values: Array) -> Array:
+        return np.insert(values, near + 1, 0.5 * (values[near] + values[near + 1]))
+
+    circular = {"heading": np.unwrap(flight["heading"])}
+    channels = {name: between(values) for name, values in {**flight.channels, **circular}.items()}
+    order = np.insert(np.arange(len(time)), near + 1, near)
+    return Flight(flight.case, channels, flight.segment[order], flight.on_condition[order])
+
+
+def _truth(spec: PressureErrorSpec) -> Change:
+    return lambda flight, level: replace(flight, case=replace(flight.case, pressure_error=spec))
+
+
+def error_size(flight: Flight, times: float) -> Flight:
+    """Return the flight with its pressure error multiplied."""
+    spec = flight.case.pressure_error
+    larger = replace(spec, parameters=tuple(times * k for k in spec.parameters))
+    return replace(flight, case=replace(flight.case, pressure_error=larger))
+
+
+# Where a curve has a knee, as of a static source behind a flap.
+_KNEE = tuple(knots * KNOT for knots in (90.0, 110.0, 120.0, 130.0, 170.0))
+
+CHANGES: Catalog[Change] = Catalog(
+    "change",
+    {
+        "none": _none,
+        "wind change": wind_change,
+        "shear": shear,
+        "vertical speed": vertical_speed,
+        "steady sideslip": steady_sideslip,
+        "sideslip in turns": sideslip_in_turns,
+        "twice the rate": twice_the_rate,
+        "error size": error_size,
+        "constant truth": _truth(PressureErrorSpec(model="bias", parameters=(-0.02,))),
+        "linear truth": _truth(PressureErrorSpec(model="linear", parameters=(0.03, -0.025))),
+        "quadratic truth": _truth(
+            PressureErrorSpec(model="quadratic", parameters=(0.08, -0.09, 0.02))
+        ),
+        "knee truth": _truth(
+            PressureErrorSpec(
+                model="table", airspeed=_KNEE, values=(0.01, 0.01, -0.01, -0.02, -0.02)
+            )
+        ),
+    },
+)
+
+
+# The paper's case is stated in full, so that no default of the calibrator changes it. The error is
+# in the impact pressure alone (so no altitude equation), no sensor has a constant error, the wind
+# is constant, the clocks agree.
+COVERING = CalibrationOptions(
+    model="inverse+", method="covering", error_location="impact", wind="constant", latency="given",
+    accuracies=Accuracies(),
+)  # fmt: skip
+PAPER = replace(COVERING, method="paper", robust=False)  # as published: every row counts
+EITHER_WAY = tuple(replace(PAPER, use_down=down) for down in (True, False))
+_SIMULATED = 100.0  # Hz
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction:
+    """A data system, the options of the fit, and a change of the flight before it is sensed.
+
+    `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of
+    the impact pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to
+    the log of any system. `alone` leaves the noise of the impact pressure alone, as in the paper:
+    every other sensor is exact. `form` is `scalar` (one output, airspeed) or `vector` (the
+    components of ground velocity, by the paper's method).
+    """
+
+    das: str = "50/50"
+    options: CalibrationOptions = PAPER
+    change: str = "none"
+    level: float = 0.0
+    noise: float = 1.0
+    gps_noise: float = 1.0
+    given_down: bool = False
+    alone: bool = False
+    form: str = "scalar"
+
+    @property
+    def sensing(self) -> tuple[object, ...]:
+        """The fields that determine the log. Reductions with the same fields share one log."""
+        return tuple(
+            getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form")
+        )
+
+
+def sense_for(flight: Flight, reduction: Reduction) -> tuple[Flight, FlightLog]:
+    """Return the flight with the change of a reduction, and its log. Twice the simulator's rate is
+    allowed.
+
+    Raises BadInputError for impossible rates, UnknownNameError for an unknown change.
+    """
+    system = _exact(_system(reduction.das)) if reduction.alone else _system(reduction.das)
+    changed = CHANGES[reduction.change](flight, reduction.level)
+    if system.air_rate > _SIMULATED:
+        changed = CHANGES["twice the rate"](changed, 0.0)
+    noisy = replace(
+        system,
+        impact_pressure_noise=reduction.noise * system.impact_pressure_noise,
+        velocity_noise=reduction.gps_noise * system.velocity_noise,
+    )
+    return changed, record(
+        changed, noisy, flight.case.sensor_seed, True if reduction.given_down else None
+    )
+
+
+def _exact(system: DataSystem) -> DataSystem:
+    """Return a data system in which only the impact pressure has noise, and no sensor rounds."""
+    names = [f.name for f in fields(system) if f.name.endswith(("_noise", "_resolution"))]
+    exact: dict[str, Any] = {name: 0.0 for name in names if name != "impact_pressure_noise"}
+    return replace(system, **exact)
+
+
+def _system(das: str) -> DataSystem:
+    """Return a data system for rates up to 200 Hz, with the noise of the same kind of system at 100
+    Hz.
+    """
+    air, gps = (float(part) for part in das.split("/"))
+    if air <= _SIMULATED:
+        return data_system(das)
+    known = data_system(f"{_SIMULATED:g}/{min(gps, _SIMULATED):g}")
+    return replace(known, air_rate=air, gps_rate=gps)
+
+
+SPECIFICATION = 0.1  # times the injected noise gives that of the instrument's specification
+BOTH_WAYS = "step_both_ways"  # Step Decrease with every speed on both headings
+STEEPER = (4.0, 8.0, 12.0, 16.0, 24.0)
+STEEP = 12.0  # times the vertical speed: the one at which data rates are compared
+ALIKE = 0.5  # times the noise of a receiver alone gives that of an integrated solution
+FIXED_POWER = "fixed power"  # the variant of Circle that the paper's pilot flew
+ERROR_SIZES = (0.25, 0.5, 2.0)  # times the default pressure error, which was chosen with C5 in view
+ERROR_SHAPES = ("linear truth", "quadratic truth", "knee truth")
+
+
+@dataclass(frozen=True, slots=True)
+class StudySetting:
+    """The air and the pilot. `rare` settings only explain a result and are flown for a fifth of the
+    seeds.
+    """
+
+    turbulence: str
+    pilot: str
+    what: str
+    rare: bool = False
+    effects: tuple[EffectSpec, ...] = ()
+    flown: tuple[str, ...] = PAPER_MANEUVERS
+    wind: float | None = None  # kt, the wind of the case unless given
+
+
+# The airplane differed from the simulator (Martos et al. 2011, II.B, III.A): it had a pod under the
+# belly, and its turns needed more power. The sizes are the typical ones of the effects table. An
+# effect not in it is omitted.
+_AIRPLANE = (
+    EffectSpec("belly_pod", {"drag_area_m2": 0.1}),
+    EffectSpec("turn_drag", {"coefficient_at_30deg": 0.005}),
+)
+AIRPLANE_EFFECTS = tuple(effect for effect in _AIRPLANE if effect.name in EFFECTS)
+AIRPLANE_FLOWN = ("step_decrease", "race_track", "four_leg", "rapid_decel")
+
+SETTINGS: Catalog[StudySetting] = Catalog(
+    "setting",
+    {
+        "smooth": StudySetting("none", "good", "smooth air, constant wind, a good pilot: as the "
+                                               "paper's simulator"),
+        "light": StudySetting("light", "good", "light turbulence, a good pilot"),
+        "autopilot": StudySetting("none", "none", "smooth air, no wind, the autopilot "
+                                                  "alone", rare=True, wind=0.0),
+        "busy": StudySetting("none", "busy", "smooth air, a busy pilot", rare=True),
+        "airplane": StudySetting(
+            "light", "good", "light turbulence, a good pilot, the airplane's "
+                             "effects", True, AIRPLANE_EFFECTS,
+            AIRPLANE_FLOWN,
+        ),
+        "moderate": StudySetting("moderate", "good", "moderate turbulence, a good "
+                                                     "pilot", rare=True),
+    },
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Sortie:
+    """One flight of the study and the reductions of it; `variant` is the name of an unusual card."""
+
+    setting: str
+    case: Case
+    reductions: tuple[Reduction, ...]
+    variant: str = "standard"
+    track: bool = False
+    curves: bool = False
+
+
+def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
+    """Return the case of a setting, maneuver and seed, with other changes."""
+    air = SETTINGS[setting]
+    case = Case(
+        maneuver=maneuver,
+        turbulence=air.turbulence,
+        pilot=air.pilot,
+        effects=air.effects,
+        truth_seed=seed,
+        sensor_seed=seed,
+    )
+    if air.wind is not None:
+        case = replace(case, wind=Wind(speed=air.wind * KNOT))
+    return replace(case, **changes)  # type: ignore[arg-type]
+
+
+# Unusual cards: the name, the maneuver, and the changed numbers.
+VARIANTS = (
+    ("six speeds", "four_leg", {"speeds_kt": (160.0, 148.0, 136.0, 124.0, 112.0, 100.0)}),
+    ("long steps", "step_decrease", {"step_time_s": 20.0}),
+)
+
+
+FLOWN_BY_PITCH = (
+    "smooth",
+    "light",
+    "autopilot",
+    "busy",
+)  # Circle at fixed power; the last two are rare
+
+
+def main_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions of every claim: data systems, models, V_down, turns, and the covering bound."""
+    reductions = []
+    for das in SYSTEMS:
+        reductions += [
+            Reduction(das, replace(one, on_condition=on))
+            for one in EITHER_WAY
+            for on in (False, True)
+        ]
+        reductions += [Reduction(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
+        reductions += [Reduction(das, COVERING)]
+    reductions += [Reduction("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
+    return tuple(reductions)
+
+
+def pooled_reductions() -> tuple[Reduction, ...]:
+    """Return the fits of ground velocity as two and as three outputs, with noise on the impact
+    pressure alone.
+
+    All data at each data system, and on-condition data at 50/50 Hz.
+    """
+    pooled = partial(Reduction, given_down=True, alone=True, form="vector")
+    every = [pooled(das, one) for das in SYSTEMS for one in EITHER_WAY]
+    return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in EITHER_WAY))
+
+
+def other_errors() -> tuple[Reduction, ...]:
+    """Return the fits of every model to pressure errors that were not chosen for a claim."""
+    models = [replace(PAPER, model=model) for model in PAPER_MODELS]
+    sizes = [
+        Reduction("50/50", one, "error size", times) for times in ERROR_SIZES for one in models
+    ]
+    return (*sizes, *(Reduction("50/50", one, shape) for shape in ERROR_SHAPES for one in models))
+
+
+def explaining_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions that explain C2, C5, C7 and C8.
+
+    They have less noise, steeper paths with and without V_down, ground velocity as outputs, and
+    other errors.
+    """
+    quiet = [Reduction(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
+    steep = [
+        Reduction("50/50", one, "vertical speed", times) for times in STEEPER for one in EITHER_WAY
+    ]
+    slow = [Reduction("20/1", one, "vertical speed", STEEP, given_down=True) for one in EITHER_WAY]
+    vector = [Reduction("50/50", one, form="vector") for one in EITHER_WAY]
+    return (
+        *quiet,
+        *steep,
+        *slow,
+        *vector,
+        *quiet_reductions(),
+        *pooled_reductions(),
+        *other_errors(),
+        STRAIGHT,
+    )
+
+
+STRAIGHT = Reduction(
+    "20/1", replace(PAPER, model="quadratic", on_condition=True)
+)  # like the airplane's data
+
+
+def quiet_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions with and without V_down, with the specified noise of pressure and velocity."""
+    return tuple(
+        Reduction("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY
+    )
+
+
+def rare_reductions() -> tuple[Reduction, ...]:
+    """Return the reductions of a rare setting."""
+    held = tuple(Reduction(das, one) for das in SYSTEMS for one in EITHER_WAY)
+    return (*held, STRAIGHT, Reduction("50/50", COVERING))
+
+
+def airplane_reductions() -> tuple[Reduction, ...]:
+    """Return reductions with the airplane's data system and model, with and without turns, by both
+    methods.
+    """
+    options = [replace(method, model="quadratic") for method in (PAPER, COVERING)]
+    return tuple(
+        Reduction("20/1", replace(one, on_condition=straight))
+        for one in options
+        for straight in (True, False)
+    )
+
+
+def _reductions(name: str, rare: bool) -> tuple[Reduction, ...]:
+    if name == "airplane":
+        return airplane_reductions()
+    if SETTINGS[name].rare:
+        return (*rare_reductions(), *(quiet_reductions() if name == "busy" else ()))
+    more = {"smooth": explaining_reductions() if rare else (), "light": (STRAIGHT,)}
+    return (*main_reductions(), *more.get(name, ()))
+
+
+def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
+    """Return the flights of a seed that the claims need, with `rare` also those of rare settings."""
+    for name, setting in SETTINGS.items():
+        if setting.rare and not rare:
+            continue
+        for maneuver in setting.flown:
+            track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
+            yield Sortie(
+                name,
+                case_of(name, maneuver, seed),
+                _reductions(name, rare),
+                track=track,
+                curves=curves,
+            )
+    plain = (*(Reduction(das) for das in SYSTEMS), Reduction("50/50", COVERING))
+    if rare:
+        models = tuple(Reduction("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
+        for name in ("smooth", "light"):
+            yield Sortie(
+                name, case_of(name, BOTH_WAYS, seed), (*models, Reduction("50/50", COVERING))
+            )
+    for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
+        yield Sortie(
+            name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER
+        )
+    for variant, maneuver, card in VARIANTS:
+        yield Sortie("smooth", case_of("smooth", maneuver, seed, card=card), plain, variant)

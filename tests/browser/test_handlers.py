@@ -28,6 +28,7 @@ from pitotbench.browser.words import state_of
 from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
+from pitotbench.cli.app import command_line
 from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
 from pitotbench.records.log import HeldFlight
@@ -485,13 +486,9 @@ def test_a_page_that_nobody_looks_at_ends() -> None:
 
 
 def test_without_bokeh_the_command_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    import argparse
-
     monkeypatch.setattr(open_command, "find_spec", lambda name: None)
-    parser = argparse.ArgumentParser()
-    open_command.add(parser)
     with pytest.raises(BadInputError, match=r"pip install 'pitotbench\[open\]'"):
-        open_command.run(parser.parse_args([]))
+        open_command.run(command_line().parse_args(["open"]))
 
 
 def test_a_request_is_the_command_that_gives_the_same() -> None:

@@ -18,21 +18,33 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError, error_words
 from pitotbench.show.columns import printable
 
-# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and
+# The table of commands: a new command is one file with its `FLAGS` and `run(options) -> int`, and
 # one line here. A module is named by a string, so that only the module of the chosen command is
 # loaded.
 
 
-# Not a dataclass: that import takes longer than all else that `--help` needs.
+# No dataclasses: that import takes longer than all else that `--help` needs.
+class Flag(NamedTuple):
+    """A flag or an argument of a command, as `add_argument` takes it."""
+
+    names: tuple[str, ...]
+    settings: dict[str, Any]
+
+
+def flag(*names: str, **settings: Any) -> Flag:
+    """A flag by its names and its settings: those of `ArgumentParser.add_argument`."""
+    return Flag(names, settings)
+
+
 class Command(NamedTuple):
-    """A command: its name, its module, its description in one line, and the functions for flags and
-    run.
+    """A command: its name, its module, its description in one line, and the names of its flags and
+    of the function that runs it.
     """
 
     name: str
     module: str
     summary: str
-    add: str = "add"
+    flags: str = "FLAGS"
     run: str = "run"
 
 
@@ -68,7 +80,7 @@ COMMANDS = (
         "reproduce",
         "pitotbench.cli.results",
         "fly one stored result again, and compare",
-        "add_reproduce",
+        "REPRODUCE_FLAGS",
         "run_reproduce",
     ),
     Command("open", "pitotbench.cli.open", "a page in the browser: drop a log, see the answer"),
@@ -80,7 +92,7 @@ COMMANDS = (
         "completion",
         "pitotbench.cli.app",
         "print the script with which bash, zsh or fish completes",
-        "add_completion",
+        "COMPLETION_FLAGS",
         "run_completion",
     ),
 )
@@ -160,7 +172,8 @@ class CommandParser(OneLineParser):
         """Load the command's module and add its flags, unless that is done."""
         if self.get_default("run") is None:
             module = import_module(self._command.module)
-            getattr(module, self._command.add)(self)
+            for each in getattr(module, self._command.flags):
+                self.add_argument(*each.names, **each.settings)
             self.set_defaults(run=getattr(module, self._command.run))
 
 
@@ -312,9 +325,7 @@ def _explain(error: BaseException) -> tuple[int, str]:
 SHELLS = ("bash", "zsh", "fish")
 
 
-def add_completion(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench completion`."""
-    parser.add_argument("shell", choices=SHELLS, help="the shell; the script is printed")
+COMPLETION_FLAGS = (flag("shell", choices=SHELLS, help="the shell; the script is printed"),)
 
 
 def run_completion(options: argparse.Namespace) -> int:

@@ -6,14 +6,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
-    add_shared,
     mapping_source,
     read_choices,
     read_logs,
     require_page,
     require_table,
     say,
+    shared,
     stated_accuracies,
     stated_part,
     tell,
@@ -33,88 +34,78 @@ _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench calibrate`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "logs",
         nargs="+",
         type=Path,
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
-    )
-    parser.add_argument(
-        "--model", help="pressure-error model (default: the mapping's, else smooth)"
-    )
-    add_shared(parser, "mapping", "part", "temperature", "sensor", "accuracy")
-    parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
-    parser.add_argument(
-        "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
-    )
-    parser.add_argument(
-        "--on-condition", action="store_true", help="use only rows flagged on condition"
-    )
-    parser.add_argument(
-        "--no-down", action="store_true", help="do not use the vertical GPS velocity"
-    )
-    parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
-    parser.add_argument("--method", help="covering or paper (default: covering)")
-    parser.add_argument(
+    ),
+    flag("--model", help="pressure-error model (default: the mapping's, else smooth)"),
+    *shared("mapping", "part", "temperature", "sensor", "accuracy"),
+    flag("--mach-max", type=float, help="leave out rows above this Mach number"),
+    flag("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"),
+    flag("--on-condition", action="store_true", help="use only rows flagged on condition"),
+    flag("--no-down", action="store_true", help="do not use the vertical GPS velocity"),
+    flag("--no-altitude", action="store_true", help="do not use the height by GPS"),
+    flag("--method", help="covering or paper (default: covering)"),
+    flag(
         "--error-location",
         help="auto (by GPS height where the log has it), static, total or impact (as published) "
         "(default: the "
         "mapping's, else auto)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--wind",
         help="constant, checked (constant or changing, averaged by evidence; drifting in a long "
         "flight), linear "
         "(in time and height) or drifting (default: checked)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` "
         "(default)",
-    )
-    parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
-    parser.add_argument(
+    ),
+    flag("--all-rows", action="store_true", help="keep faulty rows"),
+    flag(
         "--separately",
         action="store_true",
         help="a curve for each of several logs, not one for all",
-    )
-    parser.add_argument(
-        "-v", "--verbose", action="store_true", help="print every point of the curve and the fit"
-    )
-    parser.add_argument(
+    ),
+    flag("-v", "--verbose", action="store_true", help="print every point of the curve and the fit"),
+    flag(
         "--limit",
         default="auto",
         help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude "
         "for each 100 kt) "
         "(default: far23 below Mach 0.6, else far25, where the curve reaches 60 kt)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--params",
         metavar="AUTOPILOT",
         help="also the parameters to set: ardupilot or px4, with the old values where the log has "
         "none "
         "(px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "-o",
         dest="parameter_file",
         type=Path,
         metavar="FILE",
         help="also write the parameters of --params as a file that the ground station loads: "
         ".param of ArduPilot (Mission Planner, MAVProxy), .params of PX4 (QGroundControl)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--handbook",
         type=Path,
         metavar="TABLE.csv",
         help="compare the curve with that of a handbook: columns KIAS, KCAS and, where it has "
         "several, configuration",
-    )
-    parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
-    add_shared(parser, "report", "record", "table", "units", "json")
+    ),
+    flag("--card", type=Path, help="also write the airspeed card (.csv)"),
+    *shared("report", "record", "table", "units", "json"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,20 +146,20 @@ def run(options: argparse.Namespace) -> int:
     autopilot, _ = _stated_autopilot(options)
     if options.parameter_file is not None and not autopilot:
         raise BadInputError("-o writes autopilot parameters: add --params ardupilot or px4")
-    for flag, path, suffixes in (
+    for name, path, suffixes in (
         ("--card", options.card, (".csv",)),
         ("--record", options.record, PAGES),
         ("-o", options.parameter_file, PARAMETER_FILES.get(autopilot, ("",))[:1]),
     ):
         if path is not None:
-            _require_one_curve(flag, len(options.logs) if options.separately and not held else 1)
+            _require_one_curve(name, len(options.logs) if options.separately and not held else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit, units = limit_named(options.limit), reader_units(options.units)
     reduced = _reduced(options, held)
     curves = len({each.path for each in reduced if each.own_curve})
-    for flag, path in (("--card", options.card), ("--record", options.record)):
-        _require_one_curve(flag, 1 if path is None or not held else curves)
+    for name, path in (("--card", options.card), ("--record", options.record)):
+        _require_one_curve(name, 1 if path is None or not held else curves)
     settings = [
         autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
         for each in reduced
@@ -205,10 +196,10 @@ def _take_bundles(options: argparse.Namespace) -> bool:
     return len(options.logs) > given
 
 
-def _require_one_curve(flag: str, curves: int) -> None:
+def _require_one_curve(name: str, curves: int) -> None:
     if curves > 1:
         raise BadInputError(
-            f"{flag} holds one curve, and there would be {curves}: leave out --separately, or give "
+            f"{name} holds one curve, and there would be {curves}: leave out --separately, or give "
             "the logs one by one"
         )
 

@@ -7,11 +7,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
-    add_shared,
     read_logs,
     require_page,
     require_table,
+    shared,
     stated_accuracies,
     tell,
     tell_each,
@@ -24,24 +25,22 @@ if TYPE_CHECKING:
     from pitotbench.units import Array
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench fixed-speed`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "logs",
         nargs="*",
         type=Path,
         metavar="LOG",
         help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
         "fly-by",
-    )
-    add_shared(parser, "mapping", "accuracy", "table", "units", "json")
-    parser.add_argument(
-        "--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"
-    )
-    parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
-    parser.add_argument(
+    ),
+    *shared("mapping", "accuracy", "table", "units", "json"),
+    flag("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"),
+    flag("--track-deg", help="true track of each leg, with commas [°]"),
+    flag(
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
-    )
+    ),
+)
 
 
 def run(options: argparse.Namespace) -> int:

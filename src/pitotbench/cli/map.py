@@ -4,15 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
+from pitotbench.cli.app import flag
 from pitotbench.records import BadInputError
 
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench map`."""
-    parser.add_argument("log", type=Path, metavar="LOG", help="log file with unknown column names")
-    parser.add_argument(
-        "-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed"
-    )
+FLAGS = (
+    flag("log", type=Path, metavar="LOG", help="log file with unknown column names"),
+    flag("-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed"),
+)
 
 
 def run(options: argparse.Namespace) -> int:

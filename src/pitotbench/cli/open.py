@@ -5,30 +5,29 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+from pitotbench.cli.app import flag
 from pitotbench.records import BadInputError
 
 _PORT = 5020
 _LAST_PORT = 65_535
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench open`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "logs",
         nargs="*",
         type=Path,
         metavar="FILE",
         help="log files, folders or .zip files to begin with; others are dropped on the page",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--port",
         type=int,
         default=_PORT,
         help="port on 127.0.0.1; where it is taken, the next one (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--no-browser", action="store_true", help="print the address, and open no browser"
-    )
+    ),
+    flag("--no-browser", action="store_true", help="print the address, and open no browser"),
+)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -25,7 +25,7 @@ from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import frame_rows
 from pitotbench.show.comparison import comparison_json, comparison_tree
-from pitotbench.show.deliverables import curve_difference, difference_json, difference_tree
+from pitotbench.show.curve_difference import compare_curves, difference_json, difference_tree
 from pitotbench.show.inspection import (
     inspection_json,
     inspection_tree,
@@ -119,7 +119,7 @@ def verdict(_, tmp_path):
 
 
 def curves(result, tmp_path):
-    found = curve_difference("one", result.curve, "other", result.curve)
+    found = compare_curves("one", result.curve, "other", result.curve)
     document = [difference_json(found), calibration_json(result)]
     return difference_tree(found, result.curve, result.curve), document, []
 

@@ -91,12 +91,12 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from pitotbench.show.deliverables import curve_difference, difference_json, difference_tree
+    from pitotbench.show.curve_difference import compare_curves, difference_json, difference_tree
 
     (first, one), (second, other) = curves
     if first == second:
         first, second = str(options.first), str(options.second)
-    found = curve_difference(first, one, second, other)
+    found = compare_curves(first, one, second, other)
     tell(
         options,
         lambda: difference_json(found),

@@ -13,7 +13,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import stated_parameters
 from pitotbench.logbook.columns import write_text
@@ -33,18 +32,17 @@ from pitotbench.show.calibration import (
 )
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_rows
-from pitotbench.show.curves import draw_curve
+from pitotbench.show.curves import curve_marks
 from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
-from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section
+from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section, speed_marks
 from pitotbench.show.plan import plan_json, plan_tree
 from pitotbench.show.reader_units import reader_units
 from pitotbench.show.renderers import html_of
-from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
+from pitotbench.show.style import BLUE, WIDE, drawing
 from pitotbench.show.tree import ANSWER, Doubt, Node, Sentence, nodes_in
 from pitotbench.show.verdict_tree import account_tree
 from pitotbench.show.words import size_words, words
-from pitotbench.units import KNOT
 
 _CAUSES = 8  # bars of a picture of causes
 _WIDER = 1.5  # times a panel of a page
@@ -112,7 +110,7 @@ draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 
 @draw_record.register
 def _(record: Calibration, axes: Axes) -> None:
-    draw_curve(axes, {record.model: record}, None, limit_for(record))
+    drawing(*curve_marks({record.model: record}, limit=limit_for(record)))(axes)
 
 
 def write_page(record: Calibration, path: Path, units: str) -> None:
@@ -190,14 +188,7 @@ def _(record: FlightLog) -> pd.DataFrame:
 
 @draw_record.register
 def _(record: FlightLog, axes: Axes) -> None:
-    speeds = (
-        ("indicated airspeed", calibrated_airspeed(record.impact_pressure), BLUE),
-        ("ground speed", np.hypot(record.velocity_north, record.velocity_east), ORANGE),
-    )
-    for label, speed, color in speeds:
-        time, value = broken(*thin(record.time - record.time[0], speed / KNOT))
-        axes.plot(time / 60.0, value, color=color, lw=0.9, label=label)
-    axes.set(xlabel="time [min]", ylabel="speed [kt]")
+    drawing(*speed_marks(record))(axes)
 
 
 @to_frame.register

@@ -39,7 +39,8 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.show import curves
-from pitotbench.show.calibration import calibration_json, doubts_of
+from pitotbench.show.calibration import doubts_of
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_text
 from pitotbench.show.deliverables import table_text

@@ -20,7 +20,8 @@ from pitotbench.records.aircraft import (
     TermChange,
 )
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.calibration import calibration_json, short_answer_of
+from pitotbench.show.calibration import short_answer_of
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import frame_rows

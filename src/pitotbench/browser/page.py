@@ -25,7 +25,7 @@ from jinja2 import Template
 
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.words import state_of
-from pitotbench.show.calibration import samples_of
+from pitotbench.show.curve_rows import samples_of
 from pitotbench.timeline import minutes_text
 from pitotbench.units import SUFFIXES, SYMBOLS
 

@@ -339,9 +339,11 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
     is read is in `units`; the name says that of speed.
     """
-    from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
+    from pitotbench.show.calibration import doubts_of, flight_lines
+    from pitotbench.show.calibration_json import flight_document
     from pitotbench.show.columns import json_text
-    from pitotbench.show.deliverables import PARAMETER_FILES, flight_document, parameter_file
+    from pitotbench.show.curve_rows import card_csv
+    from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
     from pitotbench.show.pages import calibration_record, log_page, log_section
 
     flights, unit = _calibrated(tell, request), units.speed

@@ -4,8 +4,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from pitotbench.cli.app import DONE, NO_ANSWER, flag
-from pitotbench.cli.shared_flags import require_page, say, shared, tell, write_page
+from pitotbench.cli.shared_flags import (
+    DONE,
+    NO_ANSWER,
+    flag,
+    require_page,
+    say,
+    shared,
+    tell,
+    write_page,
+)
 from pitotbench.records import BadInputError
 
 # The flags that each action has.

@@ -15,6 +15,7 @@ from io import TextIOWrapper
 from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.cli.shared_flags import BAD_INPUT, DONE, INTERRUPTED, NO_ANSWER, UNFORESEEN, flag
 from pitotbench.records import BadInputError, NoAnswerError, error_words
 from pitotbench.show.columns import printable
 
@@ -23,19 +24,7 @@ from pitotbench.show.columns import printable
 # loaded.
 
 
-# No dataclasses: that import takes longer than all else that `--help` needs.
-class Flag(NamedTuple):
-    """A flag or an argument of a command, as `add_argument` takes it."""
-
-    names: tuple[str, ...]
-    settings: dict[str, Any]
-
-
-def flag(*names: str, **settings: Any) -> Flag:
-    """A flag by its names and its settings: those of `ArgumentParser.add_argument`."""
-    return Flag(names, settings)
-
-
+# No dataclass: that import takes longer than all else that `--help` needs.
 class Command(NamedTuple):
     """A command: its name, its module, its description in one line, and the names of its flags and
     of the function that runs it.
@@ -96,15 +85,6 @@ COMMANDS = (
         "run_completion",
     ),
 )
-
-
-# What the exit code of a command means.
-
-DONE = 0
-UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
-BAD_INPUT = 2  # the code of argparse for a wrong flag
-NO_ANSWER = 3  # not converged, not observable, or flights lost
-INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
 
 
 # The parsers of the command line: errors in one line, versions looked up on demand, flags added

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
+    flag,
     mapping_source,
     read_choices,
     read_logs,
@@ -136,7 +136,8 @@ def run(options: argparse.Namespace) -> int:
     """
     from pitotbench.pressure_error.autopilot_settings import autopilot_settings
     from pitotbench.records.outputs import PAGES, require_file
-    from pitotbench.show.calibration import card_csv, doubts_of
+    from pitotbench.show.calibration import doubts_of
+    from pitotbench.show.curve_rows import card_csv
     from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
     from pitotbench.show.limits import limit_named
     from pitotbench.show.reader_units import reader_units
@@ -306,7 +307,7 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
 def _document(
     reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
 ) -> object:
-    from pitotbench.show.deliverables import flight_document
+    from pitotbench.show.calibration_json import flight_document
 
     documents = [
         flight_document(each.path.name, each.flight, found, limit)

@@ -6,8 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import DONE, NO_ANSWER, flag
-from pitotbench.cli.shared_flags import require_known, shared, stated_wind, tell
+from pitotbench.cli.shared_flags import (
+    DONE,
+    NO_ANSWER,
+    flag,
+    require_known,
+    shared,
+    stated_wind,
+    tell,
+)
 from pitotbench.records import BadInputError
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 

@@ -8,8 +8,8 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
+    flag,
     read_logs,
     require_page,
     say,

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
+    flag,
     read_logs,
     require_page,
     require_table,

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from pitotbench.cli.app import flag
+from pitotbench.cli.shared_flags import flag
 
 FLAGS = (
     flag("case", type=Path, help="case file (TOML)"),

@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
+    flag,
     read_logs,
     require_page,
     shared,

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from pitotbench.cli.app import flag
+from pitotbench.cli.shared_flags import flag
 from pitotbench.records import BadInputError
 
 FLAGS = (

@@ -5,7 +5,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from pitotbench.cli.app import flag
+from pitotbench.cli.shared_flags import flag
 from pitotbench.records import BadInputError
 
 _PORT = 5020

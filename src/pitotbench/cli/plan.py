@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
+    flag,
     require_known,
     require_page,
     say,

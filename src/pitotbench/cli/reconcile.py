@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import flag
 from pitotbench.cli.shared_flags import (
+    flag,
     mapping_source,
     read_choices,
     read_logs,

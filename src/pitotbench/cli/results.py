@@ -8,8 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import DONE, NO_ANSWER, flag
-from pitotbench.cli.shared_flags import shared, tell
+from pitotbench.cli.shared_flags import DONE, NO_ANSWER, flag, shared, tell
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:

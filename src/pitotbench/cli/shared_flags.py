@@ -1,14 +1,13 @@
-"""What several commands share: flags, how their values are read, and how an answer is told."""
+"""What several commands share: exit codes, flags, how these are read, how an answer is told."""
 
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pitotbench.catalog import explain
-from pitotbench.cli.app import Flag, flag
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
@@ -20,6 +19,28 @@ if TYPE_CHECKING:
     from pitotbench.show.tree import Node
 
 T = TypeVar("T")
+
+
+# What the exit code of a command means.
+
+DONE = 0
+UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
+BAD_INPUT = 2  # the code of argparse for a wrong flag
+NO_ANSWER = 3  # not converged, not observable, or flights lost
+INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
+
+
+# No dataclasses: that import takes longer than all else that `--help` needs.
+class Flag(NamedTuple):
+    """A flag or an argument of a command, as `add_argument` takes it."""
+
+    names: tuple[str, ...]
+    settings: dict[str, Any]
+
+
+def flag(*names: str, **settings: Any) -> Flag:
+    """A flag by its names and its settings: those of `ArgumentParser.add_argument`."""
+    return Flag(names, settings)
 
 
 # Flags that several commands have, by the word that asks for them.

@@ -7,8 +7,8 @@ import numpy as np
 
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.show.calibration import MOST_ROWS
 from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.curve_rows import MOST_ROWS
 from pitotbench.show.curves import AIRSPEED, CORRECTION, LARGE, banded
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import BLUE, ORANGE, PURPLE, Mark, Panel, drawing, frame, stacked, svg

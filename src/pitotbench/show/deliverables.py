@@ -11,16 +11,12 @@ from pitotbench import air
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import (
     AutopilotSettings,
-    CalibratedFlight,
     ErrorCurve,
     Estimate,
     PublishedCurve,
     Setting,
 )
-from pitotbench.show.calibration import calibration_json, flight_json
 from pitotbench.show.columns import Column, csv_text, json_rows
-from pitotbench.show.legs import points_json
-from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import page_of
 from pitotbench.show.tree import Doubt, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters
@@ -101,25 +97,6 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
         "wash": None
         if wash is None
         else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
-    }
-
-
-def flight_document(
-    name: str,
-    flight: CalibratedFlight,
-    found: AutopilotSettings | None = None,
-    limit: Limit | str | None = AUTO,
-) -> dict[str, Any]:
-    """A calibrated flight of the log of a name as plain data: the document of
-    `pitotbench calibrate --json`. `limit` as for `judgments`.
-    """
-    return {
-        "log": name,
-        "origin": "simulated" if flight.log.simulated else "measured",
-        **calibration_json(flight.calibration, limit),
-        **flight_json(flight),
-        "fixed_speed": points_json(flight.calibration.points),
-        **settings_json(found),
     }
 
 

@@ -7,14 +7,9 @@ import numpy as np
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
-from pitotbench.show.calibration import (
-    Correction,
-    CurvePoint,
-    correction_sentence,
-    curve_points,
-    doubts_of_curve,
-)
+from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
 from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.curve_rows import CurvePoint, curve_points
 from pitotbench.show.markup import render
 from pitotbench.show.tree import Doubt, Node, Sentence, Table
 from pitotbench.show.words import listed
@@ -57,13 +52,6 @@ def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
     return json_rows(POINT_COLUMNS, points)
 
 
-def point_columns(curve: ErrorCurve | None) -> list[Column[FixedSpeedPoint]]:
-    """The columns of the points; with a curve, also the point's correction minus that of the curve."""
-    if curve is None:
-        return list(POINT_COLUMNS)
-    return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")]
-
-
 def legs_json(
     true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float
 ) -> dict[str, Any]:
@@ -86,8 +74,8 @@ def legs_tree(answer: dict[str, Any]) -> list[Node]:
     ]
 
 
-def _off(point: FixedSpeedPoint, curve: ErrorCurve) -> float | None:
-    """The difference [kt]; None more than one step beyond the curve's ends."""
+def off_curve(curve: ErrorCurve, point: FixedSpeedPoint) -> float | None:
+    """The point's correction minus that of a curve [kt]; None more than one step beyond its ends."""
     from scipy.interpolate import CubicSpline  # slow to import, and not needed for typed legs
 
     speed, place = curve.indicated_airspeed, point.indicated_airspeed

@@ -24,14 +24,10 @@ from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.records.outputs import PAGES, require_file
-from pitotbench.show.calibration import (
-    CURVE_COLUMNS,
-    card_csv,
-    curve_points,
-    doubts_of,
-)
+from pitotbench.show.calibration import doubts_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_rows
+from pitotbench.show.curve_rows import CURVE_COLUMNS, card_csv, curve_points
 from pitotbench.show.curves import curve_marks
 from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named

@@ -394,7 +394,7 @@ def test_the_mean_residual_is_near_zero_and_its_2_sigma_is_that_of_what_is_drawn
     assert 0.85 < np.mean(np.abs(airspeed) <= found.residual_two_sigma) < 0.99
     # The samples drawn are the curve less the residual: they lie about the curve.
     drawn = Figure().subplots()
-    curves.draw_data(drawn, found)
+    curves.data_marks(found)[0](drawn)
     speed, samples = drawn.lines[0].get_xdata(), drawn.lines[0].get_ydata()
     curve = np.interp(speed, found.curve.indicated_airspeed_kt, found.curve.correction_kt)
     assert abs(np.median(samples - curve)) < 0.15 * found.residual_two_sigma / KNOT

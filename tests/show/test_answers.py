@@ -188,7 +188,7 @@ def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):
     zero = result.impact_pressure_zero
     printed = _terminal(result)
     assert (
-        f"takes out a zero offset of the impact pressure of {zero.value:+.0f} ± "
+        f"takes out a zero offset of the impact pressure of −{-zero.value:.0f} ± "
         f"{zero.two_sigma:.0f} Pa" in printed
     )
     assert "a constant part of Δp looks the same" in printed

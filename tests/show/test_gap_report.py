@@ -546,7 +546,7 @@ def test_a_closed_loop_is_one_table_in_text_page_and_data():
     page, text = account_page(made), " ".join(console.export_text().split())
     for each in (page, text):
         assert "closes 62 % of the gap held out, and 58 % of that of the held-out log" in each
-        assert "4 ± 0.1 per rad; change -0.2 ± 0.02" in each
+        assert "4 ± 0.1 per rad; change −0.2 ± 0.02" in each
         assert "Judged again with it: It is" in each
         assert "gear not up" in each
     rows = account_json(made)["closed"]["table"]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.records.calibration import CalibratedFlight, Calibration, ErrorCurve, OneSided
+from pitotbench.show.columns import with_minus_signs
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT
 
@@ -25,7 +26,7 @@ class Correction:
     two_sigma_kt: float
 
     def __str__(self) -> str:
-        return f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt".replace("-", "−")
+        return with_minus_signs(f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt")
 
 
 def correction_sentence(corrections: Sequence[Correction]) -> str:

@@ -57,7 +57,6 @@ def _wash_line(wash: Estimate | None) -> str:
     size = (
         f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)"
     )
-    size = size.replace("-", "−")
     if abs(wash.value) <= wash.two_sigma:
         return f"No wash of a propeller shows: the airspeed reads {size}."
     return (

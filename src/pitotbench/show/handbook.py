@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench.records.calibration import ErrorCurve, PublishedCurve
 from pitotbench.show.calibration import Correction
+from pitotbench.show.columns import with_minus_signs
 from pitotbench.show.curve_rows import published_at
 from pitotbench.units import KNOT
 
@@ -28,10 +29,10 @@ def handbook_sentence(curve: ErrorCurve, published: PublishedCurve) -> str:
         f"at {100.0 * inside.sum() / known.sum():.0f} % of {span}" if inside.any() else "nowhere"
     )
     by_log = Correction(float(speed[at]), float(curve.correction_kt[at]), float(bound[at]))
-    by_book = f"{curve.correction_kt[at] + difference[at]:+.1f} kt".replace("-", "−")
+    by_book = f"{curve.correction_kt[at] + difference[at]:+.1f} kt"
     return (
         f"The handbook's correction ({name}) lies inside ±2σ {where}; at {speed[at]:.0f} KIAS it "
-        f"is {by_book}, that of the log {by_log}."
+        f"is {with_minus_signs(by_book)}, that of the log {by_log}."
     )
 
 

@@ -49,10 +49,12 @@ def in_one_line(record: object) -> str:
     a record without a tree.
     """
     nodes = [*nodes_in(_tree_of(record), ANSWER)]
-    return " ".join(
-        text
-        for kind in (Doubt, Sentence)
-        for text in [node.text for node in nodes if isinstance(node, kind)][:1]
+    return reader_units().text(
+        " ".join(
+            text
+            for kind in (Doubt, Sentence)
+            for text in [node.text for node in nodes if isinstance(node, kind)][:1]
+        )
     )
 
 

@@ -53,6 +53,7 @@ from pitotbench.show.tree import (
     Heading,
     Sentence,
     Table,
+    down_to,
 )
 from pitotbench.show.words import words
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, MetersPerSecond
@@ -193,7 +194,7 @@ def calibration_record(
     """
     first = flights[0]
     tree = calibration_tree("", {first.model: first}, limit, flights=flights)
-    answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
+    answer = [n for n in down_to(tree.nodes, SOURCES) if not isinstance(n, Heading | Download)]
     sources = (n for n in tree.nodes if isinstance(n, Heading) and n.depth == SOURCES)
     title = "Record of a pitot-static calibration"
     objective = "Find the correction of the airspeed, with a bound."

@@ -16,6 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator
 
+from pitotbench.show.columns import with_minus_signs
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.timeline import pauses
 from pitotbench.units import Array
@@ -180,7 +181,7 @@ def _translate(axis: Axis, units: Units) -> None:
         ticks = AutoLocator().tick_values(low, high)
         inside = ticks[(ticks >= low) & (ticks <= high)]
         axis.set_label_text(f"{label}[{symbol}]")
-        axis.set_ticks(inside / factor, [f"{tick:g}".replace("-", "−") for tick in inside])
+        axis.set_ticks(inside / factor, [with_minus_signs(f"{tick:g}") for tick in inside])
 
 
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:

@@ -13,7 +13,6 @@ from typing import Any
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
-from pitotbench.show.limits import AUTO
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.units import Array, Meters, MetersPerSecond
 
@@ -339,41 +338,25 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
     is read is in `units`; the name says that of speed.
     """
-    from pitotbench.show.calibration import doubts_of, flight_lines
-    from pitotbench.show.calibration_json import flight_document
+    from pitotbench.show.calibration import NamedFlight, doubts_of
+    from pitotbench.show.calibration_json import flights_json
     from pitotbench.show.columns import json_text
     from pitotbench.show.curve_rows import card_csv
     from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
-    from pitotbench.show.pages import calibration_record, log_page, log_section
+    from pitotbench.show.pages import calibration_record, flights_page
 
-    flights, unit = _calibrated(tell, request), units.speed
-    rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
-
-    def document() -> str:
-        found = [flight_document(Path(name).name, each, old) for name, each, old in rows]
-        return json_text(found if len(found) > 1 else found[0])
-
-    def page() -> str:
-        sections = [
-            log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old, units)
-            for name, each, old in rows
-        ]
-        named = ", ".join(dict.fromkeys(name for name, *_ in rows))
-        return log_page(f"Pitot-static calibration: {named}", sections, units)
-
+    found = [
+        NamedFlight(request.logs[each.place].name, each, _settings(request, each))
+        for each in _calibrated(tell, request)
+    ]
+    every, unit = [each.flight.calibration for each in found], units.speed
     makers: dict[str, tuple[str, Callable[[], str]]] = {
-        "json": (".json", document),
-        "card": (
-            f"-card-{unit}.csv",
-            lambda: card_csv(rows[0][1].calibration.curve, doubts_of(rows[0][1].calibration), unit),
-        ),
-        "record": (
-            f"-record-{unit}.html",
-            lambda: calibration_record([each.calibration for each in flights], units=units),
-        ),
-        "page": (f"-page-{unit}.html", page),
+        "json": (".json", lambda: json_text(flights_json(found))),
+        "card": (f"-card-{unit}.csv", lambda: card_csv(every[0].curve, doubts_of(every[0]), unit)),
+        "record": (f"-record-{unit}.html", lambda: calibration_record(every, units=units)),
+        "page": (f"-page-{unit}.html", lambda: flights_page(found, units=units)),
     }
-    if (settings := rows[0][2]) is not None:
+    if (settings := found[0].settings) is not None:
         ending = PARAMETER_FILES[settings.autopilot][0]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]

@@ -2,10 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from pitotbench.records.calibration import CalibratedFlight, Calibration, ErrorCurve, OneSided
+from pitotbench.records.calibration import (
+    AutopilotSettings,
+    CalibratedFlight,
+    Calibration,
+    ErrorCurve,
+    OneSided,
+)
 from pitotbench.show.columns import with_minus_signs
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT
@@ -92,6 +99,28 @@ def _corrections(result: Calibration) -> tuple[Correction, ...]:
     values = np.interp(wanted, speed, curve.correction / KNOT)
     bounds = np.interp(wanted, speed, curve.two_sigma / KNOT)
     return tuple(Correction(*map(float, row)) for row in zip(wanted, values, bounds, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class NamedFlight:
+    """A calibrated flight with the file of its log, as the user knows it, and the parameters of an
+    autopilot where they were asked for.
+    """
+
+    file: str
+    flight: CalibratedFlight
+    settings: AutopilotSettings | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the file, with the number of the flight where the file holds several."""
+        number, count = self.flight.number, self.flight.count
+        return Path(self.file).name + (f", flight {number} of {count}" if count > 1 else "")
+
+    @property
+    def own_curve(self) -> bool:
+        """Whether the flight is the first of those that share its curve, or has one of its own."""
+        return self.flight.joined == 1 or (self.flight.place == 0 and self.flight.number == 1)
 
 
 def flight_lines(flight: CalibratedFlight) -> list[str]:

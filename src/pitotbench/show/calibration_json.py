@@ -1,10 +1,11 @@
 """A calibration as plain data, by the keys of the command line's contract."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 from pitotbench.records.calibration import (
-    AutopilotSettings,
     CalibratedFlight,
     Calibration,
     Estimate,
@@ -13,6 +14,7 @@ from pitotbench.records.calibration import (
     WindEstimate,
     WindowWind,
 )
+from pitotbench.show.calibration import NamedFlight
 from pitotbench.show.columns import json_rows
 from pitotbench.show.curve_rows import CURVE_COLUMNS, curve_points
 from pitotbench.show.deliverables import settings_json
@@ -22,23 +24,22 @@ from pitotbench.show.limits import AUTO, Limit, judgments_json
 from pitotbench.units import KNOT
 
 
-def flight_document(
-    name: str,
-    flight: CalibratedFlight,
-    found: AutopilotSettings | None = None,
-    limit: Limit | str | None = AUTO,
-) -> dict[str, Any]:
-    """A calibrated flight of the log of a name as plain data: the document of
-    `pitotbench calibrate --json`. `limit` as for `judgments`.
+def flights_json(flights: Sequence[NamedFlight], limit: Limit | str | None = AUTO) -> object:
+    """Calibrated flights as plain data: the document of `pitotbench calibrate --json`, a list of
+    several. `limit` as for `judgments`.
     """
-    return {
-        "log": name,
-        "origin": "simulated" if flight.log.simulated else "measured",
-        **calibration_json(flight.calibration, limit),
-        **flight_json(flight),
-        "fixed_speed": points_json(flight.calibration.points),
-        **settings_json(found),
-    }
+    documents = [
+        {
+            "log": Path(each.file).name,
+            "origin": "simulated" if each.flight.log.simulated else "measured",
+            **calibration_json(each.flight.calibration, limit),
+            **flight_json(each.flight),
+            "fixed_speed": points_json(each.flight.calibration.points),
+            **settings_json(each.settings),
+        }
+        for each in flights
+    ]
+    return documents[0] if len(documents) == 1 else documents
 
 
 def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> dict[str, Any]:

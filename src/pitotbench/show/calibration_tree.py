@@ -8,7 +8,13 @@ import numpy as np
 
 from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.log import FlightLog
-from pitotbench.show.calibration import doubts_of, is_doubt, short_answer_of
+from pitotbench.show.calibration import (
+    NamedFlight,
+    doubts_of,
+    flight_lines,
+    is_doubt,
+    short_answer_of,
+)
 from pitotbench.show.columns import Column
 from pitotbench.show.curve_rows import (
     CURVE_COLUMNS,
@@ -115,6 +121,14 @@ def calibration_tree(
             *([Heading("The flight", (pictures,), NUMBERS)] if flown else []),
         ),
     )
+
+
+def flight_tree(found: NamedFlight, limit: Limit | str | None = AUTO) -> Heading:
+    """The tree of a calibrated flight of a log, without its pictures over time."""
+    flight, result = found.flight, found.flight.calibration
+    subject = f"{found.name} ({'simulated' if flight.log.simulated else 'measured'})"
+    results, lines = {result.model: result}, flight_lines(flight)
+    return calibration_tree(subject, results, limit, lines=lines, settings=found.settings)
 
 
 def _settings(found: AutopilotSettings) -> Heading:

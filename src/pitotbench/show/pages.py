@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 from math import log
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.log import FlightLog, LogInspection
-from pitotbench.show.calibration import short_answer_of
+from pitotbench.show.calibration import NamedFlight, flight_lines, short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
 from pitotbench.show.limits import AUTO, Limit
@@ -128,6 +129,26 @@ def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> s
         )
     nodes = [Table(ANSWER_COLUMNS, answers, "In short"), *doubts_of_answers(answers)]
     return page_of(title, nodes, units, f"From {origins}", sections, [_READING])
+
+
+def flights_page(
+    flights: Sequence[NamedFlight], limit: Limit | str | None = AUTO, units: Units = BENCH
+) -> str:
+    """The HTML of calibrated flights, in the reader's units. `limit` as for `judgments`."""
+    sections = [
+        log_section(
+            each.name,
+            each.flight.log,
+            each.flight.calibration,
+            limit,
+            flight_lines(each.flight),
+            each.settings,
+            units,
+        )
+        for each in flights
+    ]
+    files = ", ".join(dict.fromkeys(Path(each.file).name for each in flights))
+    return log_page(f"Pitot-static calibration: {files}", sections, units)
 
 
 # Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and

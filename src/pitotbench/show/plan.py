@@ -170,7 +170,7 @@ _ROUND = 5.0  # kt, degrees and seconds: what is read off instruments and a watc
 _BRIEFING = (
     "Each line is a leg; heading and airspeed are those at its end. Set up and settle at each new "
     "airspeed and bank before its time begins. KCAS is the calibrated airspeed at which the "
-    "simulator flew the leg: where the error of the airspeed indicator is not known, fly it as KIAS."
+    "simulator flew the leg: where the error of the indicator is not known, fly it as KIAS."
 )
 
 

@@ -3,11 +3,13 @@ answers, downloads. Each function calls its first argument with its replies, as 
 a reply is, as the desk calls it, and the reply itself.
 """
 
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
+from subprocess import list2cmdline
 from typing import Any
 
 from pitotbench.records import BadInputError
@@ -40,6 +42,15 @@ class LogFile:
 
     path: Path
     name: str
+
+
+def in_one_line(words: Sequence[str], system: str = os.name) -> str:
+    """A command as it is pasted: on Windows for its command prompt, to which `&` and others of
+    its letters mean something, elsewhere for a POSIX shell.
+    """
+    if system != "nt":
+        return shlex.join(words)
+    return " ".join(f'"{w}"' if set("&|<>^()") & set(w) else list2cmdline([w]) for w in words)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +92,7 @@ class Request:
             *([("--units", units.words)] if units != reader_units() else []),
         ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
-        return shlex.join([*words, *(part for each in stated for part in each)])
+        return in_one_line([*words, *(part for each in stated for part in each)])
 
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
@@ -163,11 +174,8 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
             strange=each.strange and not book,
         )
         header = {} if each.refusal else _part(path, plain).header
-        of_log = (
-            autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1)),
-            SENSOR in header,
-        )
-        held.append(Found(LogFile(path, name), told, *of_log, book))
+        autopilot = autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1))
+        held.append(Found(LogFile(path, name), told, autopilot, SENSOR in header, book))
     tell("found", tuple(held))
 
 
@@ -305,17 +313,25 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
         "temperature_c": (request.temperature, "as logged, else a standard day"),
     }
     flags = [flag_choice(name, text or None, usual) for name, (text, usual) in texts.items()]
-    paths = [each.path for each in request.logs]
-    sources = sources_of("log", paths, logs) + (
-        [("mapping", mapping.path, None)] if mapping else []
-    )
+    sources = [
+        *sources_of("log", [each.path for each in request.logs], logs),
+        *([("mapping", mapping.path, None)] if mapping else []),
+    ]
     published = tuple(
         replace(each, source=Path(book.name).name)
         for book in filter(None, [request.handbook])
         for each in published_of(book.path)
     )
-    place = mapping.path if mapping else None
-    found = calibrate_each(logs, None, place, sources, flags, published, first=first, **choices)
+    found = calibrate_each(
+        logs,
+        None,
+        mapping.path if mapping else None,
+        sources,
+        flags,
+        published,
+        first=first,
+        **choices,
+    )
     names = {each.path.name: each.name for each in request.logs}
     made = found[0].calibration.provenance
     told = replace(
@@ -357,7 +373,7 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
         "page": (f"-page-{unit}.html", lambda: flights_page(found, units=units)),
     }
     if (settings := found[0].settings) is not None:
-        ending = PARAMETER_FILES[settings.autopilot][0]
+        ending, _ = PARAMETER_FILES[settings.autopilot]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]
     tell("file", (request.file_name(ending), make()))
@@ -387,6 +403,6 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
         nodes = legs_tree(
             legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
         )
-        flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
-        typed = f"--ground-speed-kt={flags[0]} --track-deg={flags[1]}"
+        one, other = (",".join(f"{value:g}" for value in each) for each in (speeds, tracks))
+        typed = f"--ground-speed-kt={one} --track-deg={other}"
     tell("legs", {"tree": plain_of(nodes), "command": f"pitotbench fixed-speed {typed}"})

@@ -1,7 +1,6 @@
 """`pitotbench open`: a page in the browser on which one drops a log and sees the answer."""
 
 import argparse
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -47,10 +46,10 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError(f"--port {options.port}: give 1024 to {_LAST_PORT}, or 0 for any")
     from pitotbench.browser.server import run_page
 
-    def say(line: str) -> None:
-        sys.stdout.write(printable(line) + "\n")
-        sys.stdout.flush()
-
-    show = (lambda address: True) if options.no_browser else webbrowser.open
-    run_page(options.logs, options.port, show, say)
+    run_page(
+        options.logs,
+        options.port,
+        show=(lambda address: True) if options.no_browser else webbrowser.open,
+        say=lambda line: print(printable(line), flush=True),
+    )
     return 0

@@ -53,6 +53,10 @@ def test_a_text_is_read_in_the_units_of_the_reader(written, read):
     assert BENCH.text(written) == written.replace(QUOTED, " ").replace("-16.1", "−16.1")
 
 
+def test_a_drone_is_read_in_meters_per_second():
+    assert units_named("m/s").text("Add +2.16 kt at 58 KIAS.") == "Add +1.11 m/s at 30 m/s IAS."
+
+
 @pytest.mark.parametrize(
     ("written", "read"),
     [

@@ -13,7 +13,7 @@ from pitotbench.show.renderers import plain_of, plain_table
 from pitotbench.show.tree import SOURCES
 from pitotbench.units import SUFFIXES, SYMBOLS
 
-UNITS = ("kt", "kmh", "mph")
+UNITS = ("kt", "kmh", "mph", "mps")
 _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
 
 

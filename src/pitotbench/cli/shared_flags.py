@@ -127,7 +127,7 @@ _SHARED: dict[str, tuple[Flag, ...]] = {
             "--units",
             default="",
             metavar="UNIT,...",
-            help="what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as "
+            help="what is read, in your units: kt|km/h|mph|m/s,ft|m,degc|degf,inhg|hpa, such as "
             "km/h,m (default: those of the line `units` in your pitotbench.toml, else "
             "kt,ft,degc,inhg; JSON and CSV keep the units of their keys)",
         ),

@@ -20,7 +20,7 @@ from pitotbench.show.columns import Column, with_minus_signs
 from pitotbench.units import SUFFIXES, Suffix
 
 _CHOICES = {  # by the field of `Units`: the suffix of each unit by the word that asks for it
-    "speed": {"kt": "kt", "km/h": "kmh", "mph": "mph"},
+    "speed": {"kt": "kt", "km/h": "kmh", "mph": "mph", "m/s": "mps"},
     "length": {"ft": "ft", "m": "m"},
     "temperature": {"degc": "degc", "degf": "degf"},
     "pressure": {"inhg": "inhg", "hpa": "hpa"},

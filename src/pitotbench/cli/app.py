@@ -5,6 +5,7 @@ import codecs
 import gc
 import logging
 import os
+import re
 import sys
 import traceback
 from argparse import Namespace, RawDescriptionHelpFormatter
@@ -98,6 +99,9 @@ class OneLineParser(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
+        # A temperature of -5±2 and tracks of -178,85 are values, as -5 alone is. argparse has no
+        # public way to say so; this attribute is as old as argparse.
+        self._negative_number_matcher = re.compile(r"-\d")
         # No default: that of a command would overwrite a flag given before the command.
         shown = "show the traceback of an error"
         self.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=shown)
@@ -106,24 +110,7 @@ class OneLineParser(argparse.ArgumentParser):
         )
 
     def error(self, message: str) -> NoReturn:
-        if message.endswith(
-            "expected one argument"
-        ):  # argparse takes a value such as -178,185 for a flag
-            message += " (a value that begins with a minus sign is written FLAG=VALUE)"
         self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
-
-
-def _with_signs(args: Any) -> Any:
-    """Return arguments in which a temperature below zero stands behind its flag and `=`: argparse
-    takes `-5±2` alone for a flag.
-    """
-    joined: list[str] = []
-    for text in args or ():
-        if joined and joined[-1] == "--temperature-c" and text.startswith(("-", "−")):
-            joined[-1] += f"={text}"
-        else:
-            joined.append(text)
-    return args if args is None else joined
 
 
 class CommandParser(OneLineParser):
@@ -140,7 +127,6 @@ class CommandParser(OneLineParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the command's flags if they are missing, then parse."""
         self.add_flags()
-        args = _with_signs(args)
         found = super().parse_known_args(args, namespace)
         for action in self._actions:  # argparse takes `--to=--` for a flag without its value
             given = getattr(found[0], action.dest, None)

@@ -5,7 +5,6 @@ typed.
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
     flag,
@@ -14,16 +13,13 @@ from pitotbench.cli.shared_flags import (
     require_table,
     shared,
     stated_accuracies,
+    stated_numbers,
     tell,
     tell_each,
     write_page,
     write_table,
 )
 from pitotbench.records import BadInputError
-
-if TYPE_CHECKING:
-    from pitotbench.units import Array
-
 
 FLAGS = (
     flag(
@@ -151,23 +147,15 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 
 def _of_legs(options: argparse.Namespace) -> None:
+    import numpy as np
+
     from pitotbench.calibration.leg_methods import fixed_speed
     from pitotbench.show.legs import legs_json, legs_tree
     from pitotbench.units import DEGREE, KNOT
 
-    speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
-    tracks = _numbers(options.track_deg, "--track-deg")
-    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+    form = "numbers with commas between them, such as 178,185,188"
+    speeds = stated_numbers("--ground-speed-kt", options.ground_speed_kt, form)
+    tracks = stated_numbers("--track-deg", options.track_deg, form)
+    found = fixed_speed(np.multiply(KNOT, speeds), np.multiply(DEGREE, tracks))
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     tell(options, lambda: answer, lambda: legs_tree(answer))
-
-
-def _numbers(text: str, flag: str) -> "Array":
-    import numpy as np
-
-    try:
-        return np.array([float(part) for part in text.split(",")])
-    except ValueError as error:
-        raise BadInputError(
-            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
-        ) from error

@@ -11,6 +11,7 @@ from pitotbench.cli.shared_flags import (
     require_page,
     say,
     shared,
+    stated_numbers,
     stated_wind,
     tell,
     write_page,
@@ -189,13 +190,8 @@ def _system(options: argparse.Namespace) -> "DataSystem":
     system = replace(data_system(options.das), vertical_velocity=options.vertical_velocity)
     if options.receiver_height_m is None:
         return system
-    try:
-        white, slow = (float(part) for part in options.receiver_height_m.split(","))
-    except ValueError as error:
-        raise BadInputError(
-            "--receiver-height-m takes two numbers, WHITE,SLOW, such as 0.3,2; got "
-            f"{options.receiver_height_m!r}"
-        ) from error
+    form = "two numbers, WHITE,SLOW, such as 0.3,2"
+    white, slow = stated_numbers("--receiver-height-m", options.receiver_height_m, form, 2)
     if not (0.0 <= white < 1e3 and 0.0 <= slow < 1e3):
         raise BadInputError("--receiver-height-m: standard deviations from 0 to 1000 m")
     return replace(system, altitude_noise=white, altitude_drift=slow)
@@ -204,13 +200,9 @@ def _system(options: argparse.Namespace) -> "DataSystem":
 def _speeds(text: str) -> tuple[float, float]:
     from pitotbench.units import KNOT
 
-    try:
-        low, high = (float(part) * KNOT for part in text.split(","))
-    except ValueError as error:
-        raise BadInputError(
-            f"--speeds-kt takes two numbers, LOW,HIGH, such as 100,160; got {text!r}"
-        ) from error
-    return low, high
+    form = "two numbers, LOW,HIGH, such as 100,160"
+    low, high = stated_numbers("--speeds-kt", text, form, 2)
+    return low * KNOT, high * KNOT
 
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path, units: "Units") -> list[Path]:

@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -242,6 +243,17 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
             f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360"
         )
     return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
+
+
+def stated_numbers(flag: str, text: str, form: str, count: int | None = None) -> list[float]:
+    """Return the numbers with commas between them of a flag. Raises BadInputError, with the form in
+    which it takes them, for others and for another count.
+    """
+    parts = text.split(",")
+    with suppress(ValueError):
+        if count in (None, len(parts)):
+            return [float(part) for part in parts]
+    raise BadInputError(f"{flag} takes {form}; got {text!r}")
 
 
 def require_known(what: str, name: str, known: Iterable[str]) -> None:

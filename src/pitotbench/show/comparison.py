@@ -6,7 +6,7 @@ from typing import Any
 from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChange
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.show.style import WIDE, Panel, broken, drawing, frame, level, line, stacked, svg
+from pitotbench.show.style import WIDE, Panel, broken, drawing, frame, level, line, panel
 from pitotbench.show.tree import Figure, Heading, Node, Notice, Sentence, Table
 
 
@@ -125,5 +125,4 @@ def change_panels(found: ModelComparison, units: Units = BENCH) -> list[Panel]:
         )
         for c in found.channels
     ]
-    with stacked(draws, (WIDE[0], 0.9 + 1.15 * len(draws)), 3, units) as figure:
-        return [Panel(title, svg(figure, title))]
+    return [panel(title, draws, size=(WIDE[0], 0.9 + 1.15 * len(draws)), units=units)]

@@ -11,7 +11,7 @@ from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.curve_rows import MOST_ROWS
 from pitotbench.show.curves import AIRSPEED, CORRECTION, LARGE, banded
 from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.show.style import BLUE, ORANGE, PURPLE, Mark, Panel, drawing, frame, stacked, svg
+from pitotbench.show.style import BLUE, ORANGE, PURPLE, Mark, Panel, drawing, frame, panel
 from pitotbench.show.tree import NUMBERS, Figure, Heading, Node, Sentence, Table
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
@@ -85,18 +85,15 @@ def difference_sentence(found: CurveDifference) -> str:
             f"difference shows, and at {speed[at]:.0f} KIAS one of ±{bound[at]:.1f} kt (2σ) would."
         )
     clear = np.abs(value) > bound
-    told = []
-    for side, word in ((1.0, "lower"), (-1.0, "higher")):
-        rows = np.flatnonzero(clear & (side * value > 0.0))
-        if len(rows):
-            at = int(rows[np.argmax(np.abs(value[rows]) - bound[rows])])
-            told.append(f"{abs(value[at]):.1f} ± {bound[at]:.1f} kt {word} at {speed[at]:.0f} KIAS")
+    told = [
+        f"{abs(value[at]):.1f} ± {bound[at]:.1f} kt {word} at {speed[at]:.0f} KIAS"
+        for side, word in ((1.0, "lower"), (-1.0, "higher"))
+        for rows in [np.flatnonzero(clear & (side * value > 0.0))]
+        for at in rows[np.argsort(bound[rows] - np.abs(value[rows]))][:1]  # the clearest
+    ]
     known = np.flatnonzero(clear)
-    ends = []
-    if known[0] > 0:
-        ends.append(f"below {speed[known[0]]:.0f}")
-    if known[-1] < len(speed) - 1:
-        ends.append(f"above {speed[known[-1]]:.0f}")
+    ends = [f"below {speed[known[0]]:.0f}"] if known[0] > 0 else []
+    ends += [f"above {speed[known[-1]]:.0f}"] if known[-1] < len(speed) - 1 else []
     rest = f"; no difference {' or '.join(ends)}" if ends else ""
     return f"{found.second} reads {' and '.join(told)} than {found.first}{rest} (± is 2σ)."
 
@@ -161,6 +158,5 @@ def difference_panels(
         *marks(found, found.difference, PURPLE, "difference of the corrections"),
         frame(AIRSPEED, "difference [kt]"),
     ]
-    with stacked([drawing(*curves), drawing(*difference)], LARGE, 3, units) as figure:
-        title = f"{found.second} against {found.first}".replace('"', "'")
-        return [Panel(title, svg(figure, title))]
+    title = f"{found.second} against {found.first}".replace('"', "'")
+    return [panel(title, [drawing(*curves), drawing(*difference)], size=LARGE, units=units)]

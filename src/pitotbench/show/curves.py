@@ -27,7 +27,6 @@ from pitotbench.show.style import (
     PURPLE,
     RED,
     SKY,
-    WIDE,
     Mark,
     Panel,
     band,
@@ -163,7 +162,7 @@ def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENC
     if log is None or not result.left_out:
         return []
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
-    time, title = (log.time - log.start) / 60.0, "Parts of the flight"
+    time = (log.time - log.start) / 60.0
     used = [(log.time >= begin) & (log.time <= end) for begin, end in result.parts]
 
     def drawn(values: Array, x: str, y: str) -> Mark:
@@ -179,8 +178,7 @@ def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENC
         drawn(speed, "", "indicated\nairspeed [kt]"),
         drawn(height, "time [min]", "pressure\naltitude [ft]"),
     ]
-    with stacked(draws, WIDE, 3, units) as figure:
-        return [Panel(title, svg(figure, title), note)]
+    return [panel("Parts of the flight", draws, note, units=units)]
 
 
 def data_marks(result: Calibration) -> list[Mark]:

@@ -76,16 +76,17 @@ class Panel:
 
 def panel(
     title: str,
-    draw: Mark,
+    draw: Mark | Sequence[Mark],
     note: str = "",
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
     units: Units = BENCH,
 ) -> Panel:
     """A panel of a size [in] with the axes that `draw` fills in the units of the bench, read in
-    those of the reader; labeled artists go to a legend above the data.
+    those of the reader, several below one another; labeled artists go to a legend above the data.
     """
-    with stacked([draw], size, legend_columns, units) as figure:
+    draws = draw if isinstance(draw, Sequence) else [draw]
+    with stacked(draws, size, legend_columns, units) as figure:
         return Panel(title, svg(figure, title), note)
 
 

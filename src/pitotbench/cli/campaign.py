@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -196,11 +197,15 @@ def _check(options: argparse.Namespace) -> None:
         raise BadInputError(
             "a plan file names the maneuvers and the data systems; leave out --maneuver and --das"
         )
-    require_known("turbulence", options.turbulence, TURBULENCE_SEVERITY)
-    require_known("pilot", options.pilot, PILOTS)
-    require_known("log format", f".{options.log_format}", FORMATS)
-    require_known("choice of logs", options.keep_logs, KEEP_LOGS)
-    require_known("progress", options.progress, STYLES)
+    names: dict[str, tuple[str, Iterable[str]]] = {
+        "turbulence": (options.turbulence, TURBULENCE_SEVERITY),
+        "pilot": (options.pilot, PILOTS),
+        "log format": (f".{options.log_format}", FORMATS),
+        "choice of logs": (options.keep_logs, KEEP_LOGS),
+        "progress": (options.progress, STYLES),
+    }
+    for what, (name, known) in names.items():
+        require_known(what, name, known)
     seeds_of(options.seeds)
     if options.jobs is not None and options.jobs < 1:
         raise BadInputError("--jobs counts from 1")

@@ -3,7 +3,6 @@ typed.
 """
 
 import argparse
-import sys
 from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
@@ -40,46 +39,50 @@ FLAGS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are
-    given.
+    """Print the answer; return exit code 0. Raises BadInputError unless files of one kind, legs, or
+    a sheet are asked for.
     """
-    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
-
     require_table(options, options.logs)
-    typed = [options.ground_speed_kt, options.track_deg]
-    if options.sheet is not None and not options.logs and typed == [None, None]:
-        _write_sheet(options.sheet)
-    elif options.sheet is None and options.logs and typed == [None, None]:
-        cards = [is_points_table(path) for path in options.logs]
-        if any(cards) and not all(cards):
-            raise BadInputError("give either logs or points tables")
-        if options.table is not None and not (
-            any(cards) and not any(map(is_fly_by_card, options.logs))
-        ):
-            raise BadInputError(
-                "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
-            )
-        fly_bys = [is_fly_by_card(path) for path in options.logs]
-        if any(fly_bys) and not all(fly_bys):
-            raise BadInputError("give either points tables or fly-by cards")
-        (_of_fly_bys if any(fly_bys) else _of_cards if any(cards) else _of_logs)(options)
-    elif not options.logs and None not in typed:
-        _of_legs(options)
-    else:
+    typed = [options.ground_speed_kt is not None, options.track_deg is not None]
+    given = {_LEGS: any(typed), _SHEET: options.sheet is not None}
+    asked = {_kind_of(path) for path in options.logs} | {kind for kind in given if given[kind]}
+    if len(asked) != 1 or any(typed) != all(typed):
         raise BadInputError(
-            "give either logs, or a points table, or both --ground-speed-kt and --track-deg, or "
-            "--sheet"
+            "give either logs, or points tables, or fly-by cards, or both --ground-speed-kt and "
+            "--track-deg, or --sheet"
         )
+    if options.table is not None and asked != {_CARDS}:
+        raise BadInputError(
+            "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
+        )
+    {
+        _LOGS: _of_logs,
+        _CARDS: _of_cards,
+        _FLY_BYS: _of_fly_bys,
+        _LEGS: _of_legs,
+        _SHEET: _write_sheet,
+    }[asked.pop()](options)
     return 0
 
 
-def _write_sheet(path: Path) -> None:
+# What can be asked for.
+_LOGS, _CARDS, _FLY_BYS = "logs", "points tables", "fly-by cards"
+_LEGS, _SHEET = "legs", "a sheet"
+
+
+def _kind_of(path: Path) -> str:
+    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
+
+    return _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
+
+
+def _write_sheet(options: argparse.Namespace) -> None:
     from pitotbench.show.columns import printable
     from pitotbench.show.legs import card_sheet
 
-    require_page(path)
-    write_page(path, card_sheet)
-    sys.stdout.write(printable(f"written: {path}") + "\n")
+    require_page(options.sheet)
+    write_page(options.sheet, card_sheet)
+    print(printable(f"written: {options.sheet}"))
 
 
 def _of_cards(options: argparse.Namespace) -> None:

@@ -43,9 +43,9 @@ from pitotbench.show.calibration import doubts_of
 from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_text
+from pitotbench.show.curve_rows import points_json
 from pitotbench.show.deliverables import table_text
 from pitotbench.show.inspection import inspection_json
-from pitotbench.show.legs import points_json
 from pitotbench.units import KNOT
 
 pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")

@@ -16,6 +16,7 @@ from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import print_table
+from pitotbench.show.curve_rows import off_curve, points_json
 from pitotbench.show.curves import (
     bound_panels,
     curve_panels,
@@ -23,7 +24,6 @@ from pitotbench.show.curves import (
     residual_panels,
 )
 from pitotbench.show.flights import flight_panels
-from pitotbench.show.legs import off_curve, points_json
 from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.style import NARROW, WIDE, Panel, broken, stacked, thin
 from pitotbench.show.tree import Sentence, Table, nodes_in

@@ -30,13 +30,14 @@ from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import frame_rows
 from pitotbench.show.comparison import comparison_json, comparison_tree
 from pitotbench.show.curve_difference import compare_curves, difference_json, difference_tree
+from pitotbench.show.curve_rows import points_json
 from pitotbench.show.inspection import (
     inspection_json,
     inspection_tree,
     performance_json,
     performance_tree,
 )
-from pitotbench.show.legs import card_json, card_tree, points_json
+from pitotbench.show.legs import card_json, card_tree
 from pitotbench.show.plan import plan_json, plan_tree
 from pitotbench.show.reader_units import BENCH, QUOTED
 from pitotbench.show.tree import ANSWER, NUMBERS, SOURCES, Doubt, Heading, Sentence

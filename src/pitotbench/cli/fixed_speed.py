@@ -123,7 +123,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
     from pitotbench.records import NoAnswerError
-    from pitotbench.show.legs import points_json, points_tree
+    from pitotbench.show.curve_rows import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
     choice = options_of(logs, options.mapping, **stated_accuracies(options))

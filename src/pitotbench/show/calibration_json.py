@@ -16,10 +16,9 @@ from pitotbench.records.calibration import (
 )
 from pitotbench.show.calibration import NamedFlight
 from pitotbench.show.columns import json_rows
-from pitotbench.show.curve_rows import CURVE_COLUMNS, curve_points
+from pitotbench.show.curve_rows import CURVE_COLUMNS, curve_points, points_json
 from pitotbench.show.deliverables import settings_json
 from pitotbench.show.handbook import handbook_json
-from pitotbench.show.legs import points_json
 from pitotbench.show.limits import AUTO, Limit, judgments_json
 from pitotbench.units import KNOT
 

@@ -19,13 +19,14 @@ from pitotbench.show.columns import Column
 from pitotbench.show.curve_rows import (
     CURVE_COLUMNS,
     GLANCE_COLUMNS,
+    POINT_COLUMNS,
     card_csv,
     curve_points,
     glance_points,
+    off_curve,
 )
 from pitotbench.show.deliverables import SETTING_COLUMNS, settings_lines
 from pitotbench.show.handbook import handbook_sentence
-from pitotbench.show.legs import POINT_COLUMNS, off_curve
 from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.record import (
     CHECK_COLUMNS,

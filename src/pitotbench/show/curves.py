@@ -13,8 +13,7 @@ from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.curve_rows import samples_of
-from pitotbench.show.legs import method_words
+from pitotbench.show.curve_rows import method_words, samples_of
 from pitotbench.show.limits import AUTO, Limit, limit_for
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (

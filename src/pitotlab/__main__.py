@@ -6,7 +6,8 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from importlib import import_module
 
-from pitotbench.cli.app import BAD_INPUT, DONE, guarded
+from pitotbench.cli.app import guarded
+from pitotbench.cli.shared_flags import BAD_INPUT, DONE
 
 # Name: module and function, which adds its flags to a parser, reads the words, and does the work.
 COMMANDS = {

@@ -91,7 +91,7 @@ def test_the_card_for_the_pilot_is_the_card_in_round_numbers(plan):
     circle = plan.forecasts[0]
     rows = plan_json(replace(plan, gentle=None))["pilot_card"]
     assert [row["leg"] for row in rows] == ["circle", "slow", "circle", "slow", "circle"]
-    assert [row["indicated_airspeed_kt"] for row in rows] == [160.0, 130.0, 130.0, 100.0, 100.0]
+    assert [row["calibrated_airspeed_kt"] for row in rows] == [160.0, 130.0, 130.0, 100.0, 100.0]
     assert [row["seconds"] for row in rows[::2]] == [70.0, 145.0, 70.0]
     assert {row["bank_deg"] for row in rows} == {45.0}
     assert all(0.0 <= row["heading_deg"] < 360.0 for row in rows)

@@ -7,7 +7,7 @@ import stat
 import subprocess
 import sys
 import zipfile
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -25,9 +25,10 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights
+from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights, in_one_line
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
+from pitotbench.cli.app import command_line
 from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
 from pitotbench.records.log import HeldFlight
@@ -475,23 +476,40 @@ def test_a_taken_port_is_passed_over() -> None:
     second.close()
 
 
-def test_a_page_that_nobody_looks_at_ends() -> None:
+@pytest.mark.parametrize(
+    ("looks", "end"),
+    [
+        ((), 1800.0),
+        (((0.0, 600.0),), 2400.0),  # the last tab is closed after ten minutes
+        (((0.0, 600.0), (2350.0, 2351.0)), 4150.0),  # one comes back in the last minute
+    ],
+)
+def test_the_page_ends_half_an_hour_after_its_last_tab(
+    looks: Sequence[tuple[float, float]], end: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a clock that is handed in: its pauses are over at once."""
+    now = [0.0]
+
+    async def sleep(seconds: float) -> None:
+        now[0] += seconds
+
+    def is_seen() -> bool:
+        return any(begin <= now[0] <= last for begin, last in looks)
+
     async def run() -> None:
-        server = PageServer(0, Recorder(), left=0.05)  # type: ignore[arg-type]
-        await asyncio.wait_for(server.until_left(), 30)
+        server = PageServer(0, Recorder())  # type: ignore[arg-type]
+        monkeypatch.setattr(server, "is_seen", is_seen)
+        await server.until_left(lambda: now[0], sleep)
         server.close()
+        assert now[0] == end
 
     asyncio.run(run())
 
 
 def test_without_bokeh_the_command_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    import argparse
-
     monkeypatch.setattr(open_command, "find_spec", lambda name: None)
-    parser = argparse.ArgumentParser()
-    open_command.add(parser)
     with pytest.raises(BadInputError, match=r"pip install 'pitotbench\[open\]'"):
-        open_command.run(parser.parse_args([]))
+        open_command.run(command_line().parse_args(["open"]))
 
 
 def test_a_request_is_the_command_that_gives_the_same() -> None:
@@ -506,6 +524,14 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
         "--airspeed-sensor 2"
     )
     assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"
+
+
+def test_a_command_is_quoted_for_the_shell_of_the_system() -> None:
+    words = ["pitotbench", "calibrate", "my log.csv", "a&b.csv", "18±2@ground"]
+    assert (
+        in_one_line(words, "posix") == "pitotbench calibrate 'my log.csv' 'a&b.csv' '18±2@ground'"
+    )
+    assert in_one_line(words, "nt") == 'pitotbench calibrate "my log.csv" "a&b.csv" 18±2@ground'
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signal")

@@ -23,7 +23,7 @@ from pitotbench.calibration.prediction import CurveMap, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records import USUAL_ACCURACIES
-from pitotbench.show.calibration import calibration_json
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.columns import json_text
 from pitotbench.units import KNOT
 

@@ -11,7 +11,7 @@ from pitotbench import BadInputError, write_log
 from pitotbench.cli.app import main
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.show.deliverables import curve_difference, difference_sentence
+from pitotbench.show.curve_difference import compare_curves, difference_sentence
 from pitotbench.units import KNOT
 
 
@@ -26,35 +26,35 @@ def curve(low_kt, high_kt, correction_kt, two_sigma_kt=0.3):
 
 def test_the_difference_is_that_of_the_corrections_and_its_bound_adds_as_squares():
     one, other = curve(60, 160, 1.0, 0.3), curve(80, 180, lambda v: v / 100.0, 0.4)
-    found = curve_difference("old", one, "new", other)
+    found = compare_curves("old", one, "new", other)
     speed = found.indicated_airspeed / KNOT
     assert (speed[0], speed[-1]) == pytest.approx((80.0, 160.0))
     np.testing.assert_allclose(found.difference / KNOT, speed / 100.0 - 1.0, atol=1e-12)
     np.testing.assert_allclose(found.two_sigma / KNOT, 0.5)
-    back = curve_difference("new", other, "old", one)
+    back = compare_curves("new", other, "old", one)
     np.testing.assert_allclose(back.difference, -found.difference)
 
 
 def test_the_sentence_says_where_it_reads_lower_and_where_no_difference_shows():
     other = curve(60, 160, lambda v: np.interp(v, [60.0, 100.0, 140.0], [1.0, 1.8, 0.0]))
-    found = curve_difference("the old port", curve(60, 160, 0.0), "the new port", other)
+    found = compare_curves("the old port", curve(60, 160, 0.0), "the new port", other)
     assert found.differs
     said = (
         "the new port reads 1.8 ± 0.4 kt lower at 100 KIAS than the old port; no difference "
         "above 130 (± is 2σ)."
     )
     assert difference_sentence(found) == said
-    found = curve_difference(
+    found = compare_curves(
         "A", curve(60, 160, 0.0), "B", curve(60, 160, lambda v: (110.0 - v) / 50.0 * 1.5)
     )
     said = difference_sentence(found)
     assert "lower at 60 KIAS" in said
     assert "higher at 160 KIAS" in said
-    same = curve_difference("A", curve(60, 160, 0.2), "B", curve(60, 160, 0.0))
+    same = compare_curves("A", curve(60, 160, 0.2), "B", curve(60, 160, 0.0))
     assert not same.differs
     assert "no difference shows" in difference_sentence(same)
     with pytest.raises(BadInputError, match="60 to 90 KIAS and 100 to 160 KIAS"):
-        curve_difference("A", curve(60, 90, 0.0), "B", curve(100, 160, 0.0))
+        compare_curves("A", curve(60, 90, 0.0), "B", curve(100, 160, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -143,5 +143,5 @@ def test_the_2sigma_of_a_difference_covers_no_difference_of_equal_curves():
             replace(curve(60, 160, s), simultaneous_two_sigma=curve(60, 160, 0.0).two_sigma)
             for s in shift
         )
-        quiet += not curve_difference("A", one, "B", other).differs
+        quiet += not compare_curves("A", one, "B", other).differs
     assert quiet >= 15  # 19 are meant; fewer than 15 happen once in 10,000

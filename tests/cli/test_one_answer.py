@@ -39,12 +39,13 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.show import curves
-from pitotbench.show.calibration import calibration_json, doubts_of
+from pitotbench.show.calibration import doubts_of
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_text
+from pitotbench.show.curve_rows import points_json
 from pitotbench.show.deliverables import table_text
 from pitotbench.show.inspection import inspection_json
-from pitotbench.show.legs import points_json
 from pitotbench.units import KNOT
 
 pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
@@ -393,7 +394,7 @@ def test_the_mean_residual_is_near_zero_and_its_2_sigma_is_that_of_what_is_drawn
     assert 0.85 < np.mean(np.abs(airspeed) <= found.residual_two_sigma) < 0.99
     # The samples drawn are the curve less the residual: they lie about the curve.
     drawn = Figure().subplots()
-    curves.draw_data(drawn, found)
+    curves.data_marks(found)[0](drawn)
     speed, samples = drawn.lines[0].get_xdata(), drawn.lines[0].get_ydata()
     curve = np.interp(speed, found.curve.indicated_airspeed_kt, found.curve.correction_kt)
     assert abs(np.median(samples - curve)) < 0.15 * found.residual_two_sigma / KNOT

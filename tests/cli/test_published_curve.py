@@ -12,7 +12,7 @@ from tests.calibration.test_long_flights import circling
 
 from pitotbench import calibrate, read_log, write_log
 from pitotbench.cli.app import DONE, main
-from pitotbench.show.calibration import handbook_lines
+from pitotbench.show.handbook import handbook_sentence
 from pitotbench.units import KNOT
 
 
@@ -50,7 +50,8 @@ def test_every_voice_compares_the_curve_with_the_handbook_alike(flown, tmp_path,
     assert sentence in shown
     assert "handbook" in shown.split("<svg", 1)[1].split("</svg>", 1)[0]
     by_python = calibrate(str(path), handbook=book)
-    assert handbook_lines(by_python.curve) == [sentence]
+    (book,) = by_python.curve.published
+    assert handbook_sentence(by_python.curve, book) == sentence
     at_low_end = [
         found["curve"][0]["handbook_correction_kt"],
         float(next(csv.DictReader(card.open(encoding="utf-8")))["handbook_correction_kt"]),

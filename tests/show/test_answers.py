@@ -14,12 +14,9 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Disagreement, Estimate, Share
-from pitotbench.show.calibration import (
-    calibration_json,
-    card_csv,
-    glance_points,
-)
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
+from pitotbench.show.curve_rows import card_csv, glance_points
 from pitotbench.show.limits import Limit, judgments, limit_for, limit_named
 from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.renderers import html_of, print_tree
@@ -191,7 +188,7 @@ def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):
     zero = result.impact_pressure_zero
     printed = _terminal(result)
     assert (
-        f"takes out a zero offset of the impact pressure of {zero.value:+.0f} ± "
+        f"takes out a zero offset of the impact pressure of −{-zero.value:.0f} ± "
         f"{zero.two_sigma:.0f} Pa" in printed
     )
     assert "a constant part of Δp looks the same" in printed

@@ -42,7 +42,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.show.gap_page import draw_trace, telling_panels
+from pitotbench.show.gap_page import telling_panels, trace_marks
 from pitotbench.show.gap_words import (
     calibration_words,
     evidence_words,
@@ -51,7 +51,7 @@ from pitotbench.show.gap_words import (
     sentences,
 )
 from pitotbench.show.renderers import print_tree
-from pitotbench.show.style import Panel, stacked
+from pitotbench.show.style import Panel, drawing, stacked
 from pitotbench.show.tree import SOURCES
 from pitotbench.show.verdict import account_json, candidate_columns
 from pitotbench.show.verdict_tree import account_page, account_tree, reconciliation_record
@@ -313,7 +313,7 @@ def test_instants_that_were_not_used_are_shaded_and_named():
     late = TIME > 80.0
     gap = np.where(late, 1e6, -0.2)
     trace = Trace("specific_force_x", "m/s²", TIME, gap, 0.1 * np.cos(TIME), ~late)
-    with stacked([lambda axes: draw_trace(axes, trace)], (4.6, 2.9), 3) as figure:
+    with stacked([drawing(*trace_marks(trace))], (4.6, 2.9), 3) as figure:
         (axes,) = figure.axes
         assert axes.get_ylim()[1] < 1.0  # the axis is that of the instants used
         assert "not used" in axes.get_legend_handles_labels()[1]
@@ -546,7 +546,7 @@ def test_a_closed_loop_is_one_table_in_text_page_and_data():
     page, text = account_page(made), " ".join(console.export_text().split())
     for each in (page, text):
         assert "closes 62 % of the gap held out, and 58 % of that of the held-out log" in each
-        assert "4 ± 0.1 per rad; change -0.2 ± 0.02" in each
+        assert "4 ± 0.1 per rad; change −0.2 ± 0.02" in each
         assert "Judged again with it: It is" in each
         assert "gear not up" in each
     rows = account_json(made)["closed"]["table"]

@@ -13,8 +13,10 @@ from pitotbench.campaigns.flights import tolerances
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.calibration import short_answer_of
+from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import print_table
+from pitotbench.show.curve_rows import off_curve, points_json
 from pitotbench.show.curves import (
     bound_panels,
     curve_panels,
@@ -22,10 +24,9 @@ from pitotbench.show.curves import (
     residual_panels,
 )
 from pitotbench.show.flights import flight_panels
-from pitotbench.show.legs import point_columns, points_json
 from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.style import NARROW, WIDE, Panel, broken, stacked, thin
-from pitotbench.show.tree import Sentence
+from pitotbench.show.tree import Sentence, Table, nodes_in
 from pitotbench.units import KNOT
 
 
@@ -81,21 +82,22 @@ def test_the_table_of_points_says_how_far_each_is_off_the_curve(result, point, c
         np.interp(point.indicated_airspeed, curve.indicated_airspeed, curve.correction)
     )
     moved = [replace(point, correction=on_curve + 0.5 * KNOT)]
-    print_table(point_columns(curve), moved, Console(width=80))
+    tree = calibration_tree("", {"inverse+": replace(result, points=tuple(moved))})
+    tables = [n for n in nodes_in([tree]) if isinstance(n, Table) and n.rows == tuple(moved)]
+    print_table(tables[0].columns, moved, Console(width=80))
     row = capsys.readouterr().out.splitlines()[-1]
     assert row.startswith("four-leg")
     assert row.split()[-1] == "+0.50"
 
 
-def test_between_round_airspeeds_the_curve_is_no_straight_line(result, point, capsys):
+def test_between_round_airspeeds_the_curve_is_no_straight_line(point):
     """Half-way between points 10 kt apart a parabola of 1 kt at 10 kt lies 0.25 kt below its chord."""
     speed = np.arange(100.0, 161.0, 10.0) * KNOT
     bent = ((speed - 130.0 * KNOT) / (10.0 * KNOT)) ** 2 * KNOT
     flat = np.zeros_like(speed)
     curve = ErrorCurve(speed, bent, flat, flat, flat, flat, flat)
     half_way = replace(point, indicated_airspeed=135.0 * KNOT, correction=0.25 * KNOT)
-    print_table(point_columns(curve), [half_way], Console(width=80))
-    assert capsys.readouterr().out.split()[-1] in ("+0.00", "-0.00")
+    assert off_curve(curve, half_way) == pytest.approx(0.0, abs=0.005)
 
 
 def test_flight_panels_show_wind_and_tolerances(smooth_flights):

@@ -14,7 +14,6 @@ from rich.console import Console
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.calibration import CURVE_COLUMNS, curve_points
 from pitotbench.show.campaign import CAMPAIGN_COLUMNS, campaign_tree
 from pitotbench.show.columns import (
     Column,
@@ -26,7 +25,7 @@ from pitotbench.show.columns import (
     print_table,
     printable,
 )
-from pitotbench.show.legs import POINT_COLUMNS
+from pitotbench.show.curve_rows import CURVE_COLUMNS, POINT_COLUMNS, curve_points
 from pitotbench.show.plan import plan_columns, plan_tree
 from pitotbench.show.renderers import print_tree
 from pitotbench.units import KNOT

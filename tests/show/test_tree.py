@@ -43,14 +43,31 @@ METRIC = units_named("km/h,m,degf,hpa")
         # A rule keeps its own units: its numbers are no quantities of the answer.
         (f"30{QUOTED}ft for each 100{QUOTED}kt", "30 ft for each 100 kt"),
         (f"3 % and 5{QUOTED}kt, by up to 2 kt", "3 % and 5 kt, by up to 4 km/h"),
-        ("−3.00 kt, -16.1 kt", "−5.56 km/h, -29.8 km/h"),
+        ("−3.00 kt, -16.1 kt", "−5.56 km/h, −29.8 km/h"),
         ("18 °C at 29.92 inHg", "64 °F at 1013.21 hPa"),
         ("indicated_airspeed_kt is 5 kts; 6 Pa, 2 ft/s, log5 kt.csv", None),
     ],
 )
 def test_a_text_is_read_in_the_units_of_the_reader(written, read):
     assert METRIC.text(written) == (written if read is None else read)
-    assert BENCH.text(written) == written.replace(QUOTED, " ")
+    assert BENCH.text(written) == written.replace(QUOTED, " ").replace("-16.1", "−16.1")
+
+
+def test_a_drone_is_read_in_meters_per_second():
+    assert units_named("m/s").text("Add +2.16 kt at 58 KIAS.") == "Add +1.11 m/s at 30 m/s IAS."
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ("is -6.1 ± 0.2 kt (-3 %), by -1.", "is −6.1 ± 0.2 kt (−3 %), by −1."),
+        ("-1.2e-05, -2,500 ft", "−1.2e-05, −2,500 ft"),
+        ("2026-11-26, 14:00-15:30, --track-deg=-5, -3.csv, log-4 of 501-1000, +/-2", None),
+    ],
+)
+def test_every_voice_writes_minus_signs_before_numbers_and_hyphens_elsewhere(written, read):
+    assert BENCH.text(written) == (written if read is None else read)
+    assert Column("", lambda row: row).text(written) == (written if read is None else read)
 
 
 def test_a_column_keeps_its_digits_and_its_gaps():

@@ -2,12 +2,15 @@
 are those of the document, in knots and in the reader's units, and no voice lacks a doubt.
 """
 
+import ast
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.interpolate import CubicSpline
 from tests.show.test_gap_report import account
-from tests.show.voices import contradictions, left_in_knots, voices_of
+from tests.show.voices import BENCH_UNIT, METRIC, contradictions, left_in_knots, voices_of
 
 from pitotbench.bench.questions import inspect
 from pitotbench.calibration.hand_card import reduce_card
@@ -20,25 +23,28 @@ from pitotbench.records.aircraft import (
     TermChange,
 )
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.calibration import calibration_json, short_answer_of
+from pitotbench.show.calibration import short_answer_of
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import campaign_tree
 from pitotbench.show.columns import frame_rows
 from pitotbench.show.comparison import comparison_json, comparison_tree
-from pitotbench.show.deliverables import curve_difference, difference_json, difference_tree
+from pitotbench.show.curve_difference import compare_curves, difference_json, difference_tree
+from pitotbench.show.curve_rows import points_json
 from pitotbench.show.inspection import (
     inspection_json,
     inspection_tree,
     performance_json,
     performance_tree,
 )
-from pitotbench.show.legs import card_json, card_tree, points_json
+from pitotbench.show.legs import card_json, card_tree
 from pitotbench.show.plan import plan_json, plan_tree
-from pitotbench.show.reader_units import BENCH
-from pitotbench.show.tree import Sentence
+from pitotbench.show.reader_units import BENCH, QUOTED
+from pitotbench.show.tree import ANSWER, NUMBERS, SOURCES, Doubt, Heading, Sentence
 from pitotbench.show.verdict import account_json
 from pitotbench.show.verdict_tree import account_tree
 from pitotbench.units import KNOT, POUND, SUFFIXES
+from pitotlab.house import PRODUCT
 
 CARD = """point,indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt,track_deg
 1,90,3000,9,100,0
@@ -119,7 +125,7 @@ def verdict(_, tmp_path):
 
 
 def curves(result, tmp_path):
-    found = curve_difference("one", result.curve, "other", result.curve)
+    found = compare_curves("one", result.curve, "other", result.curve)
     document = [difference_json(found), calibration_json(result)]
     return difference_tree(found, result.curve, result.curve), document, []
 
@@ -165,3 +171,38 @@ def test_a_number_of_another_fit_and_a_missing_doubt_are_found(result):
     assert set(found) >= {f"{voice}, kt" for voice in voices_of(nodes, BENCH)}
     assert left_in_knots([Sentence("at  101 KIAS, of 7.5 kts and between 5and 6 kt/s")]) == []
     assert left_in_knots([Sentence("(3) x5 kt")]) == ["(3) x5 kt"]
+    assert left_in_knots([Heading("wind of x5 kt", (Sentence(f"{QUOTED}5{QUOTED}kt"),))]) != []
+
+
+def test_no_voice_leaves_out_a_doubt_wherever_it_stands():
+    """A doubt in a part that a voice folds away or does not print."""
+    for depth in (ANSWER, SOURCES, NUMBERS):
+        nodes = [Heading("Evidence", (Doubt("it may be wrong"), Sentence("3.5 kt")), depth)]
+        assert contradictions(nodes, 3.5) == {}
+
+
+def sentences_of_the_product():
+    """Each text of the product behind its place, with 1.5 for each value that is put into it."""
+    for path in sorted(PRODUCT.rglob("*.py")):
+        nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+        filled = [n for n in nodes if isinstance(n, ast.JoinedStr)]
+        inside = {id(each) for n in filled for each in ast.walk(n) if each is not n}
+        texts = [(n, n.values) for n in filled]
+        texts += [
+            (n, [n]) for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)
+        ]
+        for node, parts in texts:
+            if id(node) not in inside:
+                told = (p.value if isinstance(p, ast.Constant) else "1.5" for p in parts)
+                yield f"{path.name}:{node.lineno}: ", re.sub(r"\{[^}]*\}", "1.5", "".join(told))
+
+
+def test_no_sentence_of_the_product_hides_its_units_from_the_reader():
+    """Also those that no answer of a test says: a number and a unit that stand together in another
+    way than the translation knows, and a number before it that is not translated with it.
+    """
+    half = re.compile(r"\d(?: or |[/–])[\d.]+ (km/h|m|°F|hPa)(?![\w/²])")
+    found = [(place, text) for place, text in sentences_of_the_product() if BENCH_UNIT.search(text)]
+    own = [place + METRIC.text(re.sub(rf"\S+{QUOTED}\w+", "", text)) for place, text in found]
+    assert len(own) > 100
+    assert [text for text in own if BENCH_UNIT.search(text) or half.search(text)] == []

@@ -4,6 +4,7 @@ not hold, which doubts a voice lacks, and what stays in the units of the bench.
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from html import unescape
 from io import StringIO
 from math import isfinite
@@ -19,6 +20,7 @@ from pitotbench.show.tree import (
     SOURCES,
     Code,
     Doubt,
+    Download,
     Figure,
     Heading,
     Node,
@@ -29,7 +31,7 @@ from pitotbench.show.tree import (
 METRIC = units_named("km/h,m,degf,hpa")
 _FACTORS = {BENCH: (1.0, 100.0), METRIC: (1.0, 100.0, 1.852, 0.3048, 1.8, 33.8639)}
 _DECIMAL = re.compile(r"(?<![\w.:,])[+\-−±]?\d[\d,]*\.\d+(?![\w.:]|e[+\-])")
-_BENCH_UNIT = re.compile(r"\d (kt|KIAS|KCAS|KTAS|ft|inHg|°C)(?![\w/²])")
+BENCH_UNIT = re.compile(r"\d (kt|KIAS|KCAS|KTAS|ft|inHg|°C)(?![\w/²])")
 
 
 def as_text(html: str) -> str:
@@ -117,7 +119,7 @@ def contradictions(
     nodes = tuple(nodes)
     found: dict[str, list[str]] = {}
     for units in (BENCH, METRIC):
-        doubts = [n.text for n in nodes_in(nodes, ANSWER) if isinstance(n, Doubt)]
+        doubts = [n.text for n in nodes_in(nodes) if isinstance(n, Doubt)]
         for name, text in voices_of(nodes, units).items():
             wrong = unknown_numbers(text, [document, *beside], units)
             plain = " ".join(text.split())
@@ -132,13 +134,21 @@ def contradictions(
 
 
 def left_in_knots(nodes: Iterable[Node]) -> list[str]:
-    """The texts of an answer that stay in the units of the bench for a reader of others. Quoted
-    rules do by right.
+    """The lines that some voice writes in the units of the bench for a reader of others. Quoted
+    rules are by right in their own.
     """
-    texts = []
-    for node in nodes_in(without_pictures(nodes)):
-        texts.append(getattr(node, "text", "") or getattr(node, "title", ""))
-        if isinstance(node, Table):
-            texts += [c.text(row) for c in METRIC.columns(node.columns) for row in node.rows]
-    own = (re.sub(rf"\S+{QUOTED}\w+", "", text) for text in texts)
-    return [text for text in own if _BENCH_UNIT.search(METRIC.text(text))]
+    voices = voices_of(_without_quotes(nodes), METRIC).values()
+    lines = (line for text in voices for line in text.splitlines())
+    return sorted({line for line in lines if BENCH_UNIT.search(line)})
+
+
+def _without_quotes(nodes: Iterable[Node]) -> tuple[Node, ...]:
+    texts = ((n, {"text": re.sub(rf"\S+{QUOTED}\w+", "", getattr(n, "text", ""))}) for n in nodes)
+    return tuple(
+        n
+        if isinstance(n, Table | Figure | Code | Download)
+        else replace(
+            n, **text, **({"nodes": _without_quotes(n.nodes)} if isinstance(n, Heading) else {})
+        )
+        for n, text in texts
+    )

@@ -130,8 +130,9 @@ class Desk:
         refused = [each for each in chosen if each.flight.refusal]
         if chosen and not refused:
             logs = tuple(dict.fromkeys(each.log for each in chosen))
-            kept["autopilot"] = chosen[0].autopilot
-            self._answer(Request(logs, handbook=self.handbook, **kept))
+            self._answer(
+                Request(logs, handbook=self.handbook, autopilot=chosen[0].autopilot, **kept)
+            )
         for each in refused[:1]:
             self.refusal = str(each.flight)
             if each.flight.strange:
@@ -151,8 +152,9 @@ class Desk:
 
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
-        rows = zip(self.draft, edited, strict=True)
-        self.draft = [(row[0], told, *row[2:]) for row, told in rows]
+        self.draft = [
+            (row[0], told, *row[2:]) for row, told in zip(self.draft, edited, strict=True)
+        ]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
         self._answer(Request((log,), self.store.write("mapping.toml", text), self.handbook))
@@ -198,8 +200,7 @@ class Desk:
 
     async def take(self, kind: str) -> tuple[str, str] | None:
         """Return name and text of a file to take away; None where there is none of the kind."""
-        mapping = None if self.request is None else self.request.mapping
-        own = {"legs": self._card, "mapping": mapping}.get(kind)
+        own = {"legs": self._card, "mapping": getattr(self.request, "mapping", None)}.get(kind)
         if own is not None:
             return own.name, own.path.read_text(encoding="utf-8")
         if self.request is None or self.answer is None:

@@ -25,7 +25,7 @@ from jinja2 import Template
 
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.words import state_of
-from pitotbench.show.calibration import samples_of
+from pitotbench.show.curve_rows import samples_of
 from pitotbench.timeline import minutes_text
 from pitotbench.units import SUFFIXES, SYMBOLS
 
@@ -108,18 +108,21 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
         time, speed, correction = samples_of(result)
         minutes = (time - result.log_start) / _MINUTE
         spans = (np.array(desk.answer.spans) - result.log_start) / _MINUTE
-        data["used"] = tuple(spans.T) or data["used"]
-        data["curve"] = _with_bound(result.curve, unit)
-        data["samples"] = (minutes, speed / unit, correction / unit)
         legs = [_with_bound(point, unit)[:-1] for point in result.points]
-        data["legs"] = tuple(zip(*legs, strict=True)) or data["legs"]
         books = [
             np.pad(
                 [each.indicated_airspeed, each.correction], ((0, 0), (0, 1)), constant_values=np.nan
             )
             for each in result.curve.published
         ]  # not a number between the lines of two configurations
-        data["handbook"] = tuple(np.hstack(books) / unit) if books else data["handbook"]
+        answered = {
+            "used": tuple(spans.T),
+            "curve": _with_bound(result.curve, unit),
+            "samples": (minutes, speed / unit, correction / unit),
+            "legs": tuple(zip(*legs, strict=True)),
+            "handbook": tuple(np.hstack(books) / unit) if books else (),
+        }
+        data |= {name: columns for name, columns in answered.items() if columns}
     return data
 
 
@@ -129,8 +132,9 @@ def _with_bound(curve: Any, unit: float) -> tuple[Any, ...]:
     return curve.indicated_airspeed / unit, value, value - bound, value + bound, bound
 
 
-def _figure(x: str, y: str, zoom: str, **settings: Any) -> Any:
+def _figure(name: str, x: str, y: str, zoom: str, **settings: Any) -> Any:
     plot = figure(
+        name=name,
         height=_TALL,
         sizing_mode="stretch_width",
         x_axis_label=x,
@@ -158,9 +162,11 @@ class View:
             for name, columns in _COLUMNS.items()
         }
         height = DataRange1d(range_padding=_ROOM, range_padding_units="absolute")
-        self.time = _figure("time [min]", "", "xwheel_zoom", extra_y_ranges={"height": height})
-        self.track = _figure("east [km]", "north [km]", "wheel_zoom", match_aspect=True)
-        self.error = _figure("", "", "wheel_zoom")
+        self.time = _figure(
+            "time", "time [min]", "", "xwheel_zoom", extra_y_ranges={"height": height}
+        )
+        self.track = _figure("track", "east [km]", "north [km]", "wheel_zoom", match_aspect=True)
+        self.error = _figure("error", "", "", "wheel_zoom")
         drawn = {
             (plot, kind, name): getattr(getattr(self, plot), kind)(
                 *columns, source=self.data[name], **look
@@ -176,12 +182,13 @@ class View:
         )
         self.time.add_tools(brush, HoverTool(renderers=[speed], mode="vline"))
         self.track.add_tools(HoverTool(renderers=[drawn["track", "line", "flight"]]))
-        curve = HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline")
-        self.error.add_tools(TapTool(renderers=[dots]), curve)
-        heights = LinearAxis(y_range_name="height")
-        bars = Whisker(base="speed", lower="low", upper="high", source=self.data["legs"])
-        self.time.add_layout(heights, "right")
-        self.error.add_layout(bars)
+        self.error.add_tools(
+            TapTool(renderers=[dots]),
+            HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline"),
+        )
+        self.time.add_layout(LinearAxis(y_range_name="height"), "right")
+        legs = self.data["legs"]
+        self.error.add_layout(Whisker(base="speed", lower="low", upper="high", source=legs))
         self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)
@@ -234,10 +241,8 @@ def open_document(desk: Desk, document: Document) -> View:
     view = View(desk)
     document.title = "pitotbench"
     document.template = Template(Path(own_folder(), "page.html").read_text(encoding="utf-8"))
-    for name in ("time", "track", "error"):
-        model = getattr(view, name)
-        model.name = name
-        document.add_root(model)
+    for picture in (view.time, view.track, view.error):
+        document.add_root(picture)
     view.render()
     listen = partial(document.add_next_tick_callback, view.render)
     desk.listeners.add(listen)

@@ -5,7 +5,7 @@ import json
 import re
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from http import HTTPStatus
@@ -91,20 +91,18 @@ class PageServer:
         self,
         port: int,
         workers: Workers | None = None,
-        left: float = _LEFT,
         most: int = MOST_BYTES,
     ) -> None:
         sockets, self.port = free_port(port)
         self.access = Access(self.port, token_urlsafe(), token_urlsafe())
         self.desk = Desk(Store(), workers or Workers())
-        self._left, desk = left, self.desk
-        application = Application(FunctionHandler(lambda document: open_document(desk, document)))
+        show = FunctionHandler(lambda document: open_document(self.desk, document))
         self.guarded = Guarded(
-            {"/": application},
+            {"/": Application(show)},
             self.access,
             secret_key=token_urlsafe().encode(),
             sign_sessions=True,
-            desk=desk,
+            desk=self.desk,
             most=most,
             extra_patterns=[
                 (r"/own/(page\.js|page\.css)", StaticFileHandler, {"path": own_folder()}),
@@ -118,13 +116,21 @@ class PageServer:
         self._server = BaseServer(IOLoop.current(), self.guarded, http)
         self._server.start()
 
-    async def until_left(self) -> None:
-        """Wait until nobody has looked at the page for half an hour."""
-        seen = time.monotonic()
-        while time.monotonic() - seen < self._left:
-            await asyncio.sleep(min(_LOOK, self._left))
-            if any(session.connection_count for session in self._server.get_sessions("/")):
-                seen = time.monotonic()
+    def is_seen(self) -> bool:
+        """Whether a tab shows the page."""
+        return any(session.connection_count for session in self._server.get_sessions("/"))
+
+    async def until_left(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+    ) -> None:
+        """Wait until no tab has shown the page for half an hour, by a clock [s] and its pauses."""
+        seen = clock()
+        while clock() - seen < _LEFT:
+            await sleep(_LOOK)
+            if self.is_seen():
+                seen = clock()
 
     def entrance(self) -> str:
         """Return the address of a private file that leads to the page: the arguments of a browser
@@ -180,8 +186,9 @@ def run_page(
             say("It is on this computer alone. Ctrl-C ends it, or half an hour without a tab.")
             show(server.entrance())
             for place in places:
-                names = {"": f"{place}/"} if place.is_dir() else {place.name: str(place)}
-                server.desk.add(place, names)
+                server.desk.add(
+                    place, {"": f"{place}/"} if place.is_dir() else {place.name: str(place)}
+                )
             await server.until_left()
             say("nobody looked at the page for half an hour: it is closed")
         finally:

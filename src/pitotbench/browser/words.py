@@ -13,7 +13,7 @@ from pitotbench.show.renderers import plain_of, plain_table
 from pitotbench.show.tree import SOURCES
 from pitotbench.units import SUFFIXES, SYMBOLS
 
-UNITS = ("kt", "kmh", "mph")
+UNITS = ("kt", "kmh", "mph", "mps")
 _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
 
 
@@ -50,12 +50,12 @@ def _answer(desk: Desk) -> Plain | None:
     if answer is None or asked is None or desk.refusal:
         return None
     result, settings = answer.result, answer.settings
-    known: Plain = {"parameters": settings, "mapping": asked.mapping}
+    known = {"parameters": settings is not None, "mapping": asked.mapping is not None}
     tree = calibration_tree("", {result.model: result}, lines=answer.flights, settings=settings)
     return {
         "usable": result.usable,
         "tree": plain_of(tree.nodes, desk.units, SOURCES),
-        "take": [kind for kind in _KINDS if answer.final and known.get(kind, kind)],
+        "take": [kind for kind in _KINDS if answer.final and known.get(kind, True)],
     }
 
 

@@ -3,17 +3,18 @@ answers, downloads. Each function calls its first argument with its replies, as 
 a reply is, as the desk calls it, and the reply itself.
 """
 
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
+from subprocess import list2cmdline
 from typing import Any
 
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
-from pitotbench.show.limits import AUTO
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.units import Array, Meters, MetersPerSecond
 
@@ -41,6 +42,15 @@ class LogFile:
 
     path: Path
     name: str
+
+
+def in_one_line(words: Sequence[str], system: str = os.name) -> str:
+    """A command as it is pasted: on Windows for its command prompt, to which `&` and others of
+    its letters mean something, elsewhere for a POSIX shell.
+    """
+    if system != "nt":
+        return shlex.join(words)
+    return " ".join(f'"{w}"' if set("&|<>^()") & set(w) else list2cmdline([w]) for w in words)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +92,7 @@ class Request:
             *([("--units", units.words)] if units != reader_units() else []),
         ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
-        return shlex.join([*words, *(part for each in stated for part in each)])
+        return in_one_line([*words, *(part for each in stated for part in each)])
 
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
@@ -164,11 +174,8 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
             strange=each.strange and not book,
         )
         header = {} if each.refusal else _part(path, plain).header
-        of_log = (
-            autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1)),
-            SENSOR in header,
-        )
-        held.append(Found(LogFile(path, name), told, *of_log, book))
+        autopilot = autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1))
+        held.append(Found(LogFile(path, name), told, autopilot, SENSOR in header, book))
     tell("found", tuple(held))
 
 
@@ -306,17 +313,25 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
         "temperature_c": (request.temperature, "as logged, else a standard day"),
     }
     flags = [flag_choice(name, text or None, usual) for name, (text, usual) in texts.items()]
-    paths = [each.path for each in request.logs]
-    sources = sources_of("log", paths, logs) + (
-        [("mapping", mapping.path, None)] if mapping else []
-    )
+    sources = [
+        *sources_of("log", [each.path for each in request.logs], logs),
+        *([("mapping", mapping.path, None)] if mapping else []),
+    ]
     published = tuple(
         replace(each, source=Path(book.name).name)
         for book in filter(None, [request.handbook])
         for each in published_of(book.path)
     )
-    place = mapping.path if mapping else None
-    found = calibrate_each(logs, None, place, sources, flags, published, first=first, **choices)
+    found = calibrate_each(
+        logs,
+        None,
+        mapping.path if mapping else None,
+        sources,
+        flags,
+        published,
+        first=first,
+        **choices,
+    )
     names = {each.path.name: each.name for each in request.logs}
     made = found[0].calibration.provenance
     told = replace(
@@ -339,40 +354,26 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
     is read is in `units`; the name says that of speed.
     """
-    from pitotbench.show.calibration import card_csv, doubts_of, flight_lines
+    from pitotbench.show.calibration import NamedFlight, doubts_of
+    from pitotbench.show.calibration_json import flights_json
     from pitotbench.show.columns import json_text
-    from pitotbench.show.deliverables import PARAMETER_FILES, flight_document, parameter_file
-    from pitotbench.show.pages import calibration_record, log_page, log_section
+    from pitotbench.show.curve_rows import card_csv
+    from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
+    from pitotbench.show.pages import calibration_record, flights_page
 
-    flights, unit = _calibrated(tell, request), units.speed
-    rows = [(request.logs[each.place].name, each, _settings(request, each)) for each in flights]
-
-    def document() -> str:
-        found = [flight_document(Path(name).name, each, old) for name, each, old in rows]
-        return json_text(found if len(found) > 1 else found[0])
-
-    def page() -> str:
-        sections = [
-            log_section(name, each.log, each.calibration, AUTO, flight_lines(each), old, units)
-            for name, each, old in rows
-        ]
-        named = ", ".join(dict.fromkeys(name for name, *_ in rows))
-        return log_page(f"Pitot-static calibration: {named}", sections, units)
-
+    found = [
+        NamedFlight(request.logs[each.place].name, each, _settings(request, each))
+        for each in _calibrated(tell, request)
+    ]
+    every, unit = [each.flight.calibration for each in found], units.speed
     makers: dict[str, tuple[str, Callable[[], str]]] = {
-        "json": (".json", document),
-        "card": (
-            f"-card-{unit}.csv",
-            lambda: card_csv(rows[0][1].calibration.curve, doubts_of(rows[0][1].calibration), unit),
-        ),
-        "record": (
-            f"-record-{unit}.html",
-            lambda: calibration_record([each.calibration for each in flights], units=units),
-        ),
-        "page": (f"-page-{unit}.html", page),
+        "json": (".json", lambda: json_text(flights_json(found))),
+        "card": (f"-card-{unit}.csv", lambda: card_csv(every[0].curve, doubts_of(every[0]), unit)),
+        "record": (f"-record-{unit}.html", lambda: calibration_record(every, units=units)),
+        "page": (f"-page-{unit}.html", lambda: flights_page(found, units=units)),
     }
-    if (settings := rows[0][2]) is not None:
-        ending = PARAMETER_FILES[settings.autopilot][0]
+    if (settings := found[0].settings) is not None:
+        ending, _ = PARAMETER_FILES[settings.autopilot]
         makers["parameters"] = (ending, partial(parameter_file, settings))
     ending, make = makers[kind]
     tell("file", (request.file_name(ending), make()))
@@ -402,6 +403,6 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
         nodes = legs_tree(
             legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
         )
-        flags = [",".join(f"{value:g}" for value in each) for each in (speeds, tracks)]
-        typed = f"--ground-speed-kt={flags[0]} --track-deg={flags[1]}"
+        one, other = (",".join(f"{value:g}" for value in each) for each in (speeds, tracks))
+        typed = f"--ground-speed-kt={one} --track-deg={other}"
     tell("legs", {"tree": plain_of(nodes), "command": f"pitotbench fixed-speed {typed}"})

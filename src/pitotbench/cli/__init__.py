@@ -1,4 +1,4 @@
-"""The command line: files with `add(parser)` and `run(options)` for each command; `app` has the
+"""The command line: files with `FLAGS` and `run(options)` for each command; `app` has the
 table.
 """
 

@@ -4,8 +4,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_shared, require_page, say, tell, write_page
+from pitotbench.cli.shared_flags import (
+    DONE,
+    NO_ANSWER,
+    flag,
+    require_page,
+    say,
+    shared,
+    tell,
+    write_page,
+)
 from pitotbench.records import BadInputError
 
 # The flags that each action has.
@@ -16,41 +24,35 @@ _FLAGS = {
 }
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench aircraft`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "action",
         choices=[*_FLAGS],
         help="check: attach the autopilot, and fly what can be flown; "
         "performance: stall, climb, cruise, glide and ceiling in steady flight; "
         "indicator: make a handbook's table of airspeeds the airspeed indicator of a JSBSim "
         "airplane",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "aircraft",
         metavar="NAME|PATH",
         help="name in the hangar or in JSBSim's library; JSBSim file or its folder; indicator: the "
         "table (CSV) with the columns KIAS, KCAS and, where it has several, configuration",
-    )
-    parser.add_argument(
-        "--maneuver", help="check: maneuvers to fly, with commas (default: the paper's five)"
-    )
-    parser.add_argument("--seed", type=int, help="check: truth seed of the turbulence (default: 1)")
-    parser.add_argument("--report", type=Path, help="check: also write a page with pictures (HTML)")
-    parser.add_argument(
+    ),
+    flag("--maneuver", help="check: maneuvers to fly, with commas (default: the paper's five)"),
+    flag("--seed", type=int, help="check: truth seed of the turbulence (default: 1)"),
+    flag("--report", type=Path, help="check: also write a page with pictures (HTML)"),
+    flag(
         "--handbook",
         type=Path,
         metavar="TABLE.csv",
         help="performance: published figures to show beside the model's",
-    )
-    parser.add_argument("--json", action="store_true", help="performance: print one JSON document")
-    add_shared(parser, "units")
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE.xml", help="indicator: the JSBSim system to write"
-    )
-    parser.add_argument(
-        "--configuration", help="indicator: which configuration of a table with several"
-    )
+    ),
+    flag("--json", action="store_true", help="performance: print one JSON document"),
+    *shared("units"),
+    flag("--out", type=Path, metavar="FILE.xml", help="indicator: the JSBSim system to write"),
+    flag("--configuration", help="indicator: which configuration of a table with several"),
+)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -5,6 +5,7 @@ import codecs
 import gc
 import logging
 import os
+import re
 import sys
 import traceback
 from argparse import Namespace, RawDescriptionHelpFormatter
@@ -15,24 +16,25 @@ from io import TextIOWrapper
 from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.cli.shared_flags import BAD_INPUT, DONE, INTERRUPTED, NO_ANSWER, UNFORESEEN, flag
 from pitotbench.records import BadInputError, NoAnswerError, error_words
 from pitotbench.show.columns import printable
 
-# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and
+# The table of commands: a new command is one file with its `FLAGS` and `run(options) -> int`, and
 # one line here. A module is named by a string, so that only the module of the chosen command is
 # loaded.
 
 
-# Not a dataclass: that import takes longer than all else that `--help` needs.
+# No dataclass: that import takes longer than all else that `--help` needs.
 class Command(NamedTuple):
-    """A command: its name, its module, its description in one line, and the functions for flags and
-    run.
+    """A command: its name, its module, its description in one line, and the names of its flags and
+    of the function that runs it.
     """
 
     name: str
     module: str
     summary: str
-    add: str = "add"
+    flags: str = "FLAGS"
     run: str = "run"
 
 
@@ -68,7 +70,7 @@ COMMANDS = (
         "reproduce",
         "pitotbench.cli.results",
         "fly one stored result again, and compare",
-        "add_reproduce",
+        "REPRODUCE_FLAGS",
         "run_reproduce",
     ),
     Command("open", "pitotbench.cli.open", "a page in the browser: drop a log, see the answer"),
@@ -80,19 +82,10 @@ COMMANDS = (
         "completion",
         "pitotbench.cli.app",
         "print the script with which bash, zsh or fish completes",
-        "add_completion",
+        "COMPLETION_FLAGS",
         "run_completion",
     ),
 )
-
-
-# What the exit code of a command means.
-
-DONE = 0
-UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
-BAD_INPUT = 2  # the code of argparse for a wrong flag
-NO_ANSWER = 3  # not converged, not observable, or flights lost
-INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
 
 
 # The parsers of the command line: errors in one line, versions looked up on demand, flags added
@@ -106,6 +99,9 @@ class OneLineParser(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
+        # A temperature of -5±2 and tracks of -178,85 are values, as -5 alone is. argparse has no
+        # public way to say so; this attribute is as old as argparse.
+        self._negative_number_matcher = re.compile(r"-\d")
         # No default: that of a command would overwrite a flag given before the command.
         shown = "show the traceback of an error"
         self.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=shown)
@@ -114,24 +110,7 @@ class OneLineParser(argparse.ArgumentParser):
         )
 
     def error(self, message: str) -> NoReturn:
-        if message.endswith(
-            "expected one argument"
-        ):  # argparse takes a value such as -178,185 for a flag
-            message += " (a value that begins with a minus sign is written FLAG=VALUE)"
         self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
-
-
-def _with_signs(args: Any) -> Any:
-    """Return arguments in which a temperature below zero stands behind its flag and `=`: argparse
-    takes `-5±2` alone for a flag.
-    """
-    joined: list[str] = []
-    for text in args or ():
-        if joined and joined[-1] == "--temperature-c" and text.startswith(("-", "−")):
-            joined[-1] += f"={text}"
-        else:
-            joined.append(text)
-    return args if args is None else joined
 
 
 class CommandParser(OneLineParser):
@@ -148,7 +127,6 @@ class CommandParser(OneLineParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the command's flags if they are missing, then parse."""
         self.add_flags()
-        args = _with_signs(args)
         found = super().parse_known_args(args, namespace)
         for action in self._actions:  # argparse takes `--to=--` for a flag without its value
             given = getattr(found[0], action.dest, None)
@@ -160,7 +138,8 @@ class CommandParser(OneLineParser):
         """Load the command's module and add its flags, unless that is done."""
         if self.get_default("run") is None:
             module = import_module(self._command.module)
-            getattr(module, self._command.add)(self)
+            for each in getattr(module, self._command.flags):
+                self.add_argument(*each.names, **each.settings)
             self.set_defaults(run=getattr(module, self._command.run))
 
 
@@ -312,9 +291,7 @@ def _explain(error: BaseException) -> tuple[int, str]:
 SHELLS = ("bash", "zsh", "fish")
 
 
-def add_completion(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench completion`."""
-    parser.add_argument("shell", choices=SHELLS, help="the shell; the script is printed")
+COMPLETION_FLAGS = (flag("shell", choices=SHELLS, help="the shell; the script is printed"),)
 
 
 def run_completion(options: argparse.Namespace) -> int:

@@ -1,19 +1,19 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.cli.shared_flags import (
-    add_shared,
+    flag,
     mapping_source,
     read_choices,
     read_logs,
     require_page,
     require_table,
     say,
+    shared,
     stated_accuracies,
     stated_part,
     tell,
@@ -23,119 +23,85 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
+    from pitotbench.records.calibration import CalibratedFlight
     from pitotbench.records.log import FlightLog
-    from pitotbench.show.limits import Limit
-    from pitotbench.show.reader_units import Units
-    from pitotbench.show.tree import Node
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench calibrate`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "logs",
         nargs="+",
         type=Path,
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
-    )
-    parser.add_argument(
-        "--model", help="pressure-error model (default: the mapping's, else smooth)"
-    )
-    add_shared(parser, "mapping", "part", "temperature", "sensor", "accuracy", "priors")
-    parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
-    parser.add_argument(
-        "--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"
-    )
-    parser.add_argument(
-        "--on-condition", action="store_true", help="use only rows flagged on condition"
-    )
-    parser.add_argument(
-        "--no-down", action="store_true", help="do not use the vertical GPS velocity"
-    )
-    parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
-    parser.add_argument("--method", help="covering or paper (default: covering)")
-    parser.add_argument(
+    ),
+    flag("--model", help="pressure-error model (default: the mapping's, else smooth)"),
+    *shared("mapping", "part", "temperature", "sensor", "accuracy", "priors"),
+    flag("--mach-max", type=float, help="leave out rows above this Mach number"),
+    flag("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"),
+    flag("--on-condition", action="store_true", help="use only rows flagged on condition"),
+    flag("--no-down", action="store_true", help="do not use the vertical GPS velocity"),
+    flag("--no-altitude", action="store_true", help="do not use the height by GPS"),
+    flag("--method", help="covering or paper (default: covering)"),
+    flag(
         "--error-location",
         help="auto (by GPS height where the log has it), static, total or impact (as published) "
         "(default: the "
         "mapping's, else auto)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--wind",
         help="constant, checked (constant or changing, averaged by evidence; drifting in a long "
         "flight), linear "
         "(in time and height) or drifting (default: checked)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` "
         "(default)",
-    )
-    parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
-    parser.add_argument(
+    ),
+    flag("--all-rows", action="store_true", help="keep faulty rows"),
+    flag(
         "--separately",
         action="store_true",
         help="a curve for each of several logs, not one for all",
-    )
-    parser.add_argument(
-        "-v", "--verbose", action="store_true", help="print every point of the curve and the fit"
-    )
-    parser.add_argument(
+    ),
+    flag("-v", "--verbose", action="store_true", help="print every point of the curve and the fit"),
+    flag(
         "--limit",
         default="auto",
         help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude "
         "for each 100 kt) "
         "(default: far23 below Mach 0.6, else far25, where the curve reaches 60 kt)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--params",
         metavar="AUTOPILOT",
         help="also the parameters to set: ardupilot or px4, with the old values where the log has "
         "none "
         "(px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "-o",
         dest="parameter_file",
         type=Path,
         metavar="FILE",
         help="also write the parameters of --params as a file that the ground station loads: "
         ".param of ArduPilot (Mission Planner, MAVProxy), .params of PX4 (QGroundControl)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--handbook",
         type=Path,
         metavar="TABLE.csv",
         help="compare the curve with that of a handbook: columns KIAS, KCAS and, where it has "
         "several, configuration",
-    )
-    parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
-    add_shared(parser, "report", "record", "table", "units", "json")
-
-
-@dataclass(frozen=True, slots=True)
-class _Reduced:
-    """A flight of a log with its calibration."""
-
-    path: Path
-    flight: "CalibratedFlight"
-
-    @property
-    def name(self) -> str:
-        """The name of the file, with the number of the flight where the file holds several."""
-        flight = self.flight
-        return self.path.name + (
-            f", flight {flight.number} of {flight.count}" if flight.count > 1 else ""
-        )
-
-    @property
-    def own_curve(self) -> bool:
-        """Whether the flight is the first of those that share its curve, or has a curve of its own."""
-        return self.flight.joined == 1 or (self.flight.place == 0 and self.flight.number == 1)
+    ),
+    flag("--card", type=Path, help="also write the airspeed card (.csv)"),
+    *shared("report", "record", "table", "units", "json"),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -145,50 +111,66 @@ def run(options: argparse.Namespace) -> int:
     """
     from pitotbench.pressure_error.autopilot_settings import autopilot_settings
     from pitotbench.records.outputs import PAGES, require_file
-    from pitotbench.show.calibration import card_csv, doubts_of
+    from pitotbench.show.calibration import NamedFlight, doubts_of
+    from pitotbench.show.calibration_json import flights_json
+    from pitotbench.show.calibration_tree import flight_tree
+    from pitotbench.show.curve_rows import card_csv
     from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
     from pitotbench.show.limits import limit_named
     from pitotbench.show.reader_units import reader_units
+    from pitotbench.show.tree import Sentence
 
     held = _take_bundles(options)
     require_page(options.report, _inputs(options))
     autopilot, _ = _stated_autopilot(options)
     if options.parameter_file is not None and not autopilot:
         raise BadInputError("-o writes autopilot parameters: add --params ardupilot or px4")
-    for flag, path, suffixes in (
+    for name, path, suffixes in (
         ("--card", options.card, (".csv",)),
         ("--record", options.record, PAGES),
         ("-o", options.parameter_file, PARAMETER_FILES.get(autopilot, ("",))[:1]),
     ):
         if path is not None:
-            _require_one_curve(flag, len(options.logs) if options.separately and not held else 1)
+            _require_one_curve(name, len(options.logs) if options.separately and not held else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit, units = limit_named(options.limit), reader_units(options.units)
-    reduced = _reduced(options, held)
-    curves = len({each.path for each in reduced if each.own_curve})
-    for flag, path in (("--card", options.card), ("--record", options.record)):
-        _require_one_curve(flag, 1 if path is None or not held else curves)
-    settings = [
-        autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
-        for each in reduced
+    found = [
+        NamedFlight(
+            str(path),
+            flight,
+            autopilot_settings(flight.calibration, autopilot) if autopilot else None,
+        )
+        for path, flight in _reduced(options, held)
     ]
-    write_page(options.report, lambda: _report(reduced, limit, settings, units))
-    first = reduced[0].flight.calibration
+    own = {each.name: each.flight.calibration for each in found if each.own_curve}
+    curves = len({each.file for each in found if each.own_curve})
+    for name, path in (("--card", options.card), ("--record", options.record)):
+        _require_one_curve(name, 1 if path is None or not held else curves)
+    first = found[0].flight.calibration
+    if options.report or options.record:
+        from pitotbench.show.pages import calibration_record, flights_page
+
+        # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
+        same = [first, *(each.flight.calibration for each in found[1:] if not each.own_curve)]
+        write_page(options.report, lambda: flights_page(found, limit, units))
+        write_page(options.record, lambda: calibration_record(same, limit, units))
     write_page(options.card, lambda: card_csv(first.curve, doubts_of(first)))
-    if (found := settings[0]) is not None:
-        write_page(options.parameter_file, partial(parameter_file, found))
-    write_page(options.record, lambda: _record(reduced, limit, units))
-    own = {each.name: each.flight.calibration for each in reduced if each.own_curve}
+    if (settings := found[0].settings) is not None:
+        write_page(options.parameter_file, partial(parameter_file, settings))
     write_table(
         options,
-        {name: found.curve for name, found in own.items()},
-        {name: doubts_of(found) for name, found in own.items()},
+        {name: each.curve for name, each in own.items()},
+        {name: doubts_of(each) for name, each in own.items()},
     )
+    more = "-v for all numbers" + ("" if options.report else ", --report PAGE.html for pictures")
     tell(
         options,
-        lambda: _document(reduced, limit, settings),
-        lambda: _trees(reduced, limit, settings, options),
+        lambda: flights_json(found, limit),
+        lambda: [
+            *(flight_tree(each, limit) for each in found),
+            *([] if options.verbose else [Sentence(f"More: {more}.")]),
+        ],
     )
     return 0
 
@@ -205,27 +187,17 @@ def _take_bundles(options: argparse.Namespace) -> bool:
     return len(options.logs) > given
 
 
-def _require_one_curve(flag: str, curves: int) -> None:
+def _require_one_curve(name: str, curves: int) -> None:
     if curves > 1:
         raise BadInputError(
-            f"{flag} holds one curve, and there would be {curves}: leave out --separately, or give "
+            f"{name} holds one curve, and there would be {curves}: leave out --separately, or give "
             "the logs one by one"
         )
 
 
-def _record(reduced: list[_Reduced], limit: "Limit | str | None", units: "Units") -> str:
-    from pitotbench.show.pages import calibration_record
-
-    # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
-    flights = [
-        each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve
-    ]
-    return calibration_record(flights, limit, units)
-
-
-def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
-    """Return each flight with its calibration: one curve for each log where asked for, else one for
-    all. Of logs that are `held` in a folder, those that have an answer.
+def _reduced(options: argparse.Namespace, held: bool) -> "list[tuple[Path, CalibratedFlight]]":
+    """Return each flight with the path of its log and its calibration: one curve for each log
+    where asked for, else one for all. Of logs that are `held` in a folder, those that have an answer.
     """
     from pitotbench.bench.calibrations import (
         calibrate_each,
@@ -271,7 +243,7 @@ def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
             published=published,
             **choices,
         )
-        return [_Reduced(each.given, flight) for each in answers for flight in each.flights]
+        return [(each.given, flight) for each in answers for flight in each.flights]
     logs = read(options.logs)
     if (
         options.params
@@ -289,7 +261,7 @@ def _reduced(options: argparse.Namespace, held: bool) -> list[_Reduced]:
         else [(options.logs, logs)]
     )
     return [
-        _Reduced(paths[flight.place], flight)
+        (paths[flight.place], flight)
         for paths, group in groups
         for flight in calibrate_each(
             group,
@@ -310,38 +282,6 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
     from pitotbench.logbook.autopilot import stated_parameters
 
     return ("", {}) if options.params is None else stated_parameters(options.params)
-
-
-def _document(
-    reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
-) -> object:
-    from pitotbench.show.deliverables import flight_document
-
-    documents = [
-        flight_document(each.path.name, each.flight, found, limit)
-        for each, found in zip(reduced, settings, strict=True)
-    ]
-    return documents[0] if len(documents) == 1 else documents
-
-
-def _trees(
-    reduced: list[_Reduced],
-    limit: "Limit | str | None",
-    settings: "list[AutopilotSettings | None]",
-    options: argparse.Namespace,
-) -> "list[Node]":
-    from pitotbench.show.calibration import flight_lines
-    from pitotbench.show.calibration_tree import calibration_tree
-    from pitotbench.show.tree import Sentence
-
-    told: list[Node] = []
-    for each, found in zip(reduced, settings, strict=True):
-        result, lines = each.flight.calibration, flight_lines(each.flight)
-        name = f"{each.name} ({_origin(each.flight.log)})"
-        results = {result.model: result}
-        told.append(calibration_tree(name, results, limit, lines=lines, settings=found))
-    pictures = "" if options.report else ", --report PAGE.html for pictures"
-    return told if options.verbose else [*told, Sentence(f"More: -v for all numbers{pictures}.")]
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -389,34 +329,3 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(
             f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}"
         ) from error
-
-
-def _report(
-    reduced: list[_Reduced],
-    limit: "Limit | str | None",
-    settings: "list[AutopilotSettings | None]",
-    units: "Units",
-) -> str:
-    from pitotbench.show.calibration import flight_lines
-    from pitotbench.show.pages import log_page, log_section
-
-    sections = [
-        log_section(
-            each.name,
-            each.flight.log,
-            each.flight.calibration,
-            limit,
-            flight_lines(each.flight),
-            found,
-            units,
-        )
-        for each, found in zip(reduced, settings, strict=True)
-    ]
-    title = "Pitot-static calibration: " + ", ".join(
-        dict.fromkeys(each.path.name for each in reduced)
-    )
-    return log_page(title, sections, units)
-
-
-def _origin(log: "FlightLog") -> str:
-    return "simulated" if log.simulated else "measured"

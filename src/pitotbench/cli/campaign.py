@@ -2,119 +2,115 @@
 
 import argparse
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_shared, require_known, stated_wind, tell
+from pitotbench.cli.shared_flags import (
+    DONE,
+    NO_ANSWER,
+    flag,
+    require_known,
+    shared,
+    stated_wind,
+    tell,
+)
 from pitotbench.records import BadInputError
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
 if TYPE_CHECKING:
     from pitotbench.campaigns.campaign import CampaignRequest
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench campaign`."""
-    from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
-
-    parser.add_argument(
+FLAGS = (
+    flag(
         "plan",
         nargs="?",
         type=Path,
         metavar="PLAN.toml",
         help="plan of the campaign (docs/scale.md)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--maneuver",
         help=f"{', '.join(MANEUVERS)}, a comma list, all ({', '.join(PAPER_MANEUVERS)}) or every",
-    )
-    parser.add_argument("--das", help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
-    parser.add_argument(
+    ),
+    flag("--das", help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all"),
+    flag(
         "--model",
         default="inverse+",
         help="model, comma list, auto, or all: inverse+, quadratic, linear, bias (default: "
         "%(default)s)",
-    )
-    parser.add_argument(
-        "--method", default="covering", help="covering or paper (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--turbulence", default="light", help="none, light or moderate (default: %(default)s)"
-    )
-    add_shared(parser, "wind", "units")
-    parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
-    parser.add_argument(
+    ),
+    flag("--method", default="covering", help="covering or paper (default: %(default)s)"),
+    flag("--turbulence", default="light", help="none, light or moderate (default: %(default)s)"),
+    *shared("wind", "units"),
+    flag("--pilot", default="none", help="none, good or busy (default: %(default)s)"),
+    flag(
         "--aircraft",
         default="navajo",
         help="aircraft: a name, or the path of a JSBSim file or folder (default: %(default)s)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--seeds",
         default="1",
         help="flights of each maneuver: truth and sensor seeds 1 to N, or a range such as "
         "501-1000 (default: 1)",
-    )
-    parser.add_argument(
-        "--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)"
-    )
-    parser.add_argument(
+    ),
+    flag("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)"),
+    flag(
         "--out", type=Path, help="folder for the results (default: out/<maneuver>-<das> or <plan>)"
-    )
-    add_running(parser)
-
-
-def add_running(parser: argparse.ArgumentParser) -> None:
-    """Add the flags that say how a campaign runs, not what it flies."""
-    flag = parser.add_argument
-    flag("--jobs", type=int, help="processes (default: one a core)")
+    ),
+    # how a campaign runs, not what it flies
+    flag("--jobs", type=int, help="processes (default: one a core)"),
     flag(
         "--scheduler",
         help="address of a dask scheduler, tcp://host:port or tls://host:port, instead of "
         "processes",
-    )
+    ),
     flag(
         "--security",
         type=Path,
         metavar="FILE",
         help="TOML file with ca, cert and key for a tls:// scheduler",
-    )
-    flag("--shard", metavar="K/N", help="fly the K-th of N parts of the plan")
+    ),
+    flag("--shard", metavar="K/N", help="fly the K-th of N parts of the plan"),
     flag(
         "--time-limit",
         type=float,
         default=900.0,
         metavar="S",
         help="seconds a flight may take (default: %(default)g)",
-    )
+    ),
     flag(
         "--memory-limit",
         type=float,
         default=2.0,
         metavar="GB",
         help="memory of a flight (default: %(default)g GB)",
-    )
+    ),
     flag(
         "--keep-logs",
         default="all",
         help="none, failed (logs that could not be calibrated) or all (default: all)",
-    )
-    flag("--no-report", action="store_true", help="write tables and logs, but no page")
+    ),
+    flag("--no-report", action="store_true", help="write tables and logs, but no page"),
     flag(
         "--retry-failed",
         action="store_true",
         help="fly the flights again that are stored as failed",
-    )
+    ),
     flag(
         "--progress",
         default="auto",
         help="bar, lines (one a minute), json, none or auto (default: auto)",
-    )
+    ),
     flag(
         "--dry-run",
         action="store_true",
         help="print what would be flown, the minutes and the bytes; fly nothing",
-    )
+    ),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -201,11 +197,15 @@ def _check(options: argparse.Namespace) -> None:
         raise BadInputError(
             "a plan file names the maneuvers and the data systems; leave out --maneuver and --das"
         )
-    require_known("turbulence", options.turbulence, TURBULENCE_SEVERITY)
-    require_known("pilot", options.pilot, PILOTS)
-    require_known("log format", f".{options.log_format}", FORMATS)
-    require_known("choice of logs", options.keep_logs, KEEP_LOGS)
-    require_known("progress", options.progress, STYLES)
+    names: dict[str, tuple[str, Iterable[str]]] = {
+        "turbulence": (options.turbulence, TURBULENCE_SEVERITY),
+        "pilot": (options.pilot, PILOTS),
+        "log format": (f".{options.log_format}", FORMATS),
+        "choice of logs": (options.keep_logs, KEEP_LOGS),
+        "progress": (options.progress, STYLES),
+    }
+    for what, (name, known) in names.items():
+        require_known(what, name, known)
     seeds_of(options.seeds)
     if options.jobs is not None and options.jobs < 1:
         raise BadInputError("--jobs counts from 1")

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pitotbench.cli.shared_flags import (
-    add_shared,
+    flag,
     read_logs,
     require_page,
     say,
+    shared,
     stated_accuracies,
     tell,
 )
@@ -32,32 +33,30 @@ class Kind(NamedTuple):
     compare: Callable[[argparse.Namespace], int | None]
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench compare`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "first",
         type=Path,
         metavar="A",
         help="a calibration (--json of calibrate), a log, or a JSBSim file (.xml)",
-    )
-    parser.add_argument(
-        "second", type=Path, metavar="B", help="another of the same kind, held against the first"
-    )
-    add_shared(parser, "mapping", "accuracy", "json", "report", "units")
-    parser.add_argument("--model", help="of two logs: the pressure-error model (as for calibrate)")
-    parser.add_argument(
+    ),
+    flag("second", type=Path, metavar="B", help="another of the same kind, held against the first"),
+    *shared("mapping", "accuracy", "json", "report", "units"),
+    flag("--model", help="of two logs: the pressure-error model (as for calibrate)"),
+    flag(
         "--card",
         metavar="MANEUVER",
         help="of two airplanes: the card that A flies (default: diagnostic)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--tolerance",
         type=float,
         metavar="PERCENT",
         help="of two airplanes: exit code 1 where a force, a moment, power or mass changes by "
         "more than this share "
         "of its largest value in the flight",
-    )
+    ),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -92,12 +91,12 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from pitotbench.show.deliverables import curve_difference, difference_json, difference_tree
+    from pitotbench.show.curve_difference import compare_curves, difference_json, difference_tree
 
     (first, one), (second, other) = curves
     if first == second:
         first, second = str(options.first), str(options.second)
-    found = curve_difference(first, one, second, other)
+    found = compare_curves(first, one, second, other)
     tell(
         options,
         lambda: difference_json(found),

@@ -3,16 +3,16 @@ typed.
 """
 
 import argparse
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
-    add_shared,
+    flag,
     read_logs,
     require_page,
     require_table,
+    shared,
     stated_accuracies,
+    stated_numbers,
     tell,
     tell_each,
     write_page,
@@ -20,71 +20,69 @@ from pitotbench.cli.shared_flags import (
 )
 from pitotbench.records import BadInputError
 
-if TYPE_CHECKING:
-    from pitotbench.units import Array
-
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench fixed-speed`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "logs",
         nargs="*",
         type=Path,
         metavar="LOG",
         help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
         "fly-by",
-    )
-    add_shared(parser, "mapping", "accuracy", "table", "units", "json")
-    parser.add_argument(
-        "--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"
-    )
-    parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
-    parser.add_argument(
+    ),
+    *shared("mapping", "accuracy", "table", "units", "json"),
+    flag("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"),
+    flag("--track-deg", help="true track of each leg, with commas [°]"),
+    flag(
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
-    )
+    ),
+)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are
-    given.
+    """Print the answer; return exit code 0. Raises BadInputError unless files of one kind, legs, or
+    a sheet are asked for.
     """
-    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
-
     require_table(options, options.logs)
-    typed = [options.ground_speed_kt, options.track_deg]
-    if options.sheet is not None and not options.logs and typed == [None, None]:
-        _write_sheet(options.sheet)
-    elif options.sheet is None and options.logs and typed == [None, None]:
-        cards = [is_points_table(path) for path in options.logs]
-        if any(cards) and not all(cards):
-            raise BadInputError("give either logs or points tables")
-        if options.table is not None and not (
-            any(cards) and not any(map(is_fly_by_card, options.logs))
-        ):
-            raise BadInputError(
-                "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
-            )
-        fly_bys = [is_fly_by_card(path) for path in options.logs]
-        if any(fly_bys) and not all(fly_bys):
-            raise BadInputError("give either points tables or fly-by cards")
-        (_of_fly_bys if any(fly_bys) else _of_cards if any(cards) else _of_logs)(options)
-    elif not options.logs and None not in typed:
-        _of_legs(options)
-    else:
+    typed = [options.ground_speed_kt is not None, options.track_deg is not None]
+    given = {_LEGS: any(typed), _SHEET: options.sheet is not None}
+    asked = {_kind_of(path) for path in options.logs} | {kind for kind in given if given[kind]}
+    if len(asked) != 1 or any(typed) != all(typed):
         raise BadInputError(
-            "give either logs, or a points table, or both --ground-speed-kt and --track-deg, or "
-            "--sheet"
+            "give either logs, or points tables, or fly-by cards, or both --ground-speed-kt and "
+            "--track-deg, or --sheet"
         )
+    if options.table is not None and asked != {_CARDS}:
+        raise BadInputError(
+            "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
+        )
+    {
+        _LOGS: _of_logs,
+        _CARDS: _of_cards,
+        _FLY_BYS: _of_fly_bys,
+        _LEGS: _of_legs,
+        _SHEET: _write_sheet,
+    }[asked.pop()](options)
     return 0
 
 
-def _write_sheet(path: Path) -> None:
+# What can be asked for.
+_LOGS, _CARDS, _FLY_BYS = "logs", "points tables", "fly-by cards"
+_LEGS, _SHEET = "legs", "a sheet"
+
+
+def _kind_of(path: Path) -> str:
+    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
+
+    return _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
+
+
+def _write_sheet(options: argparse.Namespace) -> None:
     from pitotbench.show.columns import printable
     from pitotbench.show.legs import card_sheet
 
-    require_page(path)
-    write_page(path, card_sheet)
-    sys.stdout.write(printable(f"written: {path}") + "\n")
+    require_page(options.sheet)
+    write_page(options.sheet, card_sheet)
+    print(printable(f"written: {options.sheet}"))
 
 
 def _of_cards(options: argparse.Namespace) -> None:
@@ -125,7 +123,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
     from pitotbench.records import NoAnswerError
-    from pitotbench.show.legs import points_json, points_tree
+    from pitotbench.show.curve_rows import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
     choice = options_of(logs, options.mapping, **stated_accuracies(options))
@@ -152,23 +150,15 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 
 def _of_legs(options: argparse.Namespace) -> None:
+    import numpy as np
+
     from pitotbench.calibration.leg_methods import fixed_speed
     from pitotbench.show.legs import legs_json, legs_tree
     from pitotbench.units import DEGREE, KNOT
 
-    speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
-    tracks = _numbers(options.track_deg, "--track-deg")
-    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+    form = "numbers with commas between them, such as 178,185,188"
+    speeds = stated_numbers("--ground-speed-kt", options.ground_speed_kt, form)
+    tracks = stated_numbers("--track-deg", options.track_deg, form)
+    found = fixed_speed(np.multiply(KNOT, speeds), np.multiply(DEGREE, tracks))
     answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     tell(options, lambda: answer, lambda: legs_tree(answer))
-
-
-def _numbers(text: str, flag: str) -> "Array":
-    import numpy as np
-
-    try:
-        return np.array([float(part) for part in text.split(",")])
-    except ValueError as error:
-        raise BadInputError(
-            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
-        ) from error

@@ -3,16 +3,13 @@
 import argparse
 from pathlib import Path
 
+from pitotbench.cli.shared_flags import flag
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench fly`."""
-    parser.add_argument("case", type=Path, help="case file (TOML)")
-    parser.add_argument(
-        "-o", "--out", type=Path, required=True, help="log to write: .csv, .parquet or .mat"
-    )
-    parser.add_argument(
-        "--truth", action="store_true", help="also write <name>.truth.parquet beside the log"
-    )
+FLAGS = (
+    flag("case", type=Path, help="case file (TOML)"),
+    flag("-o", "--out", type=Path, required=True, help="log to write: .csv, .parquet or .mat"),
+    flag("--truth", action="store_true", help="also write <name>.truth.parquet beside the log"),
+)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -4,22 +4,22 @@ import argparse
 from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
-    add_shared,
+    flag,
     read_logs,
     require_page,
+    shared,
     tell,
 )
 
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench inspect`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "log",
         type=Path,
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
-    )
-    add_shared(parser, "mapping", "sensor", "units", "json", "report")
+    ),
+    *shared("mapping", "sensor", "units", "json", "report"),
+)
 
 
 def run(options: argparse.Namespace) -> int:

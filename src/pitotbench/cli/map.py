@@ -4,15 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
+from pitotbench.cli.shared_flags import flag
 from pitotbench.records import BadInputError
 
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench map`."""
-    parser.add_argument("log", type=Path, metavar="LOG", help="log file with unknown column names")
-    parser.add_argument(
-        "-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed"
-    )
+FLAGS = (
+    flag("log", type=Path, metavar="LOG", help="log file with unknown column names"),
+    flag("-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed"),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -29,8 +27,7 @@ def run(options: argparse.Namespace) -> int:
     if is_bundle(options.log):
         raise BadInputError(f"{options.log}: a folder; name a log in it")
     try:
-        known = needs_mapping(options.log)
-        if known:
+        if known := needs_mapping(options.log):
             print(printable(f"{options.log.name}: {known}"))
             return 0
         drafted = draft_mapping(read_table(options.log))
@@ -41,25 +38,19 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write(printable(text, keep="\n"))
         return 0
     write_text(options.out, text)
-    print(printable(text.splitlines()[0].removeprefix("# ")))
-    for name in drafted.missing:
-        print(printable(f"missing: no column was found for {name}"))
-    for line in drafted.lines:
-        if line.question:
-            print(
-                printable(f"check {line.guess.theirs!r} = {line.guess.target()!r}: {line.question}")
-            )
-    if drafted.refusal:
-        print(printable(f"with these lines the log is refused: {drafted.refusal}"))
-    first = (
-        ""
-        if drafted.sure
-        else "complete it first, "
-        if drafted.unusable
-        else "answer the questions, "
-    )
-    print(printable(f"{first}then: pitotbench calibrate {options.log} --mapping "
-                    f"{options.out}" if first
-                    else f"use it: pitotbench calibrate {options.log} --mapping "
-                         f"{options.out}"))  # fmt: skip
+    use = f"pitotbench calibrate {options.log} --mapping {options.out}"
+    first = "complete it first" if drafted.unusable else "answer the questions"
+    refused = [drafted.refusal] if drafted.refusal else []
+    told = [
+        text.splitlines()[0].removeprefix("# "),
+        *(f"missing: no column was found for {name}" for name in drafted.missing),
+        *(
+            f"check {line.guess.theirs!r} = {line.guess.target()!r}: {line.question}"
+            for line in drafted.lines
+            if line.question
+        ),
+        *(f"with these lines the log is refused: {why}" for why in refused),
+        f"use it: {use}" if drafted.sure else f"{first}, then: {use}",
+    ]
+    print("\n".join(map(printable, told)))
     return 0

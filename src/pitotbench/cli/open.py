@@ -1,34 +1,32 @@
 """`pitotbench open`: a page in the browser on which one drops a log and sees the answer."""
 
 import argparse
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+from pitotbench.cli.shared_flags import flag
 from pitotbench.records import BadInputError
 
 _PORT = 5020
 _LAST_PORT = 65_535
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench open`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "logs",
         nargs="*",
         type=Path,
         metavar="FILE",
         help="log files, folders or .zip files to begin with; others are dropped on the page",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--port",
         type=int,
         default=_PORT,
         help="port on 127.0.0.1; where it is taken, the next one (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--no-browser", action="store_true", help="print the address, and open no browser"
-    )
+    ),
+    flag("--no-browser", action="store_true", help="print the address, and open no browser"),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -48,10 +46,10 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError(f"--port {options.port}: give 1024 to {_LAST_PORT}, or 0 for any")
     from pitotbench.browser.server import run_page
 
-    def say(line: str) -> None:
-        sys.stdout.write(printable(line) + "\n")
-        sys.stdout.flush()
-
-    show = (lambda address: True) if options.no_browser else webbrowser.open
-    run_page(options.logs, options.port, show, say)
+    run_page(
+        options.logs,
+        options.port,
+        show=(lambda address: True) if options.no_browser else webbrowser.open,
+        say=lambda line: print(printable(line), flush=True),
+    )
     return 0

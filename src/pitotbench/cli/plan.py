@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
-    add_shared,
+    flag,
     require_known,
     require_page,
     say,
+    shared,
+    stated_numbers,
     stated_wind,
     tell,
     write_page,
@@ -25,80 +27,79 @@ if TYPE_CHECKING:
 _PAGE, _CASE = "plan.html", "plan.toml"
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench plan`."""
-    flag = parser.add_argument
+FLAGS = (
     flag(
         "--das",
         default="20/1",
         help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)",
-    )
+    ),
     flag(
         "--turbulence",
         default="light",
         help="expected: none, light or moderate (default: %(default)s)",
-    )
-    add_shared(parser, "wind", "units", "json")
+    ),
+    *shared("wind", "units", "json"),
     flag(
         "--speeds-kt",
         help="LOW,HIGH: where the curve is wanted [KIAS] (default: the aircraft's, 100,160 for "
         "navajo)",
-    )
+    ),
     flag(
         "--error-location",
         default="impact",
         help="where the error is expected: static (GPS height shows it), total or impact "
         "(default: %(default)s)",
-    )
+    ),
     flag(
         "--receiver-height-m",
         help="WHITE,SLOW: 1σ of the height error by GPS, such as 0.3,2 (default: 1.5,0)",
-    )
+    ),
     flag(
         "--vertical-velocity",
         default="usual",
         help="recorded, missing or usual: from 10 Hz (default: %(default)s)",
-    )
-    flag("--minutes", type=float, help="minutes to spend on condition")
+    ),
+    flag("--minutes", type=float, help="minutes to spend on condition"),
     flag(
         "--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?"
-    )
-    flag("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
+    ),
+    flag("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]"),
     flag(
         "--maneuver",
         default="every",
         help="a name, a comma list, all (the paper's five) or every (default: %(default)s)",
-    )
+    ),
     flag(
         "--aircraft",
         default="navajo",
         help="aircraft: a name, or the path of a JSBSim file or folder (default: %(default)s)",
-    )
+    ),
     flag(
         "--draws",
         type=int,
         default=16,
         help="draws of gusts and sensor noise a maneuver (default: %(default)s)",
-    )
+    ),
     flag(
         "--search",
         type=int,
         default=SEARCH_FLIGHTS,
         help="flights to improve the best card, 0 for none (default: %(default)s)",
-    )
+    ),
     flag(
         "--by-hand",
         action="store_true",
         help="plan a card written by hand (for `fixed-speed POINTS.csv`) by --want-kt, --minutes, "
         "--speeds-kt",
-    )
+    ),
     flag(
         "--sheet",
         type=Path,
         metavar="FILE",
         help="of --by-hand: write its legs as a sheet to fill in (HTML)",
-    )
-    flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
+    ),
+    flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)"),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -189,13 +190,8 @@ def _system(options: argparse.Namespace) -> "DataSystem":
     system = replace(data_system(options.das), vertical_velocity=options.vertical_velocity)
     if options.receiver_height_m is None:
         return system
-    try:
-        white, slow = (float(part) for part in options.receiver_height_m.split(","))
-    except ValueError as error:
-        raise BadInputError(
-            "--receiver-height-m takes two numbers, WHITE,SLOW, such as 0.3,2; got "
-            f"{options.receiver_height_m!r}"
-        ) from error
+    form = "two numbers, WHITE,SLOW, such as 0.3,2"
+    white, slow = stated_numbers("--receiver-height-m", options.receiver_height_m, form, 2)
     if not (0.0 <= white < 1e3 and 0.0 <= slow < 1e3):
         raise BadInputError("--receiver-height-m: standard deviations from 0 to 1000 m")
     return replace(system, altitude_noise=white, altitude_drift=slow)
@@ -204,13 +200,9 @@ def _system(options: argparse.Namespace) -> "DataSystem":
 def _speeds(text: str) -> tuple[float, float]:
     from pitotbench.units import KNOT
 
-    try:
-        low, high = (float(part) * KNOT for part in text.split(","))
-    except ValueError as error:
-        raise BadInputError(
-            f"--speeds-kt takes two numbers, LOW,HIGH, such as 100,160; got {text!r}"
-        ) from error
-    return low, high
+    form = "two numbers, LOW,HIGH, such as 100,160"
+    low, high = stated_numbers("--speeds-kt", text, form, 2)
+    return low * KNOT, high * KNOT
 
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path, units: "Units") -> list[Path]:

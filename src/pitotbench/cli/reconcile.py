@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
-    add_shared,
+    flag,
     mapping_source,
     read_choices,
     read_logs,
     require_page,
     say,
+    shared,
     stated_part,
     tell,
 )
@@ -25,65 +26,61 @@ if TYPE_CHECKING:
     from pitotbench.records.maneuver import Maneuvers
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench reconcile`."""
-    parser.add_argument(
+FLAGS = (
+    flag(
         "log",
         type=Path,
         nargs="+",
         metavar="MEASURED",
         help="measured log (.csv, .parquet, .mat), or several of one airplane: causes and sizes "
         "are shared",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--aircraft",
         default="navajo",
         help="aircraft model, or none: sensors alone (default: %(default)s)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
-    )
-    add_shared(parser, "mapping", "part", "record", "units", "json")
-    parser.add_argument(
+    ),
+    *shared("mapping", "part", "record", "units", "json"),
+    flag(
         "--card",
         type=Path,
         metavar="CASE",
         action="append",
         help="case file that says what was flown (default: the log's header); give it once, or "
         "once for each log",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--no-next-flight",
         action="store_true",
         help="without effect; accepted for scripts of earlier versions",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--terms",
         action="store_true",
         help="let all aerodynamic terms of the model's file compete; a log without a card is then "
         "judged by its maneuvers (default: for logs of system identification, such as SIDPAC's "
         "fdata)",
-    )
-    parser.add_argument(
-        "--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"
-    )
-    parser.add_argument(
+    ),
+    flag("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"),
+    flag(
         "--close",
         metavar="NAME",
         help="patch the airplane as ./aircraft/<aircraft>+NAME, judge the log again with it, and "
         "so on until nothing more closes",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--no-cache",
         action="store_true",
         help="fly the null flights of the card anew, and do not keep them",
-    )
-    parser.add_argument(
-        "-v", "--verbose", action="store_true", help="print the candidates and all checks"
-    )
-    parser.add_argument(
+    ),
+    flag("-v", "--verbose", action="store_true", help="print the candidates and all checks"),
+    flag(
         "--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml"
-    )
+    ),
+)
 
 
 def run(options: argparse.Namespace) -> int:

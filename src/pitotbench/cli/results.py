@@ -8,8 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_shared, tell
+from pitotbench.cli.shared_flags import DONE, NO_ANSWER, flag, shared, tell
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -19,38 +18,28 @@ _SHOWN = "name,das,model,minutes,residual_two_sigma_kt,two_sigma_kt,curve_rms_er
 _OF_FAILURES = "name,state,reason"
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench results`."""
-    parser.add_argument(
-        "folders", nargs="+", type=Path, metavar="DIR", help="folder of a campaign, or several"
-    )
-    parser.add_argument(
+FLAGS = (
+    flag("folders", nargs="+", type=Path, metavar="DIR", help="folder of a campaign, or several"),
+    flag(
         "--where",
         metavar="EXPRESSION",
         help="rows, such as \"turbulence == 'light' and seed < 10\"",
-    )
-    parser.add_argument("--state", help="done, failed or quarantined")
-    parser.add_argument(
+    ),
+    flag("--state", help="done, failed or quarantined"),
+    flag(
         "--columns",
         help=f"comma list, or all (default: {_SHOWN}; of failures alone: {_OF_FAILURES})",
-    )
-    parser.add_argument(
-        "--by", help="comma list of columns: the means over all others, and the number of rows"
-    )
-    parser.add_argument(
-        "--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)"
-    )
-    parser.add_argument(
-        "--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg"
-    )
-    parser.add_argument(
+    ),
+    flag("--by", help="comma list of columns: the means over all others, and the number of rows"),
+    flag("--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)"),
+    flag("--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg"),
+    flag(
         "--page",
         metavar="FLIGHT",
         help="fly a flight of DIR again and draw its page, FLIGHT.html in DIR or --out",
-    )
-    parser.add_argument(
-        "--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg"
-    )
+    ),
+    flag("--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg"),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -118,15 +107,15 @@ def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
     return DONE
 
 
-def add_reproduce(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `pitotbench reproduce`."""
-    parser.add_argument(
+REPRODUCE_FLAGS = (
+    flag(
         "result",
         type=Path,
         metavar="RESULT",
         help="folder of a campaign and a flight, as out/circle-20_1/circle-seed1",
-    )
-    add_shared(parser, "json")
+    ),
+    *shared("json"),
+)
 
 
 def run_reproduce(options: argparse.Namespace) -> int:

@@ -1,11 +1,12 @@
-"""What several commands share: flags, how their values are read, and how an answer is told."""
+"""What several commands share: exit codes, flags, how these are read, how an answer is told."""
 
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pitotbench.catalog import explain
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
@@ -21,116 +22,155 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
+# What the exit code of a command means.
+
+DONE = 0
+UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
+BAD_INPUT = 2  # the code of argparse for a wrong flag
+NO_ANSWER = 3  # not converged, not observable, or flights lost
+INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
+
+
+# No dataclasses: that import takes longer than all else that `--help` needs.
+class Flag(NamedTuple):
+    """A flag or an argument of a command, as `add_argument` takes it."""
+
+    names: tuple[str, ...]
+    settings: dict[str, Any]
+
+
+def flag(*names: str, **settings: Any) -> Flag:
+    """A flag by its names and its settings: those of `ArgumentParser.add_argument`."""
+    return Flag(names, settings)
+
+
 # Flags that several commands have, by the word that asks for them.
 _USUAL = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items())
-_FLAGS: dict[str, dict[str, dict[str, Any]]] = {
-    "mapping": {
-        "--mapping": {
-            "help": "how to read a foreign log: a shipped name or a TOML file (default: known "
-            "formats are recognized)"
-        }
-    },
-    "temperature": {
-        "--temperature-c": {
-            "metavar": "T±2σ@PLACE",
-            "help": "temperature of the day [°C], lapsed with height, for a log without a probe of "
+_SHARED: dict[str, tuple[Flag, ...]] = {
+    "mapping": (
+        flag(
+            "--mapping",
+            help="how to read a foreign log: a shipped name or a TOML file (default: known "
+            "formats are recognized)",
+        ),
+    ),
+    "temperature": (
+        flag(
+            "--temperature-c",
+            metavar="T±2σ@PLACE",
+            help="temperature of the day [°C], lapsed with height, for a log without a probe of "
             "the air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a "
             "standard day ±15 K)",
-        }
-    },
-    "sensor": {
-        "--airspeed-sensor": {
-            "type": int,
-            "metavar": "N",
-            "help": "which airspeed sensor of a log with several, from 1 (default: the first)",
-        }
-    },
-    "part": {
-        "--from": {
-            "dest": "begin",
-            "metavar": "MIN:S",
-            "help": "use the log from this minute on, such as 12:30",
-        },
-        "--to": {
-            "dest": "end",
-            "metavar": "MIN:S",
-            "help": "use the log up to this minute, such as 25:00",
-        },
-        "--without": {
-            "metavar": "MIN:S-MIN:S",
-            "action": "append",
-            "help": "leave out the minutes between, such as 14:00-15:30; may be given several "
-            "times",
-        },
-    },
-    "wind": {
-        "--wind-kt": {
-            "type": float,
-            "default": 15.0,
-            "help": "wind speed [kt] (default: %(default)g)",
-        },
-        "--wind-from-deg": {
-            "type": float,
-            "default": 300.0,
-            "help": "direction the wind is from [°] (default: %(default)g)",
-        },
-    },
-    "accuracy": {
-        "--accuracy": {
-            "metavar": "NAME=2σ,...",
-            "help": "2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: "
+        ),
+    ),
+    "sensor": (
+        flag(
+            "--airspeed-sensor",
+            type=int,
+            metavar="N",
+            help="which airspeed sensor of a log with several, from 1 (default: the first)",
+        ),
+    ),
+    "part": (
+        flag(
+            "--from",
+            dest="begin",
+            metavar="MIN:S",
+            help="use the log from this minute on, such as 12:30",
+        ),
+        flag(
+            "--to",
+            dest="end",
+            metavar="MIN:S",
+            help="use the log up to this minute, such as 25:00",
+        ),
+        flag(
+            "--without",
+            metavar="MIN:S-MIN:S",
+            action="append",
+            help="leave out the minutes between, such as 14:00-15:30; may be given several times",
+        ),
+    ),
+    "wind": (
+        flag(
+            "--wind-kt",
+            type=float,
+            default=15.0,
+            help="wind speed [kt] (default: %(default)g)",
+        ),
+        flag(
+            "--wind-from-deg",
+            type=float,
+            default=300.0,
+            help="direction the wind is from [°] (default: %(default)g)",
+        ),
+    ),
+    "accuracy": (
+        flag(
+            "--accuracy",
+            metavar="NAME=2σ,...",
+            help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: "
             "sensors without constant errors (default: what the mapping or the log states, else "
             f"{_USUAL})",
-        }
-    },
-    "priors": {
-        "--set": {
-            "metavar": "NAME=NUMBER,...",
-            "dest": "priors",
-            "help": "a prior other than the usual one, such as gust_length_m=300 (docs/method.md "
-            "lists them)",
-        }
-    },
-    "record": {
-        "--record": {
-            "type": Path,
-            "metavar": "FILE.html",
-            "help": "also write the record for the file, two pages to print (HTML): inputs with "
+        ),
+    ),
+    "priors": (
+        flag(
+            "--set",
+            metavar="NAME=NUMBER,...",
+            dest="priors",
+            help="a prior other than the usual one, such as gust_length_m=300 (docs/method.md lists "
+            "them)",
+        ),
+    ),
+    "record": (
+        flag(
+            "--record",
+            type=Path,
+            metavar="FILE.html",
+            help="also write the record for the file, two pages to print (HTML): inputs with "
             "SHA-256, settings, versions, answer and checks",
-        }
-    },
-    "units": {
-        "--units": {
-            "default": "",
-            "metavar": "UNIT,...",
-            "help": "what is read, in your units: kt|km/h|mph,ft|m,degc|degf,inhg|hpa, such as "
+        ),
+    ),
+    "units": (
+        flag(
+            "--units",
+            default="",
+            metavar="UNIT,...",
+            help="what is read, in your units: kt|km/h|mph|m/s,ft|m,degc|degf,inhg|hpa, such as "
             "km/h,m (default: those of the line `units` in your pitotbench.toml, else "
             "kt,ft,degc,inhg; JSON and CSV keep the units of their keys)",
-        }
-    },
-    "table": {
-        "--table": {
-            "type": Path,
-            "metavar": "FILE",
-            "help": "also write KCAS by KIAS and the altitude correction by height: .csv, .html "
+        ),
+    ),
+    "table": (
+        flag(
+            "--table",
+            type=Path,
+            metavar="FILE",
+            help="also write KCAS by KIAS and the altitude correction by height: .csv, .html "
             "(to print) or .xml (a JSBSim system that reads as the airplane's airspeed indicator)",
-        }
-    },
-    "json": {
-        "--json": {
-            "action": "store_true",
-            "help": "print one JSON document, a list where there are several answers",
-        }
-    },
-    "report": {"--report": {"type": Path, "help": "also write a page with pictures (HTML)"}},
+        ),
+    ),
+    "json": (
+        flag(
+            "--json",
+            action="store_true",
+            help="print one JSON document, a list where there are several answers",
+        ),
+    ),
+    "report": (
+        flag(
+            "--report",
+            type=Path,
+            help="also write a page with pictures (HTML)",
+        ),
+    ),
 }
 
 
-def add_shared(parser: argparse.ArgumentParser, *names: str) -> None:
-    """Add flags that several commands have, by the words of their table."""
-    for name in names:
-        for flag, settings in _FLAGS[name].items():
-            parser.add_argument(flag, **settings)
+def shared(*names: str) -> list[Flag]:
+    """Return flags that several commands have, by the words of their table."""
+    return [each for name in names for each in _SHARED[name]]
 
 
 def read_logs(
@@ -212,6 +252,17 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
             f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360"
         )
     return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
+
+
+def stated_numbers(flag: str, text: str, form: str, count: int | None = None) -> list[float]:
+    """Return the numbers with commas between them of a flag. Raises BadInputError, with the form in
+    which it takes them, for others and for another count.
+    """
+    parts = text.split(",")
+    with suppress(ValueError):
+        if count in (None, len(parts)):
+            return [float(part) for part in parts]
+    raise BadInputError(f"{flag} takes {form}; got {text!r}")
 
 
 def require_known(what: str, name: str, known: Iterable[str]) -> None:

@@ -1,37 +1,39 @@
 """The tree of a calibration: what it found, what to doubt, what it rests on. One for all voices."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
+
+import numpy as np
 
 from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.log import FlightLog
 from pitotbench.show.calibration import (
+    NamedFlight,
+    doubts_of,
+    flight_lines,
+    is_doubt,
+    short_answer_of,
+)
+from pitotbench.show.columns import Column
+from pitotbench.show.curve_rows import (
     CURVE_COLUMNS,
     GLANCE_COLUMNS,
-    assumption_lines,
+    POINT_COLUMNS,
     card_csv,
     curve_points,
-    departure_line,
-    doubts_of,
-    fit_lines,
     glance_points,
-    handbook_lines,
-    is_doubt,
-    location_lines,
-    parameter_lines,
-    part_lines,
-    share_lines,
-    short_answer_of,
-    wind_lines,
+    off_curve,
 )
 from pitotbench.show.deliverables import SETTING_COLUMNS, settings_lines
-from pitotbench.show.legs import point_columns
+from pitotbench.show.handbook import handbook_sentence
 from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.record import (
     CHECK_COLUMNS,
     WIND_COLUMNS,
     conditions_of,
     flights_checks,
+    wind_two_sigma,
     winds_of,
 )
 from pitotbench.show.tree import (
@@ -46,7 +48,9 @@ from pitotbench.show.tree import (
     Sentence,
     Table,
 )
-from pitotbench.units import MetersPerSecond
+from pitotbench.show.words import with_unit
+from pitotbench.timeline import minutes_text
+from pitotbench.units import KNOT, MetersPerSecond
 
 _MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
 
@@ -75,12 +79,12 @@ def calibration_tree(
     answer, curve, doubts = short_answer_of(result, subject), result.curve, doubts_of(result)
     first = [Doubt(text, first=True) for text in doubts[:1]]
     pictures = Figure("pitotbench.show.flights.flight_panels", flown)
-    sentences = [answer.correction_sentence, answer.wind_sentence, *handbook_lines(curve)]
     told: list[Node] = [
-        *map(Sentence, sentences),
+        Sentence(answer.correction_sentence),
+        Sentence(answer.wind_sentence),
+        *(Sentence(handbook_sentence(curve, each)) for each in curve.published),
         Figure("pitotbench.show.curves.curve_panels", (results, truth, limit), "main"),
     ]
-    holds_for = [*lines, *part_lines(result), *location_lines(result), *assumption_lines(result)]
     rules = [judgment.sentence for judgment in judgments(result, limit)]
     flight = ", ".join(dict.fromkeys(f.flight for f in result.provenance.inputs if f.flight))
     return Heading(
@@ -96,7 +100,13 @@ def calibration_tree(
                 card_csv(curve, doubts),
             ),
             *map(Doubt, doubts[1:]),
-            *map(Sentence, [*rules, *(f"{line[:1].upper()}{line[1:]}" for line in holds_for)]),
+            *map(
+                Sentence,
+                [
+                    *rules,
+                    *(f"{line[:1].upper()}{line[1:]}" for line in [*lines, *_conditions(result)]),
+                ],
+            ),
             *(Notice(each) for each in result.warnings if not is_doubt(each)),
             *_sources(result, flights or [result]),
             *_numbers(result),
@@ -112,6 +122,14 @@ def calibration_tree(
             *([Heading("The flight", (pictures,), NUMBERS)] if flown else []),
         ),
     )
+
+
+def flight_tree(found: NamedFlight, limit: Limit | str | None = AUTO) -> Heading:
+    """The tree of a calibrated flight of a log, without its pictures over time."""
+    flight, result = found.flight, found.flight.calibration
+    subject = f"{found.name} ({'simulated' if flight.log.simulated else 'measured'})"
+    results, lines = {result.model: result}, flight_lines(flight)
+    return calibration_tree(subject, results, limit, lines=lines, settings=found.settings)
 
 
 def _settings(found: AutopilotSettings) -> Heading:
@@ -138,23 +156,129 @@ def _sources(result: Calibration, flights: Sequence[Calibration]) -> list[Headin
     ]
 
 
+_MOST_PARTS = 6  # of the log that are named
+_LOCATIONS = {
+    "static": "the static source",
+    "total": "the total source",
+    "impact": "the impact pressure",
+}
+
+
+def _conditions(result: Calibration) -> Iterator[str]:
+    """For what the answer holds: the parts of the log, in minutes of it, the place of the error,
+    which decides what it does to the altitude, and what is assumed.
+    """
+    if result.left_out:
+        start, more = result.log_start, len(result.parts) - _MOST_PARTS
+        told = [
+            f"{minutes_text(begin - start)} to {minutes_text(end - start)}"
+            for begin, end in result.parts[:_MOST_PARTS]
+        ]
+        yield (
+            f"used: {', '.join(told)}{f' and {more} more parts' if more > 0 else ''} (minutes of "
+            f"the log); left out: {', '.join(result.left_out)}"
+        )
+    unseen = ", assumed (without a height by GPS the log does not show it)" * result.place_assumed
+    yield f"place of the error: {_LOCATIONS[result.error_location]}{unseen}"
+    yield from _assumptions(result)
+
+
+# The assumptions of a bound in words: accuracies that no residual shows, and a zero offset that is
+# corrected.
+
+_ASSUMED = {
+    "temperature_k": ("temperature", "K"),
+    "recovery_factor": ("recovery factor", ""),
+    "static_pressure_pa": ("static pressure", "Pa"),
+    "impact_pressure_zero_pa": ("zero of the impact pressure", "Pa"),
+    "velocity_mps": ("GPS velocity", "m/s"),
+    "total_source": ("total source", "of q_c"),
+    "latency_s": ("GPS latency", "s"),
+}
+_STATED_BY = {"header": "stated by the log"}  # any other in its own word
+
+
+def _assumptions(result: Calibration) -> Iterator[str]:
+    """The accuracies on which the bounds depend, and the zero offset that is corrected."""
+    told = [(*_ASSUMED[a.name], a, _STATED_BY.get(a.source, a.source)) for a in result.assumptions]
+    parts = [
+        f"{name} ±{with_unit(f'{a.two_sigma:g}', unit)} ({source})"
+        for name, unit, a, source in told
+        if a.two_sigma > 0.0
+    ]
+    exact = [(name, source) for name, _, a, source in told if not a.two_sigma > 0.0]
+    if exact:
+        names, sources = (", ".join(dict.fromkeys(each)) for each in zip(*exact, strict=True))
+        parts.append(f"no constant error of {names} ({sources})")
+    if parts:
+        yield f"The bounds assume these constant errors (2σ): {'; '.join(parts)}."
+    zero = result.impact_pressure_zero
+    if zero is not None:
+        yield (
+            "Add the correction to the raw reading: it takes out a zero offset of the impact "
+            f"pressure of {zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is "
+            "right: a constant part of Δp looks the same); Δp/q_c is the pressure error without it."
+        )
+
+
 def _numbers(result: Calibration) -> list[Heading]:
     """All that is known of the curve, the fit and what was weighed against it."""
-    points = result.points
-    parts: dict[str, list[Node]] = {
+    points = [
+        *POINT_COLUMNS,
+        Column("point − curve", partial(off_curve, result.curve), "kt", "+.2f"),
+    ]
+    parts: dict[str, Sequence[Node]] = {
         "The curve in numbers": [Table(CURVE_COLUMNS, curve_points(result.curve))],
-        "Fixed-speed methods in numbers": [Table(point_columns(result.curve), points)]
-        if points
-        else [],
-        "The fit": [
-            *map(Sentence, parameter_lines(result)),
-            *([Sentence(departure_line(result))] if result.diagnostics.departures else []),
-            *map(Sentence, wind_lines(result)),
-            *map(Sentence, share_lines(result)),
-            *map(Sentence, fit_lines(result)),
-        ],
+        "Fixed-speed methods in numbers": [Table(points, result.points)] if result.points else [],
+        "The fit": [*map(Sentence, _fit(result))],
     }
     return [Heading(title, tuple(nodes), NUMBERS) for title, nodes in parts.items() if nodes]
+
+
+def _fit(result: Calibration) -> Iterator[str]:
+    """The parameters of the model with their bounds, the wind velocity, what widens the bounds, the
+    residual and the state of the fit.
+    """
+    values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
+    yield f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"
+    if sizes := result.diagnostics.departures:
+        yield (
+            "departure of the curve from level, slope and a part in 1/q_ci, rms in Δp/q_c, with its "
+            f"probability: {', '.join(f'{size} with {100 * p:.0f} %' for size, p in sizes.items())}"
+        )
+    if (wind := result.wind) is None:
+        yield "wind velocity: unknown"
+    else:
+        parts = [
+            f"{to} {v.value / KNOT:+.2f} ± {v.two_sigma / KNOT:.2f} kt"
+            for to, v in (("north", wind.north), ("east", wind.east), ("down", wind.down))
+            if v is not None
+        ]
+        yield f"wind velocity (± is 2σ): toward {', '.join(parts)}"
+        yield from _shares(result, wind_two_sigma(wind))
+    yield (
+        f"2σ of the residual {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} "
+        f"samples, condition number {result.condition_number:.1e}; {result.reason}"
+    )
+
+
+_LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
+
+
+def _shares(result: Calibration, wind_kt: float) -> Iterator[str]:
+    """How much each stated accuracy widens the bounds, the largest contribution first."""
+    total = float(np.sqrt(np.mean(result.curve.two_sigma_kt**2)))
+    for share in sorted(result.shares, key=lambda share: -share.curve - share.wind):
+        found = share.estimate
+        # The digits of a value that is negligible against its bound come from rounding alone.
+        value = found.value if abs(found.value) > 1e-6 * found.two_sigma else 0.0
+        if max(share.curve, share.wind) > _LEAST_SHARE * KNOT:
+            yield (
+                f"{share.name} (estimated {value:+.3g} ± {found.two_sigma:.3g}) contributes "
+                f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and "
+                f"±{share.wind / KNOT:.2f} kt to "
+                f"the wind's ±{wind_kt:.2f} kt (2σ, as squares; parts overlap)"
+            )
 
 
 def _plain(name: str) -> str:

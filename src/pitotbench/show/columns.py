@@ -3,6 +3,7 @@ and JSON.
 """
 
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from csv import writer
 from dataclasses import dataclass
@@ -55,6 +56,14 @@ def _written(letter: str) -> str:
     return letter
 
 
+_NEGATIVE = re.compile(r"(?<![\w.\-/=\"'])-(?=\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?(?!\w|[.-]\w))")
+
+
+def with_minus_signs(text: str) -> str:
+    """A text as it is read: with minus signs in the place of hyphens before numbers."""
+    return _NEGATIVE.sub("−", text)
+
+
 Row = TypeVar("Row")
 _ABSENT = "–"
 
@@ -79,17 +88,17 @@ class Column(Generic[Row]):
     optional: bool = False
 
     def text(self, row: Row) -> str:
-        """The cell of a row, without the unit; a signed number that is rounded to nought is +0."""
+        """The cell of a row, without the unit. A text is as it is read; a number can be copied into
+        a program, and a signed one that is rounded to nought is +0.
+        """
         value = self.value(row)
         if value is None:
             return _ABSENT
         if isinstance(value, bool):
             return "yes" if value else "no"
-        return (
-            format(value, self.style.replace("+", "+z")).removesuffix("%")
-            if self.style
-            else str(value)
-        )
+        if not self.style:
+            return with_minus_signs(str(value))
+        return format(value, self.style.replace("+", "+z")).removesuffix("%")
 
     @property
     def title(self) -> str:

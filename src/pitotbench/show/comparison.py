@@ -1,16 +1,13 @@
 """Show two versions of an airplane's file: what changed in flight, in words, tables, JSON, a page."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
-
-from matplotlib.axes import Axes
 
 from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChange
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.show.style import BLUE, INK, WIDE, Panel, broken, stacked, svg
+from pitotbench.show.style import WIDE, Panel, broken, drawing, frame, level, line, panel
 from pitotbench.show.tree import Figure, Heading, Node, Notice, Sentence, Table
-from pitotbench.units import Array
 
 
 def change_words(term: TermChange) -> str:
@@ -120,17 +117,12 @@ def change_panels(found: ModelComparison, units: Units = BENCH) -> list[Panel]:
     """The change of each channel over time [s], the axes below one another."""
     title, time = "New less old, in the states that the old one flew", found.time - found.time[0]
 
-    def drawn(label: str, values: Array, last: bool) -> Callable[[Axes], None]:
-        def draw(axes: Axes) -> None:
-            axes.axhline(0.0, color=INK, lw=0.7)
-            axes.plot(*broken(time, values), color=BLUE)
-            axes.set(ylabel=label, **({"xlabel": "time [s]"} if last else {}))
-
-        return draw
-
     draws = [
-        drawn(f"{c.channel} [{c.unit}]", found.traces[c.channel], c is found.channels[-1])
+        drawing(
+            level(0.0),
+            line(*broken(time, found.traces[c.channel])),
+            frame("time [s]" if c is found.channels[-1] else "", f"{c.channel} [{c.unit}]"),
+        )
         for c in found.channels
     ]
-    with stacked(draws, (WIDE[0], 0.9 + 1.15 * len(draws)), 3, units) as figure:
-        return [Panel(title, svg(figure, title))]
+    return [panel(title, draws, size=(WIDE[0], 0.9 + 1.15 * len(draws)), units=units)]

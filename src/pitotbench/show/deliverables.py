@@ -1,7 +1,6 @@
-"""What people take home: parameters to set, tables for the handbook, two curves compared."""
+"""What people take home: parameters to set, and tables for the handbook."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from types import MappingProxyType
 from typing import Any
@@ -12,19 +11,15 @@ from pitotbench import air
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import (
     AutopilotSettings,
-    CalibratedFlight,
     ErrorCurve,
     Estimate,
     PublishedCurve,
     Setting,
 )
-from pitotbench.show.calibration import MOST_ROWS, calibration_json, flight_json
 from pitotbench.show.columns import Column, csv_text, json_rows
-from pitotbench.show.legs import points_json
-from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import page_of
-from pitotbench.show.tree import NUMBERS, Doubt, Figure, Heading, Node, Sentence, Table
-from pitotbench.units import FOOT, KNOT, Array, Meters, MetersPerSecond
+from pitotbench.show.tree import Doubt, Heading, Node, Sentence, Table
+from pitotbench.units import FOOT, KNOT, Array, Meters
 
 # The parameters of an autopilot.
 
@@ -62,7 +57,6 @@ def _wash_line(wash: Estimate | None) -> str:
     size = (
         f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)"
     )
-    size = size.replace("-", "−")
     if abs(wash.value) <= wash.two_sigma:
         return f"No wash of a propeller shows: the airspeed reads {size}."
     return (
@@ -102,155 +96,6 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
         "wash": None
         if wash is None
         else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
-    }
-
-
-def flight_document(
-    name: str,
-    flight: CalibratedFlight,
-    found: AutopilotSettings | None = None,
-    limit: Limit | str | None = AUTO,
-) -> dict[str, Any]:
-    """A calibrated flight of the log of a name as plain data: the document of
-    `pitotbench calibrate --json`. `limit` as for `judgments`.
-    """
-    return {
-        "log": name,
-        "origin": "simulated" if flight.log.simulated else "measured",
-        **calibration_json(flight.calibration, limit),
-        **flight_json(flight),
-        "fixed_speed": points_json(flight.calibration.points),
-        **settings_json(found),
-    }
-
-
-# Two curves compared.
-
-_FEWEST_COMMON = 2
-
-
-@dataclass(frozen=True, slots=True)
-class CurveDifference:
-    """The correction of the second curve minus that of the first [m/s] at common indicated
-    airspeeds [m/s], (n,).
-
-    Where it is positive, the second airspeed indicator reads lower. `two_sigma` (n,) is pointwise;
-    `simultaneous_two_sigma` (n,) holds at all airspeeds at once. Errors of the two curves are taken
-    as independent.
-    """
-
-    first: str
-    second: str
-    indicated_airspeed: MetersPerSecond
-    difference: MetersPerSecond
-    two_sigma: MetersPerSecond
-    simultaneous_two_sigma: MetersPerSecond
-
-    @property
-    def differs(self) -> bool:
-        """Whether the curves differ somewhere by more than the band that holds everywhere at once."""
-        return bool(np.any(np.abs(self.difference) > self.simultaneous_two_sigma))
-
-
-def curve_difference(
-    first: str, one: ErrorCurve, second: str, other: ErrorCurve
-) -> CurveDifference:
-    """Compare two curves with their names. Raises BadInputError where they have no airspeeds in
-    common.
-    """
-    spans = [
-        (float(c.indicated_airspeed[0]), float(c.indicated_airspeed[-1])) for c in (one, other)
-    ]
-    low, high = max(a for a, _ in spans), min(b for _, b in spans)
-    every = np.union1d(one.indicated_airspeed, other.indicated_airspeed)
-    speed = every[(every >= low) & (every <= high)]
-    if len(speed) < _FEWEST_COMMON:
-        told = " and ".join(f"{a / KNOT:.0f} to {b / KNOT:.0f} KIAS" for a, b in spans)
-        raise BadInputError(
-            f"the curves have no airspeeds in common ({told}): fly the same range with both"
-        )
-
-    def at(curve: ErrorCurve, values: Array) -> Array:
-        return np.interp(speed, curve.indicated_airspeed, values)
-
-    return CurveDifference(
-        first,
-        second,
-        speed,
-        at(other, other.correction) - at(one, one.correction),
-        np.hypot(at(one, one.two_sigma), at(other, other.two_sigma)),
-        np.hypot(at(one, one.simultaneous_two_sigma), at(other, other.simultaneous_two_sigma)),
-    )
-
-
-def difference_sentence(found: CurveDifference) -> str:
-    """Say in one sentence where the second airspeed indicator reads lower or higher, and where none
-    shows.
-    """
-    speed, value, bound = (
-        a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma)
-    )
-    if not found.differs:
-        at = int(np.argmin(np.abs(speed - speed.mean())))
-        return (
-            f"{found.second} reads the same as {found.first} from {speed[0]:.0f} to "
-            f"{speed[-1]:.0f} KIAS: no "
-            f"difference shows, and at {speed[at]:.0f} KIAS one of ±{bound[at]:.1f} kt (2σ) would."
-        )
-    clear = np.abs(value) > bound
-    told = []
-    for side, word in ((1.0, "lower"), (-1.0, "higher")):
-        rows = np.flatnonzero(clear & (side * value > 0.0))
-        if len(rows):
-            at = int(rows[np.argmax(np.abs(value[rows]) - bound[rows])])
-            told.append(f"{abs(value[at]):.1f} ± {bound[at]:.1f} kt {word} at {speed[at]:.0f} KIAS")
-    known = np.flatnonzero(clear)
-    ends = []
-    if known[0] > 0:
-        ends.append(f"below {speed[known[0]]:.0f}")
-    if known[-1] < len(speed) - 1:
-        ends.append(f"above {speed[known[-1]]:.0f}")
-    rest = f"; no difference {' or '.join(ends)}" if ends else ""
-    return f"{found.second} reads {' and '.join(told)} than {found.first}{rest} (± is 2σ)."
-
-
-_DifferenceRow = tuple[float, float, float]
-DIFFERENCE_COLUMNS: tuple[Column[_DifferenceRow], ...] = (
-    Column("KIAS", lambda r: r[0], "", ".0f", "indicated_airspeed_kt"),
-    Column("difference of the corrections", lambda r: r[1], "kt", "+.2f", "difference_kt"),
-    Column("±2σ", lambda r: r[2], "kt", ".2f", "two_sigma_kt"),
-)
-
-
-def _difference_rows(found: CurveDifference) -> list[_DifferenceRow]:
-    columns = (a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma))
-    return [(float(v), float(d), float(b)) for v, d, b in zip(*columns, strict=True)]
-
-
-def difference_tree(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> list[Node]:
-    """Two curves compared: the sentence, a picture of both with their difference, the table."""
-    rows = _difference_rows(found)
-    step = max(1, -(-len(rows) // MOST_ROWS))
-    return [
-        Sentence(difference_sentence(found)),
-        Figure("pitotbench.show.curves.difference_panels", (found, one, other), "main"),
-        Table(DIFFERENCE_COLUMNS, rows[::step], f"{found.second} less {found.first}"),
-        Sentence(
-            "The errors of the two curves are taken as independent. An error that both share, such "
-            "as that of one thermometer, cancels: the 2σ is then too large."
-        ),
-        Heading("The difference in numbers", (Table(DIFFERENCE_COLUMNS, rows),), NUMBERS),
-    ]
-
-
-def difference_json(found: CurveDifference) -> dict[str, Any]:
-    """Two curves compared as plain data."""
-    return {
-        "first": found.first,
-        "second": found.second,
-        "curve": json_rows(DIFFERENCE_COLUMNS, _difference_rows(found)),
-        "differs": found.differs,
-        "summary": difference_sentence(found),
     }
 
 

@@ -2,13 +2,29 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
 from pitotbench.show.reader_units import BENCH, Units
-from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, panel, thin
+from pitotbench.show.style import (
+    GREY,
+    NARROW,
+    ORANGE,
+    RED,
+    Mark,
+    Panel,
+    band,
+    broken,
+    drawing,
+    frame,
+    ground,
+    line,
+    panel,
+    thin,
+)
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
 
@@ -43,7 +59,7 @@ def flight_panels(
             "Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY
         ),
     )
-    track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW)
+    track = panel("Ground track", drawing(*track_marks(flight)), size=NARROW)
     served = [
         each for each in channels if each.channel in flight.channels
     ]  # an electric motor has no manifold
@@ -57,41 +73,40 @@ def flight_panels(
 
 
 def _history_panel(flight: Flight, history: _History, tolerance: float, units: Units) -> Panel:
-    values, half = flight[history.channel], tolerance / history.si
+    values, half = flight[history.channel] / history.si, tolerance / history.si
     if history.channel == "heading":  # without jumps at north, starting between −180 and 180°
-        degrees = np.unwrap(values) / DEGREE
-        values = degrees - 360.0 * np.round(degrees[0] / 360.0)
-    else:
-        values = values / history.si
-
-    def draw(axes: Axes) -> None:
-        time, value, on = broken(
-            *thin(_minutes(flight), values, flight.on_condition.astype(np.float64))
-        )
-        axes.plot(time, value, color=GREY, lw=0.8)
-        axes.plot(time, np.where(on > 0.5, value, np.nan), color=BLUE, lw=1.4, label="on condition")
-        if half > 0.0:
-            draw_tolerance(
-                axes, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}"
-            )
-        axes.set(xlabel="time [min]", ylabel=f"{history.label} [{history.unit}]")
-
+        values = np.unwrap(values, period=360.0)
+        values = values - 360.0 * np.round(values[0] / 360.0)
+    minutes = (flight["time"] - flight["time"][0]) / 60.0
+    time, value, on = broken(*thin(minutes, values, flight.on_condition.astype(np.float64)))
+    label = f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}"
+    draw = drawing(
+        line(time, value, color=GREY, lw=0.8),
+        line(time, np.where(on > 0.5, value, np.nan), label="on condition"),
+        *(
+            band(minutes[piece], middle - half, middle + half, color=ORANGE, label=label)
+            for piece, middle in _held(flight, values, half)
+        ),
+        frame("time [min]", f"{history.label} [{history.unit}]"),
+    )
     return panel(history.title, draw, size=NARROW, legend_columns=2, units=units)
 
 
-def draw_track(axes: Axes, flight: Flight) -> None:
-    """Draw the ground track, with its on-condition parts in color and an arrow in the direction of
-    the wind.
+def track_marks(flight: Flight) -> list[Mark]:
+    """The ground track, with its on-condition parts in color and an arrow in the direction of the
+    wind.
     """
     east, north = flight["position_east"] / NAUTICAL_MILE, flight["position_north"] / NAUTICAL_MILE
     on = flight.on_condition.astype(np.float64)
     _, x, y, on = broken(*thin(flight["time"], east, north, on))
-    axes.plot(x, y, color=GREY, lw=0.8, label="flown")
-    axes.plot(np.where(on > 0.5, x, np.nan), y, color=BLUE, lw=1.8, label="on condition")
-    _draw_wind(axes, flight)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.12)
-    axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
+    return [
+        line(x, y, color=GREY, lw=0.8, label="flown"),
+        line(np.where(on > 0.5, x, np.nan), y, lw=1.8, label="on condition"),
+        partial(_draw_wind, flight=flight),
+        ground,
+        lambda axes: axes.margins(0.12),
+        frame("east [nmi]", "north [nmi]"),
+    ]
 
 
 def _draw_wind(axes: Axes, flight: Flight) -> None:
@@ -118,26 +133,14 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
     )
 
 
-def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label: str) -> None:
-    """Draw a band around the median of every on-condition stretch in which the channel is held.
-
-    `half` is the half-width of the band in the unit of the values.
+def _held(flight: Flight, values: Array, half: float) -> list[tuple[list[int], float]]:
+    """The first and the last row of every on-condition stretch in which a channel is held within
+    some half-widths, and the median of its values there; none without a half-width.
     """
-    edges = np.flatnonzero(
-        np.diff(np.concatenate([[False], flight.on_condition, [False]]).astype(np.int8))
-    )
-    minutes = _minutes(flight)
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        piece = values[start:stop]
-        if np.ptp(piece) > _HELD * half:
-            continue
-        middle, span = float(np.median(piece)), minutes[[start, stop - 1]]
-        axes.fill_between(
-            span, middle - half, middle + half, color=ORANGE, alpha=0.3, lw=0, label=label
-        )
-        label = "_"  # one entry of the legend is enough
-
-
-def _minutes(flight: Flight) -> Array:
-    begin = float(flight["time"][0])
-    return (flight["time"] - begin) / 60.0
+    on = np.concatenate([[False], flight.on_condition, [False]]).astype(np.int8)
+    pieces = np.flatnonzero(np.diff(on)).reshape(-1, 2).tolist() if half > 0.0 else []
+    return [
+        ([start, stop - 1], float(np.median(values[start:stop])))
+        for start, stop in pieces
+        if np.ptp(values[start:stop]) <= _HELD * half
+    ]

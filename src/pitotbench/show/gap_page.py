@@ -24,12 +24,19 @@ from pitotbench.show.style import (
     INK,
     NARROW,
     ORANGE,
-    PALE,
     RED,
+    Mark,
     Panel,
+    bars,
     broken,
     canvas,
+    dots,
+    drawing,
+    frame,
+    ground,
+    line,
     panel,
+    stripe,
     svg,
     thin,
 )
@@ -61,25 +68,22 @@ def unused_words(trace: Trace) -> str:
     )
 
 
-def shade_unused(axes: Axes, time: Array, used: Booleans) -> None:
-    """Shade the stretches of time [min], (n,), that are not used, (n,), with one entry in the
-    legend.
-    """
+def unused_marks(time: Array, used: Booleans) -> list[Mark]:
+    """The stretches of time [min], (n,), that are not used, (n,), in a color of their own."""
     half = 0.5 * interval(time)
     changes = (
         np.flatnonzero((np.diff(used.astype(np.int8)) != 0) | (np.diff(time) > 3.0 * half)) + 1
     )
-    label = "not used"
-    for part in stretches(time, changes):
-        if not used[part.start]:
-            axes.axvspan(
-                time[part.start] - half,
-                time[part.stop - 1] + half,
-                color=_SHADE,
-                lw=0.0,
-                label=label,
-            )
-            label = "_"
+    spans = [
+        (time[part.start] - half, time[part.stop - 1] + half)
+        for part in stretches(time, changes)
+        if not used[part.start]
+    ]
+    return [partial(_draw_span, ends=ends) for ends in spans]
+
+
+def _draw_span(axes: Axes, ends: tuple[float, float]) -> None:
+    axes.axvspan(*ends, color=_SHADE, lw=0.0, label="not used")
 
 
 # Pictures of a gap: its map, the part that each effect explains, the rest, and the card flown
@@ -145,30 +149,35 @@ def waterfall_panels(account: Account, _: Units = BENCH) -> list[Panel]:
     remaining = [100.0, *(100.0 * (step.left - closed.noise) / whole for step in account.waterfall)]
     names = ["as measured", *(f"with {words(step.effect)}" for step in account.waterfall)]
 
-    def draw(axes: Axes) -> None:
-        for i, rest in enumerate(remaining):
-            axes.barh(
-                i,
-                rest,
-                color=GREY if i == 0 else GREEN,
-                height=0.6,
-                label="remaining" if i == 1 else "_",
-            )
-            if i:
-                taken, name = remaining[i - 1] - rest, "closed by the effect" if i == 1 else "_"
-                axes.barh(i, taken, left=rest, color=ORANGE, alpha=0.45, height=0.6, label=name)
-            axes.text(max(rest, 0.0) + 1.0, i, f"{rest:.1f} %", va="center", fontsize=8)
-        axes.set_yticks(range(len(names)), names)
-        axes.invert_yaxis()
-        axes.set(
-            xlabel="remaining part of the explainable gap [%]", xlim=(min(0.0, *remaining), 114.0)
-        )
-        axes.grid(axis="y", visible=False)
-
+    steps = range(len(remaining))
+    taken = -np.diff(remaining)
+    colors, labels = [GREY, *[GREEN] * len(taken)], ["_", "remaining", *["_"] * len(taken)]
+    draw = drawing(
+        lambda axes: axes.barh(
+            steps, remaining, color=colors, height=0.6, label=labels[: len(remaining)]
+        ),
+        lambda axes: axes.barh(
+            steps[1:], taken, left=remaining[1:], color=ORANGE, alpha=0.45, height=0.6,
+            label="closed by the effect",
+        ),
+        *(
+            partial(_draw_share, row=row, share=share) for row, share in enumerate(remaining)
+        ),
+        lambda axes: axes.set_yticks(steps, names),
+        lambda axes: axes.invert_yaxis(),
+        frame(
+            "remaining part of the explainable gap [%]", "", xlim=(min(0.0, *remaining), 114.0)
+        ),
+        lambda axes: axes.grid(axis="y", visible=False),
+    )  # fmt: skip
     sums = f"{closed.before:,.0f} before, {closed.after:,.0f} after, {closed.noise:,.0f} noise"
     note = f"Sums of squares over noise variance: {sums}."
     size = (4.6, 1.3 + 0.42 * len(remaining))
     return [panel("The gap, effect by effect", draw, note, size=size)]
+
+
+def _draw_share(axes: Axes, row: int, share: float) -> None:
+    axes.text(max(share, 0.0) + 1.0, row, f"{share:.1f} %", va="center", fontsize=8)
 
 
 def trace_panels(
@@ -178,7 +187,7 @@ def trace_panels(
     return [
         panel(
             f"{unit_without_mass(trace.channel).title}: measured minus simulated",
-            partial(draw_trace, trace=trace),
+            drawing(*trace_marks(trace)),
             unused_words(trace),
             units=units,
         )
@@ -204,23 +213,24 @@ def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
     return [by_name[place.channel] for place in located if place.channel in by_name]
 
 
-def draw_trace(axes: Axes, trace: Trace) -> None:
-    """Draw a residual channel, and its means over a few seconds and the change by the patch where
-    it was used.
+def trace_marks(trace: Trace) -> list[Mark]:
+    """A residual channel, and its means over a few seconds and the change by the patch where it was
+    used.
     """
     since, used, shown = trace.time - trace.time[0], trace.used, unit_without_mass(trace.channel)
     measured, patched = trace.gap / shown.factor, trace.explained / shown.factor
-    shade_unused(axes, since / 60.0, used)
     low, high = np.nanpercentile(measured[used], [0.5, 99.5])
     time, gap, explained = broken(since, measured, np.where(used, patched, np.nan))
-    axes.plot(
-        time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated"
-    )
-    middle = broken(*_averaged(since[used], measured[used]))
-    axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"{BIN:g} s means")
-    if np.any(trace.explained):
-        axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="change by the patch")
-    axes.set(xlabel="time [min]", ylabel=f"{shown.name} [{shown.unit}]")
+    middle, means = broken(*_averaged(since[used], measured[used]))
+    change = [explained] if np.any(trace.explained) else []
+    gray, minutes = "#BBBBBB", time / 60.0
+    return [
+        *unused_marks(since / 60.0, used),
+        line(minutes, np.clip(gap, low, high), color=gray, lw=0.5, label="measured − simulated"),
+        line(middle / 60.0, means, lw=1.1, label=f"{BIN:g} s means"),
+        *(line(minutes, each, color=RED, lw=1.1, label="change by the patch") for each in change),
+        frame("time [min]", f"{shown.name} [{shown.unit}]"),
+    ]
 
 
 def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
@@ -241,20 +251,18 @@ def history_panels(histories: Sequence[History], units: Units = BENCH) -> list[P
 
 
 def _history_panel(name: str, parts: Sequence[History], units: Units) -> Panel:
-    def draw(axes: Axes) -> None:
-        same = all(np.array_equal(h.simulated, h.patched) for h in parts)
-        for i, part in enumerate(parts):
-            time, *sides = thin(part.time / 60.0, part.measured, part.simulated, part.patched)
-            looks = (
-                (INK, "-", "measured"),
-                (ORANGE, "-", "simulated"),
-                (GREEN, "--", "simulated with the patch"),
-            )
-            for side, (color, style, label) in zip(sides, looks, strict=True):
-                if not (same and color == GREEN):
-                    axes.plot(time, side, color=color, ls=style, lw=1.0, label="_" if i else label)
-        axes.set(xlabel="time of the log [min]", ylabel=f"{name} [{parts[0].unit}]")
-
+    sides = {"measured": (INK, "-"), "simulated": (ORANGE, "-")}
+    if not all(np.array_equal(h.simulated, h.patched) for h in parts):
+        sides["patched"] = (GREEN, "--")
+    draw = drawing(
+        *(
+            line(*thin(part.time / 60.0, getattr(part, side)), color=color, ls=style, lw=1.0,
+                 label=side.replace("patched", "simulated with the patch"))
+            for side, (color, style) in sides.items()
+            for part in parts
+        ),
+        frame("time of the log [min]", f"{name} [{parts[0].unit}]"),
+    )  # fmt: skip
     return panel(name.capitalize(), draw, units=units)
 
 
@@ -276,61 +284,48 @@ def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]
         else unit_without_mass(telling.channel)
     )
     before, after, noise = _in_field_units(telling, shown)
-    used, sides = telling.used, [(before, BLUE, "before the patch")]
+    sides = [(before, BLUE, "before the patch")]
     if not np.array_equal(before, after):
         sides.append((after, RED, "with the patch"))
-    variable = VARIABLES[telling.variable]
+    variable, used = VARIABLES[telling.variable], telling.used
     minutes = (telling.time - telling.time[0]) / 60.0
     label = f"measured − simulated [{shown.unit}]"
+    instants = max(1, round(telling.averaged / float(np.median(np.diff(telling.time)))))
+    noise_band = stripe(-BAND * noise, BAND * noise, label="noise (2σ)")
 
-    def over_time(axes: Axes) -> None:
-        instants = max(1, round(telling.averaged / float(np.median(np.diff(telling.time)))))
-        shade_unused(axes, minutes, used)
-        axes.axhspan(-BAND * noise, BAND * noise, color=PALE, label="noise (2σ)")
-        for values, color, name in sides:
-            means = np.full(len(values), np.nan)
-            means[used] = _running(values[used], instants)
-            _, time, mean = broken(telling.time, minutes, means)
-            time, mean = thin(time, mean)
-            axes.plot(time, mean, color=color, lw=1.2, label=name)
-        axes.set(xlabel="time [min]", ylabel=label)
+    def means(values: Array) -> list[Array]:
+        averaged = np.full(len(values), np.nan)
+        averaged[used] = _running(values[used], instants)
+        return thin(*broken(telling.time, minutes, averaged)[1:])
 
-    def over_variable(axes: Axes) -> None:
-        axes.axhspan(-BAND * noise, BAND * noise, color=PALE, label="noise (2σ)")
-        of = telling.values / variable.factor
-        for values, color, name in sides:
-            center, middle, spread = _binned(of[used], values[used])
-            axes.errorbar(
-                center, middle, spread, fmt="o", ms=4, color=color, lw=1.0, capsize=2, label=name
-            )
-        axes.set(xlabel=f"{variable.name} [{variable.unit}]", ylabel=label)
-
-    def over_ground(axes: Axes) -> None:
-        east, north = telling.east / NAUTICAL_MILE, telling.north / NAUTICAL_MILE
-        axes.plot(*thin(east, north), color=GREY, lw=1.0, label="ground track")
-        far = np.where(telling.marked, 1.0, np.nan)
-        axes.plot(
-            *thin(east * far, north * far), color=RED, lw=3.0, label="largest quarter of the gap"
-        )
-        axes.plot(east[0], north[0], "o", color=GREY, ms=5)
-        axes.set(xlabel="east of the start [nmi]", ylabel="north of the start [nmi]")
-        axes.set_aspect("equal", adjustable="datalim")
-
+    over_time = drawing(
+        *unused_marks(minutes, used),
+        noise_band,
+        *(line(*means(values), color=c, lw=1.2, label=name) for values, c, name in sides),
+        frame("time [min]", label),
+    )
+    of = telling.values[used] / variable.factor
+    look = {"fmt": "o", "ms": 4, "lw": 1.0, "capsize": 2}
+    over_variable = drawing(
+        noise_band,
+        *(bars(*_binned(of, v[used]), color=c, label=name, **look) for v, c, name in sides),
+        frame(f"{variable.name} [{variable.unit}]", label),
+    )
+    east, north = telling.east / NAUTICAL_MILE, telling.north / NAUTICAL_MILE
+    far = np.where(telling.marked, 1.0, np.nan)
+    largest = "largest quarter of the gap"
+    over_ground = drawing(
+        line(*thin(east, north), color=GREY, lw=1.0, label="ground track"),
+        line(*thin(east * far, north * far), color=RED, lw=3.0, label=largest),
+        dots(east[:1], north[:1], marker="o", ms=5),
+        frame("east of the start [nmi]", "north of the start [nmi]"),
+        ground,
+    )
+    averaged = f"Means of {telling.averaged:g} s."
+    bins = "Means and standard deviations of bins."
     return [
-        panel(
-            f"{shown.title}, over time",
-            over_time,
-            f"Means of {telling.averaged:g} s.",
-            NARROW,
-            units=units,
-        ),
-        panel(
-            f"The same over {variable.name}",
-            over_variable,
-            "Means and standard deviations of bins.",
-            NARROW,
-            units=units,
-        ),
+        panel(f"{shown.title}, over time", over_time, averaged, NARROW, units=units),
+        panel(f"The same over {variable.name}", over_variable, bins, NARROW, units=units),
         panel("Where it is", over_ground, "The dot is the start.", NARROW),
     ]
 

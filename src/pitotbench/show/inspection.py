@@ -245,29 +245,22 @@ def check_tree(check: AircraftCheck) -> list[Node]:
 # The performance of an aircraft: for the terminal and as plain data.
 
 
-def _rounded(value: float | None) -> str:
-    return "–" if value is None else f"{value:,.0f}" if abs(value) >= 300.0 else f"{value:,.1f}"
+def _rounded(found: PerformanceFigure, value: float | None, sign: str = "") -> str | None:
+    """A value of a figure with its unit."""
+    if value is None:
+        return None
+    digits = 0 if abs(value) >= _WHOLE and not sign else 1
+    return with_unit(f"{value:{sign},.{digits}f}", found.unit)
 
 
+_WHOLE = 300.0  # in the figure's unit, from which on no decimal is read
 PERFORMANCE_COLUMNS: tuple[Column[PerformanceFigure], ...] = (
     Column("figure", lambda f: f.name, key="name"),
     Column("condition", lambda f: f.condition, key="condition"),
-    Column("model", lambda f: _rounded(f.model), "", "s"),
-    Column(
-        "handbook",
-        lambda f: None if f.published is None else _rounded(f.published),
-        "",
-        "s",
-        optional=True,
-    ),
-    Column(
-        "difference",
-        lambda f: None if f.difference is None else f"{f.difference:+,.1f}",
-        "",
-        "s",
-        optional=True,
-    ),
-    Column("unit", lambda f: f.unit or "1", key="unit"),
+    Column("model", lambda f: _rounded(f, f.model), "", "s"),
+    Column("handbook", lambda f: _rounded(f, f.published), "", "s", optional=True),
+    Column("difference", lambda f: _rounded(f, f.difference, "+"), "", "s", optional=True),
+    Column("", lambda f: f.unit or "1", key="unit"),
     Column("", lambda f: f.model, key="model"),
     Column("", lambda f: f.published, key="published"),
     Column("", lambda f: f.difference, key="difference"),

@@ -1,67 +1,16 @@
-"""Fixed-speed points, cards written by hand and their plans, in numbers. Loads no drawing library."""
+"""Typed legs, cards written by hand and their plans, in numbers. Loads no drawing library."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
-from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
-from pitotbench.show.calibration import (
-    Correction,
-    CurvePoint,
-    correction_sentence,
-    curve_points,
-    doubts_of_curve,
-)
+from pitotbench.records.legs import CardPoint, FlyByPoint, HandCard, HandPlan
+from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
 from pitotbench.show.columns import Column, json_rows
+from pitotbench.show.curve_rows import CurvePoint, curve_points
 from pitotbench.show.markup import render
 from pitotbench.show.tree import Doubt, Node, Sentence, Table
 from pitotbench.show.words import listed
 from pitotbench.units import DEGREE, FOOT, KNOT
-
-
-def method_words(point: FixedSpeedPoint) -> str:
-    """The method's name as it is written in tables and legends."""
-    return point.method.replace("_", "-")
-
-
-POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
-    Column("method", method_words),
-    Column("", lambda p: p.method, key="method"),
-    Column("", lambda p: p.legs, key="legs"),
-    Column("IAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
-    Column("CAS", lambda p: p.calibrated_airspeed / KNOT, "kt", ".1f", "calibrated_airspeed_kt"),
-    Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
-    Column("±2σ bound", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
-    Column("TAS", lambda p: p.true_airspeed / KNOT, "kt", ".1f", "true_airspeed_kt"),
-    Column("", lambda p: p.true_airspeed_two_sigma / KNOT, key="true_airspeed_two_sigma_kt"),
-    Column("spread", lambda p: None if p.spread is None else p.spread / KNOT, "kt", ".2f", "spread_kt"),
-    Column("wind", lambda p: float(np.hypot(p.wind_north, p.wind_east)) / KNOT, "kt", ".1f", "wind_speed_kt"),
-    Column(
-        "from", lambda p: float(np.arctan2(-p.wind_east, -p.wind_north) / DEGREE) % 360.0, "°", "03.0f",
-        "wind_from_deg",
-    ),
-    Column("±2σ of wind", lambda p: p.wind_two_sigma / KNOT, "kt", ".2f", "wind_two_sigma_kt"),
-    Column("time", lambda p: p.seconds, "s", ".0f", "seconds"),
-)  # fmt: skip
-
-
-def points_tree(points: Sequence[FixedSpeedPoint], warnings: Iterable[str] = ()) -> list[Node]:
-    """The points of a log by fixed-speed methods."""
-    return [*map(Doubt, warnings), Table(POINT_COLUMNS, points, "fixed-speed methods")]
-
-
-def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
-    """The points as plain data, in knots, degrees and seconds."""
-    return json_rows(POINT_COLUMNS, points)
-
-
-def point_columns(curve: ErrorCurve | None) -> list[Column[FixedSpeedPoint]]:
-    """The columns of the points; with a curve, also the point's correction minus that of the curve."""
-    if curve is None:
-        return list(POINT_COLUMNS)
-    return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")]
 
 
 def legs_json(
@@ -84,17 +33,6 @@ def legs_tree(answer: dict[str, Any]) -> list[Node]:
         Sentence(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}"),
         Sentence(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°"),
     ]
-
-
-def _off(point: FixedSpeedPoint, curve: ErrorCurve) -> float | None:
-    """The difference [kt]; None more than one step beyond the curve's ends."""
-    from scipy.interpolate import CubicSpline  # slow to import, and not needed for typed legs
-
-    speed, place = curve.indicated_airspeed, point.indicated_airspeed
-    if len(speed) < 2 or not 2.0 * speed[0] - speed[1] <= place <= 2.0 * speed[-1] - speed[-2]:
-        return None
-    # Between round airspeeds a straight line is up to 0.03 kt off, more than a point in calm air.
-    return float(point.correction - CubicSpline(speed, curve.correction)(place)) / KNOT
 
 
 # A card written by hand, in numbers: for the terminal and as plain data.

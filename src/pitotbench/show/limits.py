@@ -111,19 +111,14 @@ class LimitJudgment:
     @property
     def sentence(self) -> str:
         """The judgment in one sentence."""
-        allowed = f"{self.rule} allows {self.allows}:"
-        if self.verdict == "inside":
-            return (
-                f"{allowed} the curve and its ±2σ bound stay inside, with a margin of "
-                f"{self.with_bound} or more."
-            )
-        if self.verdict == "open":
-            return (
-                f"{allowed} the curve stays inside, but its ±2σ bound exceeds the limit by up to "
-                f"{self.with_bound};"
-                " fly more before relying on the curve."
-            )
-        return f"{allowed} the curve exceeds the limit by up to {self.alone}."
+        said = {
+            "inside": "the curve and its ±2σ bound stay inside, with a margin of "
+            f"{self.with_bound} or more",
+            "open": "the curve stays inside, but its ±2σ bound exceeds the limit by up to "
+            f"{self.with_bound}; fly more before relying on the curve",
+            "outside": f"the curve exceeds the limit by up to {self.alone}",
+        }
+        return f"{self.rule} allows {self.allows}: {said[self.verdict]}."
 
 
 def limit_named(text: str) -> Limit | str | None:

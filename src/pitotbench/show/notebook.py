@@ -2,9 +2,9 @@
 function to each.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import singledispatch
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import stated_parameters
 from pitotbench.logbook.columns import write_text
@@ -25,27 +24,23 @@ from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.records.outputs import PAGES, require_file
-from pitotbench.show.calibration import (
-    CURVE_COLUMNS,
-    card_csv,
-    curve_points,
-    doubts_of,
-)
+from pitotbench.show.calibration import doubts_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_rows
-from pitotbench.show.curves import draw_curve
+from pitotbench.show.curve_rows import CURVE_COLUMNS, card_csv, curve_points
+from pitotbench.show.curves import curve_marks
 from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
-from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section
+from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section, speed_marks
 from pitotbench.show.plan import plan_json, plan_tree
 from pitotbench.show.reader_units import reader_units
 from pitotbench.show.renderers import html_of
-from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
+from pitotbench.show.style import BLUE, WIDE, Mark, drawing, frame
 from pitotbench.show.tree import ANSWER, Doubt, Node, Sentence, nodes_in
 from pitotbench.show.verdict_tree import account_tree
 from pitotbench.show.words import size_words, words
-from pitotbench.units import KNOT
 
+View = Callable[[Any], Any]  # what shows a record of one type
 _CAUSES = 8  # bars of a picture of causes
 _WIDER = 1.5  # times a panel of a page
 
@@ -54,11 +49,13 @@ def in_one_line(record: object) -> str:
     """The record in one line of text: its first doubt and its first sentence. Raises TypeError for
     a record without a tree.
     """
-    nodes = [*nodes_in(_tree_of(record), ANSWER)]
-    return " ".join(
-        text
-        for kind in (Doubt, Sentence)
-        for text in [node.text for node in nodes if isinstance(node, kind)][:1]
+    nodes = [*nodes_in(_view_of(record, _TREES, "view in a notebook")(record), ANSWER)]
+    return reader_units().text(
+        " ".join(
+            text
+            for kind in (Doubt, Sentence)
+            for text in [node.text for node in nodes if isinstance(node, kind)][:1]
+        )
     )
 
 
@@ -66,53 +63,35 @@ def to_html(record: object) -> str:
     """The record as a piece of HTML: what its tree says first, with its pictures. Raises TypeError
     for a record without a tree.
     """
-    return html_of(_tree_of(record), reader_units(), ANSWER)
+    return html_of(_view_of(record, _TREES, "view in a notebook")(record), reader_units(), ANSWER)
 
 
-def _tree_of(record: object) -> Iterable[Node]:
-    if type(record) not in _TREES:
-        raise TypeError(f"{type(record).__name__} has no view in a notebook")
-    return _TREES[type(record)](record)
-
-
-@singledispatch
 def to_frame(record: object) -> pd.DataFrame:
     """The record as a table; each column ends in its unit. Raises TypeError for a record without
     one.
     """
-    raise TypeError(f"{type(record).__name__} has no table")
+    return pd.DataFrame(_view_of(record, _TABLES, "table")(record))
 
 
-@singledispatch
-def draw_record(record: object, axes: Axes) -> None:
-    """Draw the record on axes. Raises TypeError for a record without a picture."""
-    raise TypeError(f"{type(record).__name__} has no picture")
+def _view_of(record: object, views: Mapping[type, View], name: str) -> View:
+    """The view of a record. Raises TypeError for a record without one."""
+    if type(record) not in views:
+        raise TypeError(f"{type(record).__name__} has no {name}")
+    return views[type(record)]
 
 
 def plot(record: object, axes: Axes | None = None) -> Figure:
-    """Draw the record on the axes given, or in a new figure, and return the figure."""
+    """Draw the record on the axes given, or in a new figure, and return the figure. Raises
+    TypeError for a record without a picture.
+    """
     if axes is None:
         axes = Figure(figsize=(_WIDER * WIDE[0], _WIDER * WIDE[1]), layout="constrained").subplots()
-    draw_record(record, axes)
+    drawing(*_view_of(record, _PICTURES, "picture")(record))(axes)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small")
     figure = axes.get_figure(root=True)
     assert figure is not None
     return figure
-
-
-to_frame.register(
-    Calibration, lambda r: pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(r.curve)))
-)
-to_frame.register(
-    LogInspection, lambda record: pd.DataFrame(json_rows(CHANNEL_COLUMNS, record.channels))
-)
-draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
-
-
-@draw_record.register
-def _(record: Calibration, axes: Axes) -> None:
-    draw_curve(axes, {record.model: record}, None, limit_for(record))
 
 
 def write_page(record: Calibration, path: Path, units: str) -> None:
@@ -171,51 +150,17 @@ def _case_tree(record: Case) -> list[Node]:
     return [Sentence("; ".join([first, f"{record.das.label} Hz", *numbers]))]
 
 
-_TREES: dict[type, Callable[[Any], Iterable[Node]]] = {
-    Case: _case_tree,
-    Calibration: lambda record: calibration_tree("", {record.model: record}).nodes,
-    FlightLog: _log_tree,
-    LogInspection: inspection_tree,
-    Plan: plan_tree,
-    Account: account_tree,
-}
-
-
-@to_frame.register
-def _(record: FlightLog) -> pd.DataFrame:
-    return pd.DataFrame(
-        {CHANNELS[name].column: values for name, values in record.channels().items()}
-    )
-
-
-@draw_record.register
-def _(record: FlightLog, axes: Axes) -> None:
-    speeds = (
-        ("indicated airspeed", calibrated_airspeed(record.impact_pressure), BLUE),
-        ("ground speed", np.hypot(record.velocity_north, record.velocity_east), ORANGE),
-    )
-    for label, speed, color in speeds:
-        time, value = broken(*thin(record.time - record.time[0], speed / KNOT))
-        axes.plot(time / 60.0, value, color=color, lw=0.9, label=label)
-    axes.set(xlabel="time [min]", ylabel="speed [kt]")
-
-
-@to_frame.register
-def _(record: Plan) -> pd.DataFrame:
+def _plan_rows(record: Plan) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = plan_json(record)["forecasts"]
-    return pd.DataFrame(
-        [{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows]
-    )
+    return [{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows]
 
 
-@to_frame.register
-def _(record: Account) -> pd.DataFrame:
+def _cause_rows(record: Account) -> list[dict[str, Any]]:
     """A row for each size of each cause, the most probable first. Sizes are in the units of their
     names.
     """
-    verdict = record.verdict
-    named = {effect.name: effect for effect in verdict.effects}
-    rows = [
+    named = {effect.name: effect for effect in record.verdict.effects}
+    return [
         {
             "effect": each.name,
             "probability": each.probability,
@@ -225,16 +170,42 @@ def _(record: Account) -> pd.DataFrame:
             "two_sigma": size.two_sigma,
             "score": each.score,
         }
-        for each in (named.get(candidate.name, candidate) for candidate in verdict.candidates)
+        for each in (
+            named.get(candidate.name, candidate) for candidate in record.verdict.candidates
+        )
         for size in each.sizes
     ]
-    return pd.DataFrame(rows)
 
 
-@draw_record.register
-def _(record: Account, axes: Axes) -> None:
+def _cause_marks(record: Account) -> list[Mark]:
     """The probability of each cause."""
     causes = sorted(record.verdict.probabilities.items(), key=lambda item: -item[1])[:_CAUSES]
-    axes.barh([words(name) for name, _ in causes], [p for _, p in causes], color=BLUE)
-    axes.invert_yaxis()
-    axes.set(xlim=(0.0, 1.0), xlabel="probability, given a gap")
+    return [
+        lambda axes: axes.barh([words(c) for c, _ in causes], [p for _, p in causes], color=BLUE),
+        lambda axes: axes.invert_yaxis(),
+        frame("probability, given a gap", "", xlim=(0.0, 1.0)),
+    ]
+
+
+# A new record adds a line to each.
+_TREES: dict[type, View] = {
+    Case: _case_tree,
+    Calibration: lambda record: calibration_tree("", {record.model: record}).nodes,
+    FlightLog: _log_tree,
+    LogInspection: inspection_tree,
+    Plan: plan_tree,
+    Account: account_tree,
+}
+_TABLES: dict[type, View] = {
+    Calibration: lambda record: json_rows(CURVE_COLUMNS, curve_points(record.curve)),
+    FlightLog: lambda record: {CHANNELS[n].column: v for n, v in record.channels().items()},
+    LogInspection: lambda record: json_rows(CHANNEL_COLUMNS, record.channels),
+    Plan: _plan_rows,
+    Account: _cause_rows,
+}
+_PICTURES: dict[type, View] = {
+    Calibration: lambda r: curve_marks({r.model: r}, limit=limit_for(r)),
+    FlightLog: speed_marks,
+    Plan: lambda record: [partial(draw_front, plan=record)],
+    Account: _cause_marks,
+}

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 from math import log
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.log import FlightLog, LogInspection
-from pitotbench.show.calibration import short_answer_of
+from pitotbench.show.calibration import NamedFlight, flight_lines, short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
 from pitotbench.show.limits import AUTO, Limit
@@ -32,8 +33,16 @@ from pitotbench.show.style import (
     PURPLE,
     RED,
     SKY,
+    Mark,
     Panel,
+    bars,
     broken,
+    dots,
+    drawing,
+    frame,
+    ground,
+    level,
+    line,
     panel,
     thin,
 )
@@ -45,9 +54,10 @@ from pitotbench.show.tree import (
     Heading,
     Sentence,
     Table,
+    down_to,
 )
 from pitotbench.show.words import words
-from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
+from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, MetersPerSecond
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -121,6 +131,26 @@ def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> s
     return page_of(title, nodes, units, f"From {origins}", sections, [_READING])
 
 
+def flights_page(
+    flights: Sequence[NamedFlight], limit: Limit | str | None = AUTO, units: Units = BENCH
+) -> str:
+    """The HTML of calibrated flights, in the reader's units. `limit` as for `judgments`."""
+    sections = [
+        log_section(
+            each.name,
+            each.flight.log,
+            each.flight.calibration,
+            limit,
+            flight_lines(each.flight),
+            each.settings,
+            units,
+        )
+        for each in flights
+    ]
+    files = ", ".join(dict.fromkeys(Path(each.file).name for each in flights))
+    return log_page(f"Pitot-static calibration: {files}", sections, units)
+
+
 # Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and
 # pictures.
 
@@ -185,7 +215,7 @@ def calibration_record(
     """
     first = flights[0]
     tree = calibration_tree("", {first.model: first}, limit, flights=flights)
-    answer = [each for each in tree.nodes if not isinstance(each, Heading | Download)]
+    answer = [n for n in down_to(tree.nodes, SOURCES) if not isinstance(n, Heading | Download)]
     sources = (n for n in tree.nodes if isinstance(n, Heading) and n.depth == SOURCES)
     title = "Record of a pitot-static calibration"
     objective = "Find the correction of the airspeed, with a bound."
@@ -200,39 +230,37 @@ def _section_html(anchor: str, tree: Heading, units: Units) -> str:
 
 def aircraft_panels(check: AircraftCheck, units: Units = BENCH) -> list[Panel]:
     """The pictures of the check of an aircraft: its trim, and its answers to steps."""
-    found, panels = check.attached, []
-    if found is not None:
-        levers = tuple(100.0 * lever for lever in found.lever)
-        panels.append(_trim_panel(found, levers, "throttle in level flight [%]", units))
-        panels.append(
-            _trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]", units)
-        )
-    quantities = list(dict.fromkeys(step.quantity for step in check.steps))
-    return panels + [
-        _step_panel([s for s in check.steps if s.quantity == quantity], units)
-        for quantity in quantities
-    ]
+    quantities = dict.fromkeys(step.quantity for step in check.steps)
+    draws = {f"Step of {words(name)}": _response(name, check.steps) for name in quantities}
+    if (found := check.attached) is not None:
+        levers = [100.0 * lever for lever in found.lever]
+        draws = {
+            "Throttle in level flight": _trim(found, levers, "throttle in level flight [%]"),
+            "Angle of attack in level flight": _trim(
+                found, found.alpha_deg, "angle of attack in level flight [°]"
+            ),
+        } | draws
+    return [panel(title, draw, units=units) for title, draw in draws.items()]
 
 
-def _trim_panel(found: Attached, values: tuple[float, ...], label: str, units: Units) -> Panel:
-    def draw(axes: Axes) -> None:
-        axes.plot(found.speed_kt, values, "o-", color=BLUE, ms=3.5)
-        axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed")
-        axes.set(xlabel="calibrated airspeed [kt]", ylabel=label)
+def _trim(found: Attached, values: Sequence[float], label: str) -> Mark:
+    return drawing(
+        line(found.speed_kt, values, marker="o", ms=3.5),
+        lambda axes: axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed"),
+        frame("calibrated airspeed [kt]", label),
+    )
 
-    return panel(label.split(" [")[0].capitalize(), draw, units=units)
 
-
-def _step_panel(steps: list[StepResponse], units: Units) -> Panel:
-    def draw(axes: Axes) -> None:
-        for step, color in zip(steps, (BLUE, ORANGE), strict=False):
-            axes.plot(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
-        axes.axhline(steps[0].step, color=GREY, lw=1.0, ls="--", label="asked for")
-        axes.set(
-            xlabel="time [s]", ylabel=f"change of {words(steps[0].quantity)} [{steps[0].unit}]"
-        )
-
-    return panel(f"Step of {words(steps[0].quantity)}", draw, units=units)
+def _response(quantity: str, every: Sequence[StepResponse]) -> Mark:
+    steps = [step for step in every if step.quantity == quantity]
+    return drawing(
+        *(
+            line(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
+            for step, color in zip(steps, (BLUE, ORANGE), strict=False)
+        ),
+        level(steps[0].step, color=GREY, lw=1.0, ls="--", label="asked for"),
+        frame("time [s]", f"change of {words(quantity)} [{steps[0].unit}]"),
+    )
 
 
 # The pictures of a log: speeds, height and track over time, the tracks flown, the bound to expect.
@@ -241,51 +269,41 @@ def _step_panel(steps: list[StepResponse], units: Units) -> Panel:
 def inspection_panels(log: FlightLog, found: LogInspection, units: Units = BENCH) -> list[Panel]:
     """The pictures of a log."""
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure)) / KNOT
-    ground = np.hypot(log.velocity_north, log.velocity_east) / KNOT
     track = np.arctan2(log.velocity_east, log.velocity_north) / DEGREE % 360.0
     height = np.asarray(air.pressure_altitude(log.static_pressure)) / FOOT
-
-    def draw_speeds(axes: Axes) -> None:
-        seconds, *lines = broken(*thin(log.time - log.time[0], speed, ground))
-        for line, color, label in zip(
-            lines, (BLUE, ORANGE), ("indicated airspeed", "ground speed"), strict=True
-        ):
-            axes.plot(seconds / 60.0, line, color=color, label=label, lw=1.0)
-        axes.set(xlabel="time [min]", ylabel="speed [kt]")
-
-    def draw_height(axes: Axes) -> None:
-        seconds, line = broken(*thin(log.time - log.time[0], height))
-        axes.plot(seconds / 60.0, line, color=BLUE, lw=1.0)
-        axes.set(xlabel="time [min]", ylabel="pressure altitude [ft]")
-
-    def draw_tracks(axes: Axes) -> None:
-        axes.plot(*thin(track, speed), ".", color=GREY, ms=2.0)
-        axes.set(
-            xlabel="track [°]",
-            ylabel="indicated airspeed [kt]",
-            xlim=(0, 360),
-            xticks=range(0, 361, 60),
-        )
-
-    def draw_bound(axes: Axes) -> None:
-        assert found.expected is not None
-        speeds, bound = found.expected
-        axes.plot(speeds / KNOT, bound / KNOT, "o-", color=BLUE, ms=3.0)
-        axes.set(
-            xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None)
-        )
-
     pictures = {
-        "Speeds": draw_speeds,
-        "Pressure altitude": draw_height,
-        "Tracks and airspeeds flown": draw_tracks,
-        "Bound to expect in light turbulence": draw_bound,
+        "Speeds": drawing(*speed_marks(log)),
+        "Pressure altitude": drawing(
+            line(*_over_minutes(log, height), lw=1.0), frame("time [min]", "pressure altitude [ft]")
+        ),
+        "Tracks and airspeeds flown": drawing(
+            dots(*thin(track, speed), ms=2.0),
+            frame("track [°]", "indicated airspeed [kt]", xlim=(0, 360), xticks=range(0, 361, 60)),
+        ),
     }
+    if found.expected is not None:
+        pictures["Bound to expect in light turbulence"] = drawing(
+            line(*(each / KNOT for each in found.expected), marker="o", ms=3.0),
+            frame("indicated airspeed [kt]", "2σ of the correction [kt]", ylim=(0.0, None)),
+        )
+    return [panel(title, draw, units=units) for title, draw in pictures.items()]
+
+
+def speed_marks(log: FlightLog) -> list[Mark]:
+    """The indicated airspeed and the ground speed of a log over its minutes."""
+    speed = np.asarray(air.calibrated_airspeed(log.impact_pressure)) / KNOT
+    ground = np.hypot(log.velocity_north, log.velocity_east) / KNOT
     return [
-        panel(title, draw, units=units)
-        for title, draw in pictures.items()
-        if draw is not draw_bound or found.expected is not None
+        line(*_over_minutes(log, speed), lw=1.0, label="indicated airspeed"),
+        line(*_over_minutes(log, ground), lw=1.0, color=ORANGE, label="ground speed"),
+        frame("time [min]", "speed [kt]"),
     ]
+
+
+def _over_minutes(log: FlightLog, values: Array) -> list[Array]:
+    """Minutes since the first row and values, thinned, with gaps where recording paused."""
+    time, *thinned = broken(*thin(log.time - log.time[0], values))
+    return [time / 60.0, *thinned]
 
 
 # Pictures of a plan: the bound against minutes and against airspeed, and the ground tracks.
@@ -293,9 +311,9 @@ def inspection_panels(log: FlightLog, found: LogInspection, units: Units = BENCH
 _BELOW_DOTS = (
     3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
 )
-_COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
-_CURVES = 6  # best maneuvers drawn: one color each
+_COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)  # of the best maneuvers, which are drawn
 _TRACKS = 3
+_BOX = np.array([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]])  # corners of a square, in its sides
 _LINE = 0.043  # height of a line of names, as a share of the axis
 _NAME_WIDTH, _CLOSE = (
     0.4,
@@ -321,53 +339,33 @@ def front_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
 
 def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
     """What stands below the bound over the minutes: the bound by airspeed, and the ground."""
-
-    def draw_curves(axes: Axes) -> None:
-        for number, each in enumerate(plan.forecasts[:_CURVES]):
-            color, label = _COLORS[number % len(_COLORS)], each.maneuver.replace("_", " ")
-            axes.plot(each.airspeeds / KNOT, each.two_sigma / KNOT, color=color, label=label)
-        axes.set(xlabel="indicated airspeed [kt]", ylabel="±2σ of the curve [kt]")
-        axes.set_ylim(bottom=0.0)
-
-    def draw_tracks(axes: Axes) -> None:
-        for number, each in enumerate(
-            plan.forecasts[:_TRACKS]
-        ):  # each moved to the corner of the axes
-            north, east = each.track / NAUTICAL_MILE
-            label = each.maneuver.replace("_", " ")
-            axes.plot(
-                east - np.nanmin(east),
-                north - np.nanmin(north),
-                color=_COLORS[number],
-                lw=1.0,
-                label=label,
-            )
-        if plan.box is not None:
-            side = plan.box / NAUTICAL_MILE
-            axes.plot(
-                [0.0, side, side, 0.0, 0.0],
-                [0.0, 0.0, side, side, 0.0],
-                color=PALE,
-                lw=2.0,
-                label="box",
-            )
-        axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
-        axes.set_aspect("equal", adjustable="datalim")
-
+    best = zip(plan.forecasts, _COLORS, strict=False)
+    named = [(each, color, words(each.maneuver)) for each, color in best]
+    curves = drawing(
+        *(line(f.airspeeds / KNOT, f.two_sigma / KNOT, color=c, label=n) for f, c, n in named),
+        frame("indicated airspeed [kt]", "±2σ of the curve [kt]", ylim=(0.0, None)),
+    )
+    tracks = drawing(
+        *(
+            line(east - np.nanmin(east), north - np.nanmin(north), color=color, lw=1.0, label=name)
+            for each, color, name in named[:_TRACKS]
+            for north, east in [each.track / NAUTICAL_MILE]  # from the corner of the axes on
+        ),
+        *(
+            line(side * _BOX[0], side * _BOX[1], color=PALE, lw=2.0, label="box")
+            for side in ([] if plan.box is None else [plan.box / NAUTICAL_MILE])
+        ),
+        frame("east [nmi]", "north [nmi]"),
+        ground,
+    )
+    flown = f"The {len(named)} best maneuvers, each flown once."
+    covered = (
+        "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more "
+        "ground."
+    )
     return [
-        panel(
-            "±2σ of the curve, by airspeed",
-            draw_curves,
-            f"The {min(_CURVES, len(plan.forecasts))} best maneuvers, each flown once.",
-            units=units,
-        ),
-        panel(
-            "Ground covered",
-            draw_tracks,
-            "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more "
-            "ground.",
-            size=_SQUARE,
-        ),
+        panel("±2σ of the curve, by airspeed", curves, flown, units=units),
+        panel("Ground covered", tracks, covered, size=_SQUARE),
     ]
 
 
@@ -398,32 +396,27 @@ def draw_front(axes: Axes, plan: Plan) -> None:
     for each in shown:
         minutes = np.geomspace(each.minutes, last, 20)
         color, marker, size = _look(plan, each)
-        axes.plot(
-            minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.6, alpha=0.5
-        )
-        axes.errorbar(
+        bounds = [each.mean_in(m) / KNOT for m in minutes]
+        line(minutes, bounds, color=color, lw=0.6, alpha=0.5)(axes)
+        bars(
             each.minutes, each.mean / KNOT, each.spread / KNOT,
             fmt=marker, ms=size, color=color, elinewidth=0.8, zorder=_BELOW_DOTS + 1.0,
-        )  # fmt: skip
+        )(axes)  # fmt: skip
     edge = front(shown, last)
-    corners = (
-        [*(minutes for minutes, _ in edge), last],
-        [*(bound / KNOT for _, bound in edge), edge[-1][1] / KNOT],
-    )
+    corners = np.transpose([*edge, (last, edge[-1][1])]) / [[1.0], [KNOT]]
     axes.step(*corners, where="post", color=INK, lw=1.2, label="Pareto front")
     if plan.want is not None:
-        axes.axhline(
-            plan.want / KNOT, color=GREEN, ls="--", label=f"wanted, {plan.want / KNOT:g} kt"
-        )
+        wanted = plan.want / KNOT
+        level(wanted, color=GREEN, ls="--", lw=1.4, label=f"wanted, {wanted:g} kt")(axes)
     if plan.minutes is not None:
         axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
-    axes.set(
+    frame(
+        "time recorded [min]",
+        "mean ±2σ of the curve [kt]",
         xscale="log",
         yscale="log",
-        xlabel="time recorded [min]",
-        ylabel="mean ±2σ of the curve [kt]",
-    )
-    axes.set_xlim(0.62 * min(each.minutes for each in shown), last)
+        xlim=(0.62 * min(each.minutes for each in shown), last),
+    )(axes)
     _name_dots(axes, plan, shown)
     for axis in (axes.xaxis, axes.yaxis):  # plain numbers on logarithmic axes
         low, high = axis.get_view_interval()

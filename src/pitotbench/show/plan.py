@@ -169,7 +169,8 @@ def _curve(each: Forecast) -> list[dict[str, float]]:
 _ROUND = 5.0  # kt, degrees and seconds: what is read off instruments and a watch
 _BRIEFING = (
     "Each line is a leg; heading and airspeed are those at its end. Set up and settle at each new "
-    "airspeed and bank before its time begins."
+    "airspeed and bank before its time begins. KCAS is the calibrated airspeed at which the "
+    "simulator flew the leg: where the error of the indicator is not known, fly it as KIAS."
 )
 
 
@@ -177,11 +178,16 @@ def _round(value: float, unit: float = 1.0) -> float:
     return _ROUND * round(value / unit / _ROUND)
 
 
+def _bank_words(bank: float) -> str:
+    return f"{abs(bank):.0f}° {'right' if bank > 0.0 else 'left'}" if bank else "level"
+
+
 LEG_COLUMNS: tuple[Column[BriefedLeg], ...] = (
     Column("leg", lambda leg: leg.what, key="leg"),
     Column("heading", lambda leg: _round(leg.heading, DEGREE) % 360.0, "°", "03.0f", "heading_deg"),
-    Column("KIAS", lambda leg: _round(leg.airspeed, KNOT), "", ".0f", "indicated_airspeed_kt"),
-    Column("bank to the right", lambda leg: _round(leg.bank, DEGREE), "°", "+.0f", "bank_deg"),
+    Column("KCAS", lambda leg: _round(leg.airspeed, KNOT), "", ".0f", "calibrated_airspeed_kt"),
+    Column("bank", lambda leg: _bank_words(_round(leg.bank, DEGREE))),
+    Column("", lambda leg: _round(leg.bank, DEGREE), key="bank_deg"),
     Column("time", lambda leg: _round(leg.seconds), "s", ".0f", "seconds"),
 )
 

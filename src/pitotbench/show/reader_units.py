@@ -16,11 +16,11 @@ from platformdirs import user_config_path
 
 from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
-from pitotbench.show.columns import Column
+from pitotbench.show.columns import Column, with_minus_signs
 from pitotbench.units import SUFFIXES, Suffix
 
 _CHOICES = {  # by the field of `Units`: the suffix of each unit by the word that asks for it
-    "speed": {"kt": "kt", "km/h": "kmh", "mph": "mph"},
+    "speed": {"kt": "kt", "km/h": "kmh", "mph": "mph", "m/s": "mps"},
     "length": {"ft": "ft", "m": "m"},
     "temperature": {"degc": "degc", "degf": "degf"},
     "pressure": {"inhg": "inhg", "hpa": "hpa"},
@@ -57,8 +57,10 @@ class Units:
         return ",".join(w for suffix, all_ in own.items() for w, s in all_.items() if s == suffix)
 
     def text(self, text: str) -> str:
-        """A text written in kt, ft, °C and inHg, in these units; a quoted rule keeps its own."""
-        return _NUMBERS.sub(self._translated, text).replace(QUOTED, " ")
+        """A text written in kt, ft, °C and inHg, as it is read in these units; a quoted rule keeps
+        its own.
+        """
+        return with_minus_signs(_NUMBERS.sub(self._translated, text)).replace(QUOTED, " ")
 
     def columns(self, columns: Sequence[Column[Any]]) -> list[Column[Any]]:
         """The columns of a table in these units."""
@@ -108,8 +110,7 @@ def _number(text: str, written: Suffix, read: Suffix) -> str:
     value = (float(plain) + written.offset) * written.factor / read.factor - read.offset
     sign, comma = "+" * text.startswith("+"), "," * ("," in text)
     digits = len(plain.partition(".")[2])
-    translated = f"{value:{sign}{comma}.{digits}f}"
-    return translated.replace("-", "−" if "−" in text else "-")
+    return f"{value:{sign}{comma}.{digits}f}"
 
 
 BENCH = Units()

@@ -10,7 +10,6 @@ import numpy as np
 from pitotbench.records.calibration import Calibration, WindEstimate, WindowWind
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check
-from pitotbench.show.calibration import FAILED_BY, GEOMETRY, HEADINGS
 from pitotbench.show.columns import Column
 from pitotbench.show.markup import render
 from pitotbench.show.reader_units import BENCH, Units
@@ -19,6 +18,24 @@ from pitotbench.show.tree import SOURCES, Heading
 from pitotbench.show.words import words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import FOOT, KNOT
+
+# By the code of a warning or the kind of a disagreement, the check that fails with it.
+_HEADINGS, _GEOMETRY = "heading and track agree", "headings and airspeeds suffice"
+_FAILED_BY = {
+    "latency": "latency of the GPS velocity",
+    "wind": "constant wind",
+    "confounded": _GEOMETRY,
+    "one heading": _GEOMETRY,
+    "curve size": "curve of a possible size",
+    "outside prior": "sensors within their accuracies",
+    "faulty rows": "no faulty rows",
+    "flights disagree": "flights agree",
+    "samples": "samples and curve agree",
+    "height": "wind triangle and height agree",
+    "fixed_speed": "fixed-speed points and curve agree",
+    "broken pitot": "pitot and static lines work",
+    **dict.fromkeys(("heading", "mirrored", "axes turned", "track"), _HEADINGS),
+}
 
 _NOT_SHOWN = "the log does not show it, or it was not looked for"
 
@@ -34,15 +51,14 @@ def checks_of(result: Calibration) -> list[Check]:
         *((w.code, str(w)) for w in result.warnings),
     ]
     for kind, why in told:
-        failed.setdefault(FAILED_BY.get(kind, ""), []).append(why)
+        failed.setdefault(_FAILED_BY.get(kind, ""), []).append(why)
     late, change, agreement = found.latency, found.wind_change, found.height_agreement
     delay = ""
     if late is not None and np.isfinite(late.two_sigma):
-        size = (
+        delay = (
             f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), of which {late.left:+.2f} s is "
             "not taken out"
         )
-        delay = size.replace("-", "−")
     known = (
         "the wind is unknown"
         if wind is None
@@ -51,7 +67,7 @@ def checks_of(result: Calibration) -> list[Check]:
     largest = 100.0 * float(np.max(np.abs(result.curve.normalized_pressure_error)))
     passed = {  # no finding where it was not looked for
         "the fit converged": result.reason,
-        GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
+        _GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
         "samples and curve agree": ""
         if result.method == "height"
         else "none lie off it by more than chance",
@@ -65,7 +81,7 @@ def checks_of(result: Calibration) -> list[Check]:
         "constant wind": ""
         if change is None
         else f"Bayes factor of a change {change.bayes_factor:.2g}",
-        HEADINGS: "no constant angle"
+        _HEADINGS: "no constant angle"
         if any("heading" in each.channels for each in made.inputs)
         else "",
         "curve of a possible size": f"Δp/q_c up to {largest:.1f} %",

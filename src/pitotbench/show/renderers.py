@@ -21,6 +21,7 @@ from pitotbench.show.tree import (
     Notice,
     Sentence,
     Table,
+    down_to,
     nodes_in,
 )
 
@@ -49,7 +50,7 @@ def print_tree(
             console.print()
         if isinstance(node, Table):
             columns = units.columns(shown_columns(node.columns, node.rows))
-            print_table(columns, node.rows, console, node.title)
+            print_table(columns, node.rows, console, units.text(node.title))
         else:
             words, style = _SAID[type(node)]
             text = node.text if getattr(node, "first", False) else words + node.text
@@ -85,8 +86,8 @@ def plain_of(
         | {"text": units.text(getattr(node, "text", "") or getattr(node, "title", ""))}
         | {"nodes": plain_of(getattr(node, "nodes", ()), units, depth)}
         | (plain_table(node.columns, node.rows, units) if isinstance(node, Table) else {})
-        for node in nodes
-        if getattr(node, "depth", depth) <= depth and not isinstance(node, Download)
+        for node in down_to(nodes, depth)
+        if not isinstance(node, Download)
     ]
 
 
@@ -95,17 +96,17 @@ def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -
     are notices.
     """
     groups = groupby(
-        nodes,
+        down_to(nodes, depth),
         lambda node: (type(node), getattr(node, "first", False), getattr(node, "layout", "")),
     )
     return "\n".join(_HTML[kind]([*group], units, depth) for (kind, *_), group in groups)
 
 
 def _heading(node: Heading, units: Units, depth: int) -> str:
-    inner, title = html_of(node.nodes, units, depth), escape(node.text)
+    inner, title = html_of(node.nodes, units, depth), escape(units.text(node.text))
     if node.depth == ANSWER:
         return f'<div class="part"><h3>{title}</h3>\n{inner}</div>'
-    return f"<details><summary>{title}</summary>{inner}</details>" if node.depth <= depth else ""
+    return f"<details><summary>{title}</summary>{inner}</details>"
 
 
 def _texts(tag: str, nodes: Iterable[Any], units: Units) -> str:
@@ -113,7 +114,7 @@ def _texts(tag: str, nodes: Iterable[Any], units: Units) -> str:
 
 
 def _table(node: Table, units: Units) -> str:
-    title = f"<h4>{escape(node.title)}</h4>" * bool(node.title)
+    title = f"<h4>{escape(units.text(node.title))}</h4>" * bool(node.title)
     columns = units.columns(shown_columns(node.columns, node.rows))
     return f'<div class="table">{title}{html_table(columns, node.rows)}</div>'
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator
 
+from pitotbench.show.columns import with_minus_signs
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.timeline import pauses
 from pitotbench.units import Array
@@ -30,6 +32,7 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
 )
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
+Mark = Callable[[Axes], object]  # a part of a picture: what draws it on axes
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {
@@ -73,22 +76,78 @@ class Panel:
 
 def panel(
     title: str,
-    draw: Callable[[Axes], None],
+    draw: Mark | Sequence[Mark],
     note: str = "",
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
     units: Units = BENCH,
 ) -> Panel:
     """A panel of a size [in] with the axes that `draw` fills in the units of the bench, read in
-    those of the reader; labeled artists go to a legend above the data.
+    those of the reader, several below one another; labeled artists go to a legend above the data.
     """
-    with stacked([draw], size, legend_columns, units) as figure:
+    draws = draw if isinstance(draw, Sequence) else [draw]
+    with stacked(draws, size, legend_columns, units) as figure:
         return Panel(title, svg(figure, title), note)
+
+
+# The marks of a picture, in the units of the bench; `look` is what Matplotlib takes beside.
+
+
+def drawing(*marks: Mark) -> Mark:
+    """Some marks as one, each above those before it."""
+
+    def draw(axes: Axes) -> None:
+        for mark in marks:
+            mark(axes)
+
+    return draw
+
+
+def line(x: Any, y: Any, *, color: str = BLUE, label: str = "", **look: Any) -> Mark:
+    """Values over others, (n,) each, as a line."""
+    return lambda axes: axes.plot(x, y, color=color, label=label, **look)
+
+
+def dots(
+    x: Any, y: Any, *, color: str = GREY, label: str = "", marker: str = ".", **look: Any
+) -> Mark:
+    """Values over others, (n,) each, without a line."""
+    return line(x, y, color=color, label=label, ls="none", marker=marker, **look)
+
+
+def band(x: Array, low: Any, high: Any, *, color: str = BLUE, label: str = "") -> Mark:
+    """What lies between two lines, each a number or (n,) as `x` is."""
+    return lambda axes: axes.fill_between(x, low, high, color=color, alpha=0.25, lw=0, label=label)
+
+
+def bars(x: Any, y: Any, half: Any, *, color: str, label: str = "", **look: Any) -> Mark:
+    """Values with a bar from one side of each to the other."""
+    return lambda axes: axes.errorbar(x, y, half, color=color, label=label, **look)
+
+
+def level(y: float, *, color: str = INK, label: str = "", lw: float = 0.5, ls: str = "-") -> Mark:
+    """A line across the picture; a dashed one is a value to compare with."""
+    return lambda axes: axes.axhline(y, color=color, label=label, lw=lw, ls=ls)
+
+
+def stripe(low: float, high: float, *, label: str) -> Mark:
+    """What lies between two levels, in a pale color behind the lines."""
+    return lambda axes: axes.axhspan(low, high, color=PALE, label=label)
+
+
+def frame(x: str, y: str, **limits: Any) -> Mark:
+    """The labels of the axes with their units in brackets, and their limits."""
+    return lambda axes: axes.set(xlabel=x, ylabel=y, **limits)
+
+
+def ground(axes: Axes) -> None:
+    """Let a mile north be as long as a mile east."""
+    axes.set_aspect("equal", adjustable="datalim")
 
 
 @contextmanager
 def stacked(
-    draws: Sequence[Callable[[Axes], None]],
+    draws: Sequence[Mark],
     size: tuple[float, float],
     legend_columns: int,
     units: Units = BENCH,
@@ -123,7 +182,7 @@ def _translate(axis: Axis, units: Units) -> None:
         ticks = AutoLocator().tick_values(low, high)
         inside = ticks[(ticks >= low) & (ticks <= high)]
         axis.set_label_text(f"{label}[{symbol}]")
-        axis.set_ticks(inside / factor, [f"{tick:g}".replace("-", "−") for tick in inside])
+        axis.set_ticks(inside / factor, [with_minus_signs(f"{tick:g}") for tick in inside])
 
 
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:

@@ -85,9 +85,17 @@ class Download:
 Node = Heading | Sentence | Doubt | Notice | Code | Table | Figure | Download
 
 
-def nodes_in(nodes: Iterable[Node], depth: int = NUMBERS) -> Iterator[Node]:
-    """Yield every node down to a depth, a part before what is in it."""
+def down_to(nodes: Iterable[Node], depth: int) -> Iterator[Node]:
+    """Yield the nodes that a reader finds down to a depth: of a deeper part its doubts alone."""
     for node in nodes:
         if getattr(node, "depth", depth) <= depth:
             yield node
-            yield from nodes_in(getattr(node, "nodes", ()), depth)
+        else:
+            yield from (each for each in nodes_in([node]) if isinstance(each, Doubt))
+
+
+def nodes_in(nodes: Iterable[Node], depth: int = NUMBERS) -> Iterator[Node]:
+    """Yield every node down to a depth, a part before what is in it."""
+    for node in down_to(nodes, depth):
+        yield node
+        yield from nodes_in(getattr(node, "nodes", ()), depth)

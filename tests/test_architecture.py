@@ -33,8 +33,6 @@ SLOW = {
     "tornado",
 }
 
-CIRCLES_STAND_IN = ("bench", "simulation")  # to be taken apart
-
 
 def loaded_after(code):
     """The modules that a fresh Python has loaded after some code, which may end in SystemExit."""
@@ -61,44 +59,6 @@ def test_calibrator_and_reconciler_load_without_the_truth(package):
     truth = tuple(f"pitotbench.{name}" for name in hidden)
     assert len([name for name in loaded if name.startswith(f"{path}.")]) > 10
     assert [name for name in loaded if name.startswith((*truth, "jsbsim", "matplotlib"))] == []
-
-
-def circles_in(package):
-    """Pairs of files of a package that reach one another by imports, also inside functions, and by
-    names in strings.
-    """
-    files = {
-        ".".join(("pitotbench", *path.relative_to(SOURCE).with_suffix("").parts)).removesuffix(
-            ".__init__"
-        ): path
-        for path in (SOURCE / package).rglob("*.py")
-    }
-    reads = {}
-    for name, path in files.items():
-        nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
-        named = {n.value for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)}
-        named |= {
-            f"{n.module}.{a.name}" for n in nodes if isinstance(n, ast.ImportFrom) for a in n.names
-        }
-        named -= {f"pitotbench.{package}"}  # where a data file of the package is named
-        reads[name] = {n if n in files else n.rpartition(".")[0] for n in named} & files.keys() - {
-            name
-        }
-    reached = {name: {name} for name in reads}
-    for _ in reads:
-        reached = {
-            name: set().union(*(reached[n] | reads[n] for n in found))
-            for name, found in reached.items()
-        }
-    return sorted((a, b) for a in reads for b in reached[a] if a < b and a in reached[b])
-
-
-PACKAGES = sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
-
-
-@pytest.mark.parametrize("package", [each for each in PACKAGES if each not in CIRCLES_STAND_IN])
-def test_no_circle_of_files_inside_a_package(package):
-    assert circles_in(package) == []
 
 
 def command(*arguments):

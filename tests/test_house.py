@@ -7,8 +7,8 @@ from pkgutil import resolve_name
 from pitotbench.campaigns.digests import _FLYING_CAMPAIGNS, _NOT_FLYING
 from pitotlab.house import PRODUCT, ROOT, long_lines, numbers_in, statements_in
 
-STATEMENTS = 23_000  # of the product, without docstrings and imports; the goal is 19,000
-NUMBERS = 2_818  # of the product, fields and defaults included; the goal is 2,200
+STATEMENTS = 22_700  # of the product, without docstrings and imports; the goal is 19,000
+NUMBERS = 2_780  # of the product, fields and defaults included; the goal is 2,200
 LONG_LINES = 155  # of the product, above 100 characters
 
 

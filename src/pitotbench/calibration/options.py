@@ -97,15 +97,15 @@ def parse_accuracies(text: str) -> dict[str, float]:
     parts = [part.strip() for part in text.split(",") if part.strip()]
     known = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
     others = [part for part in parts if part != NONE]
-    return _checked(known | _pairs("accuracy", others, "temperature_k=1"))
+    return _checked(known | _pairs("accuracy", others, "name=2σ, such as temperature_k=1"))
 
 
 def parse_priors(text: str) -> dict[str, float]:
     """Read priors from text such as `gust_length_m=300,gust_mps=1`. Raises as `priors_of`."""
-    return _pairs("prior", text.split(","), "gust_length_m=300")
+    return _pairs("prior", text.split(","), "name=number, such as gust_length_m=300")
 
 
-def _pairs(what: str, parts: Sequence[str], example: str) -> dict[str, float]:
+def _pairs(what: str, parts: Sequence[str], form: str) -> dict[str, float]:
     """Read pairs NAME=NUMBER. Raises BadInputError where one is not."""
     found = {}
     for part in parts:
@@ -113,7 +113,7 @@ def _pairs(what: str, parts: Sequence[str], example: str) -> dict[str, float]:
         try:
             found[name.strip()] = float(number)
         except ValueError as error:
-            raise BadInputError(f"{what} {part!r}: write name=number, such as {example}") from error
+            raise BadInputError(f"{what} {part!r}: write {form}") from error
     return found
 
 

@@ -24,6 +24,7 @@ from pitotbench.show.columns import (
     outside,
     print_table,
     printable,
+    with_minus_signs,
 )
 from pitotbench.show.curve_rows import CURVE_COLUMNS, POINT_COLUMNS, curve_points
 from pitotbench.show.plan import plan_columns, plan_tree
@@ -82,6 +83,17 @@ def test_every_renderer_shows_the_same_cells():
         "-1",
     ]
     assert _printed(lambda console: print_table(COLUMNS, [], console, "title")) == ""
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ("by -6.1 kt (-50σ), -3 to -2.5e-3", "by −6.1 kt (−50σ), −3 to −2.5e-3"),
+        ("2026-11-26, step-3, --to 2:30, G3X-2, -2b", "2026-11-26, step-3, --to 2:30, G3X-2, -2b"),
+    ],
+)
+def test_a_negative_number_has_a_minus_sign_and_a_name_keeps_its_hyphen(written, read):
+    assert with_minus_signs(written) == read
 
 
 def test_an_optional_column_without_a_value_is_not_shown():

@@ -56,7 +56,7 @@ def _written(letter: str) -> str:
     return letter
 
 
-_NEGATIVE = re.compile(r"(?<![\w.\-/=\"'])-(?=\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?(?!\w|[.-]\w))")
+_NEGATIVE = re.compile(r"(?<![\w.\-/=\"'])-(?=\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?(?![^\Wσ]|[.-]\w))")
 
 
 def with_minus_signs(text: str) -> str:

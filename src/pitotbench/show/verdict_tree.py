@@ -247,8 +247,9 @@ def _shortfall(flown: FlownAgain) -> str:
     short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - _SHORT]
     if not short:
         return ""
+    within = "is within its" if len(short) == 1 else "are within their"
     return (
-        f"With the patch, {listed(short)} is within its tolerance less often than between two "
+        f"With the patch, {listed(short)} {within} tolerance less often than between two "
         "flights of one airplane: what differs there is not in the patch. The hand of the pilot, "
         "the wind and its gusts over the flight are the card's, not the log's."
     )

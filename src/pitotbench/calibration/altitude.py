@@ -194,8 +194,8 @@ def altitude_rows(
     """Compute the altitude rows from a log's used rows and its rows at rest; None where its height
     is of no use.
 
-    Parameters: log; obs; options, with the accuracy of the total source; wind (2,), roughly, toward
-    north and east [m/s], which gives the size of the horizontal pressure gradient.
+    Parameters: log; obs; options, with the accuracy of the total source and the priors; wind (2,),
+    roughly, toward north and east [m/s], which gives the size of the horizontal pressure gradient.
     """
     if log.altitude is None:
         return None
@@ -208,7 +208,7 @@ def altitude_rows(
     blocks = _divided(log, carried, rows[~spikes])
     if len(blocks.count) < _FEWEST_BLOCKS or float(np.ptp(log.altitude)) == 0.0:
         return None
-    found = _assembled(
+    return _assembled(
         log,
         obs,
         carried,
@@ -216,9 +216,8 @@ def altitude_rows(
         np.where(rest, 0.0, log.impact_pressure),
         noise,
         wind,
-        0.5 * accuracies_of(options.accuracies, {}).total_source,
+        options,
     )
-    return replace(found, priors=priors_of(options.priors))
 
 
 def altitude_regression(
@@ -336,7 +335,7 @@ def _assembled(
     impact_pressure: Pascal,
     noise: float,
     wind: Array,
-    total_source: float,
+    options: CalibrationOptions,
 ) -> AltitudeRows:
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
     height = _geopotential(blocks.mean(carried.height))
@@ -360,11 +359,13 @@ def _assembled(
         temperature_slope=profile.temperature_slope(height),
         unknown=UnknownColumns(np.zeros((0, 0)), np.zeros(0)),
         spread=1.0,
+        priors=priors_of(options.priors),
     )
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
     layer = float(np.hypot(_LAYER, _UNIFORM * moist))
     layers = profile.layers(height)
     unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
+    total_source = 0.5 * accuracies_of(options.accuracies, {}).total_source
     if total_source > 0.0:
         unknown = _with_total_source(unknown, rows, total_source)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]

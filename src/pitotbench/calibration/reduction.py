@@ -423,8 +423,12 @@ def model_of(options: CalibrationOptions, scale: CurveScale) -> PredictionModel:
         priors_of(options.priors),
     )
     if isinstance(error, SmoothModel):
-        shape = priors.curve_slope, priors.curve_lift, priors.curve_departure
-        error = SmoothModel(error.name, error.low, error.high, *shape)
+        error = replace(
+            error,
+            slope=priors.curve_slope,
+            lift=priors.curve_lift,
+            departure=priors.curve_departure,
+        )
     static = options.error_location == "static"
     return PredictionModel(error, scale.reference_pressure, static, options.wind_down)
 

@@ -11,7 +11,8 @@ from pitotbench import BadInputError, Case, FlightLog, fly, sense
 from pitotbench.bench.flown_card import as_flown, card_of
 from pitotbench.effects.overlay import Overlay
 from pitotbench.models.aircraft_model import aircraft_model
-from pitotbench.reconciliation.track import motion_of, track_of
+from pitotbench.reconciliation.replay import motion_of
+from pitotbench.reconciliation.track import track_of
 from pitotbench.records.case import EffectSpec, PressureErrorSpec
 from pitotbench.simulation.modified import Loading, loaded_mass, mass_of
 from pitotbench.units import FOOT

@@ -27,8 +27,8 @@ from pitotbench.reconciliation.formula import signatures_at
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.replay import coarse_rows, motion_of, spread
 from pitotbench.reconciliation.residuals import change_by_answer
-from pitotbench.reconciliation.track import coarse_rows, motion_of, spread
 from pitotbench.reconciliation.verdict import Judged, judge
 from pitotbench.records.case import EffectSpec
 

@@ -17,9 +17,9 @@ from pitotbench.reconciliation.free_parameters import (
 )
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of
 from pitotbench.reconciliation.noise import autocovariance
+from pitotbench.reconciliation.replay import REACTION_NAMES
 from pitotbench.reconciliation.residuals import change_by_answer, channel_residuals
 from pitotbench.reconciliation.signatures import residual_change
-from pitotbench.reconciliation.track import REACTION_NAMES
 
 NO_EFFECTS = Catalog("effect", {})
 

@@ -10,11 +10,11 @@ import pytest
 from pitotbench import Case, fly, read_case
 from pitotbench.bench.workflow import NamedLog, judge_logs
 from pitotbench.reconciliation import renewal as change_points
+from pitotbench.reconciliation.clean_track import clean_track
 from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.reconciliation.residuals import clean_track
 from pitotbench.reconciliation.signatures import columns_of
 from pitotbench.reconciliation.track import track_of
 from pitotbench.sensing.recorder import record

@@ -18,18 +18,16 @@ from pitotbench.effects.overlay import (
     total,
 )
 from pitotbench.models.aircraft_model import aircraft_model
-from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.track import (
-    Track,
+from pitotbench.reconciliation.replay import (
     added_forces,
     adds_forces,
     answer,
-    grid_of,
     motion_of,
     properties_of_forces,
-    track_of,
     varied_states,
 )
+from pitotbench.reconciliation.residuals import AircraftModel
+from pitotbench.reconciliation.track import Track, grid_of, track_of
 from pitotbench.records.aircraft import Motion, UnitForces
 from pitotbench.units import Array
 

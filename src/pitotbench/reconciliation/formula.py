@@ -19,9 +19,9 @@ from pitotbench.effects.formula import (
 )
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
 from pitotbench.effects.response import Signals
+from pitotbench.reconciliation.replay import REACTION_NAMES, coarse_rows, spread
 from pitotbench.reconciliation.residuals import ForceModel, ReferenceState, change_by_answer
 from pitotbench.reconciliation.signatures import Signature, residual_change
-from pitotbench.reconciliation.track import REACTION_NAMES, coarse_rows, spread
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import FormulaTerm
 from pitotbench.units import Array

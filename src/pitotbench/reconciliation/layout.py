@@ -14,6 +14,7 @@ from pitotbench.effects import terms_beside
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
+from pitotbench.reconciliation.clean_track import air_velocity, true_airspeed_along
 from pitotbench.reconciliation.free_parameters import (
     ANGLE_SCALE,
     VANE_PARAMETERS,
@@ -26,26 +27,17 @@ from pitotbench.reconciliation.free_parameters import (
     without_vane_angles,
 )
 from pitotbench.reconciliation.noise import UNUSABLE
+from pitotbench.reconciliation.replay import lacking, replay_motion
 from pitotbench.reconciliation.residuals import (
     AircraftModel,
     ChannelResiduals,
     ReferenceState,
-    air_velocity,
     reference_state,
     slack,
-    true_airspeed_along,
 )
 from pitotbench.reconciliation.signatures import WHOLE_FLIGHT, Signature, signatures_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import (
-    MARGIN,
-    Grid,
-    Track,
-    lacking,
-    mach_number,
-    replay_motion,
-    track_of,
-)
+from pitotbench.reconciliation.track import MARGIN, Grid, Track, mach_number, track_of
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.calibration import Estimate

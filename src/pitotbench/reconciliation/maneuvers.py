@@ -23,8 +23,8 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting, FreeParam
 from pitotbench.reconciliation.layout import CheckedLog, Layout, cells, hypotheses, of_patch
 from pitotbench.reconciliation.noise import UNUSABLE, NoiseModel, learned
 from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale, size_label
+from pitotbench.reconciliation.replay import Replay, answer, motion_of, properties_of_forces
 from pitotbench.reconciliation.residuals import (
-    FORCES,
     MOMENTS,
     AircraftModel,
     ForceModel,
@@ -34,14 +34,7 @@ from pitotbench.reconciliation.residuals import (
 )
 from pitotbench.reconciliation.signatures import FITTED, Signature, signatures_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import (
-    Grid,
-    Replay,
-    Track,
-    answer,
-    motion_of,
-    properties_of_forces,
-)
+from pitotbench.reconciliation.track import FORCES, Grid, Track
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.maneuver import CHANNELS, Maneuver
 from pitotbench.units import DEGREE, Array

@@ -12,6 +12,7 @@ from pitotbench.channels import CHANNELS
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import FROM, TO, Effect, SensorEffect
 from pitotbench.effects.response import Signals
+from pitotbench.reconciliation.clean_track import clean_track
 from pitotbench.reconciliation.equations import equations_from, inner_products
 from pitotbench.reconciliation.evidence import merit
 from pitotbench.reconciliation.free_parameters import (
@@ -25,7 +26,8 @@ from pitotbench.reconciliation.layout import (
     without_error_curve,
 )
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
-from pitotbench.reconciliation.residuals import ReferenceState, clean_track
+from pitotbench.reconciliation.replay import motion_of
+from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.signatures import (
     FITTED,
     Signature,
@@ -36,7 +38,7 @@ from pitotbench.reconciliation.signatures import (
     searched_shapes,
 )
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import Track, motion_of
+from pitotbench.reconciliation.track import Track
 from pitotbench.units import Array, Seconds
 
 # Renew signatures at the size that was fitted, and at the time when the effect happened.

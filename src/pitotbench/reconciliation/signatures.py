@@ -25,16 +25,15 @@ from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.free_parameters import residuals_of_wind
-from pitotbench.reconciliation.residuals import ReferenceState, change_by_answer
-from pitotbench.reconciliation.track import (
-    Track,
+from pitotbench.reconciliation.replay import (
     added_forces,
     adds_forces,
     coarse_rows,
-    mach_number,
     motion_of,
     spread,
 )
+from pitotbench.reconciliation.residuals import ReferenceState, change_by_answer
+from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array
 
 # A signature is the residuals with the effect less those without it, computed by the effect's code

@@ -1,10 +1,7 @@
-"""The track: a measured log on uniform rows, the filter of all channels, and the model moved along
-it.
-"""
+"""The track: a measured log on uniform rows, and the filter of all channels at its instants."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +10,7 @@ from scipy.sparse import coo_array, csr_array
 
 from pitotbench import air
 from pitotbench.channels import CHANNELS, numbers_from
-from pitotbench.effects import EFFECTS, terms_beside
-from pitotbench.effects.effect import AircraftEffect
-from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import Indices, in_outage, interval, pauses, stretches
 from pitotbench.units import Array, Booleans, Kelvin, Seconds
@@ -27,6 +20,7 @@ from pitotbench.units import Array, Booleans, Kelvin, Seconds
 # A comparison must not contain a hold of the last fix, a window that is not symmetric, or a
 # rectangle rule: each looks like a delay of half a sample interval.
 
+FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")
 HALF_WINDOW = 0.2  # s, of the filter
 SLOW_GPS = 0.3  # s between fixes from which they are not filtered: the filter would hold one or two of them
@@ -106,6 +100,15 @@ def mach_number(track: Track) -> Array:
     return air.mach_from_impact_pressure(
         np.maximum(track["impact_pressure"], 1.0), track["static_pressure"]
     )
+
+
+def outside_temperature(track: Track, mach: Array) -> Kelvin:
+    """Return the air temperature [K] of a track: measured, or that of a standard day."""
+    if "air_temperature" in track:
+        return track["air_temperature"]
+    if "total_temperature" in track:
+        return air.air_temperature(track["total_temperature"], mach)
+    return air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
 
 
 def _observed(log: FlightLog, fresh_air: Booleans | None) -> list[slice]:
@@ -268,221 +271,3 @@ def grid_of(track: Track) -> Grid:
     taps = np.ones(2 * half + 1)
     taps[[0, -1]] = 0.5
     return Grid(np.concatenate(rows), np.concatenate(first), step, taps / taps.sum(), not slow)
-
-
-# Move the aircraft model along a track: its answer, and how this answer changes with the measured
-# state.
-
-React = Callable[[Motion], Reaction]
-
-# The states that a wrong sensor shifts, with the step for the difference quotient: small beside a
-# maneuver.
-VARIED: Mapping[str, float] = {
-    "temperature_offset": 2.0,
-    "mach": 0.002,
-    "static_pressure": 300.0,
-    "angle_of_attack": 0.005,
-    "sideslip": 0.005,
-}
-FINE = 0.1  # s between states, for the answer
-STATES = (
-    *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "mass"),
-    *("angle_of_attack", "sideslip", "specific_force_x"),
-)
-CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
-REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
-
-
-@dataclass(frozen=True, slots=True)
-class Replay:
-    """The answer of a model along a track.
-
-    `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of the fields of a
-    Reaction; `slopes` are the changes of the values by one unit of each state in `VARIED`, (m, 12)
-    each.
-    """
-
-    rows: NDArray[np.intp]
-    motion: Motion
-    values: Array
-    slopes: Mapping[str, Array]
-
-    def shifted(self, track: Track) -> Array:
-        """Return the answer in the states of another track with the same rows, to first order, (m,
-        12).
-        """
-        values, states = self.values.copy(), varied_states(track, self.rows)
-        for name, slope in self.slopes.items():
-            moved = np.broadcast_to(states[name] - getattr(self.motion, name), len(values))
-            values += slope * moved[:, None]
-        return values
-
-
-def lacking(track: Track, controls: Iterable[str]) -> tuple[str, ...]:
-    """Return the channels that the force meter needs and a track lacks; `controls` are those of the
-    aircraft.
-    """
-    return tuple(name for name in (*STATES, *controls) if name not in track)
-
-
-def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
-    """Return the rows at which the model is evaluated: every `step` [s] and both ends of every
-    stretch.
-    """
-    every = max(1, round(step / track.row_period))
-    parts = [
-        np.append(np.arange(a, b - 1, every), b - 1)
-        for a, b in zip(track.start[:-1], track.start[1:], strict=True)
-    ]
-    return np.concatenate(parts)
-
-
-def coarse_rows(track: Track) -> NDArray[np.intp]:
-    """Return the rows at which the changes of the model's answer are measured."""
-    return replay_rows(track, track.coarse)
-
-
-def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
-    """Return the measured motion at rows of a track.
-
-    States are means over a step around each row. Throttles are means over the step that follows, in
-    which the engines answer to them. Controls that the track lacks are NaN: the aircraft does not
-    have them.
-    """
-    around, after = _windows(track, rows)
-    states = varied_states(track, rows)
-    for name in Motion.__dataclass_fields__:
-        if name in track and name not in states:
-            states[name] = (after if name.startswith("throttle") else around)(track[name])
-        elif name in CONTROLS:
-            states[name] = np.full(len(rows), np.nan)
-    return Motion(time=track.time[rows], **states)
-
-
-def varied_states(track: Track, rows: NDArray[np.intp]) -> dict[str, Any]:
-    """Return the states of `VARIED` at rows of a track, as `motion_of` does."""
-    around, _ = _windows(track, rows)
-    mach = mach_number(track)
-    standard = air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
-    # In warmer air this pressure lies higher, H_p (1 + ΔT/T₀), where a standard day with the offset
-    # ΔT is cooler.
-    warm = (outside_temperature(track, mach) - standard) * air.SEA_LEVEL_TEMPERATURE / standard
-    measured = {
-        name: around(track[name]) for name in ("static_pressure", "angle_of_attack", "sideslip")
-    }
-    return {**measured, "mach": around(mach), "temperature_offset": float(np.mean(warm))}
-
-
-def _windows(
-    track: Track, rows: NDArray[np.intp]
-) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
-    """Means over a step around each row, and over the step that follows it."""
-    every = int(np.median(np.diff(rows)))
-    around, after = (_means(rows, every, len(track.time), back) for back in (0.5, 0.0))
-    return around, after
-
-
-def _means(
-    rows: NDArray[np.intp], every: int, length: int, back: float
-) -> Callable[[Array], Array]:
-    """Means over `every` row steps by the trapezoidal rule; a share `back` of the steps lies before
-    each row.
-    """
-    first = -round(back * every)
-    weights = np.ones(every + 1)
-    weights[[0, -1]] = 0.5
-    if every % 2 and back:  # centered between rows: half a weight more at either end
-        weights = np.ones(every)
-        first = -(every // 2)
-    around = np.clip(rows[:, None] + first + np.arange(len(weights)), 0, length - 1)
-    return lambda values: np.asarray(values[around] @ weights / weights.sum())
-
-
-def outside_temperature(track: Track, mach: Array) -> Kelvin:
-    """Return the air temperature [K] of a track: measured, or that of a standard day."""
-    if "air_temperature" in track:
-        return track["air_temperature"]
-    if "total_temperature" in track:
-        return air.air_temperature(track["total_temperature"], mach)
-    return air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
-
-
-def replay_motion(track: Track, react: React) -> Replay:
-    """Move the model along a track: once for its answer, and once for each slope in coarse steps."""
-    rows = replay_rows(track, FINE)
-    motion = motion_of(track, rows)
-    return Replay(rows, motion, answer(react, motion), _slopes(track, rows, react))
-
-
-def _slopes(track: Track, rows: NDArray[np.intp], react: React) -> dict[str, Array]:
-    coarse = coarse_rows(track)
-    motion = motion_of(track, coarse)
-    before = answer(react, motion)
-    slopes = {}
-    for name, step in VARIED.items():
-        varied = replace(motion, **{name: getattr(motion, name) + step})
-        slopes[name] = spread(rows, coarse, (answer(react, varied) - before) / step)
-    return slopes
-
-
-def spread(rows: NDArray[np.intp], coarse: NDArray[np.intp], values: Array) -> Array:
-    """Interpolate values at coarse rows, (k, 12), linearly to all rows, (m, 12)."""
-    return np.stack([np.interp(rows, coarse, column) for column in values.T], axis=1)
-
-
-def answer(react: React, motion: Motion) -> Array:
-    """Return the answer of a model as one array, (m, 12)."""
-    reaction = react(motion)
-    return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)
-
-
-# The change of the reaction by added functions of force, from unit forces: no force meter is needed
-# for it.
-
-ADDING = (
-    "DRAG",
-    "SIDE",
-    "ROLL",
-    "PITCH",
-    "YAW",
-)  # not LIFT: functions of drag read the lift, it does not just add
-
-
-def adds_forces(overlay: Overlay) -> bool:
-    """Whether an overlay holds nothing but functions of force that add to those of the aircraft."""
-    only = not (
-        overlay.settings or overlay.masses or overlay.forces or overlay.winds or overlay.filters
-    )
-    return (
-        only
-        and bool(overlay.functions)
-        and all(function.axis in ADDING for function in overlay.functions)
-    )
-
-
-def properties_of_forces(baseline: Baseline) -> frozenset[str]:
-    """Return the paths of the aircraft's properties that the functions of all effects read."""
-    acting = [e for e in EFFECTS.values() if isinstance(e, AircraftEffect)]
-    acting += terms_beside(baseline)
-    overlays = [overlay for effect in acting for overlay in effect.fitting(baseline)]
-    read = (
-        properties_in(function.value) - dict(overlay.sizes).keys()
-        for overlay in overlays
-        for function in overlay.functions
-        if function.axis in ADDING
-    )
-    return frozenset().union(*read)
-
-
-def added_forces(overlay: Overlay, units: UnitForces) -> Array:
-    """Return the change of the reaction by an overlay of functions, (m, 12). The engines do not
-    answer to it.
-    """
-    properties: dict[str, Array | float] = {**units.properties, **dict(overlay.sizes)}
-    changes = [
-        units.changes[function.axis] * np.reshape(evaluate(function.value, properties), (-1, 1))
-        for function in overlay.functions
-    ]
-    change = np.sum(changes, axis=0)
-    engines = np.zeros((len(change), len(REACTION_NAMES) - change.shape[1]))
-    return np.concatenate([change, engines], axis=1)

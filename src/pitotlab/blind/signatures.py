@@ -33,15 +33,9 @@ from pitotbench.reconciliation.equations import equations_from, inner_products, 
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.noise import NoiseModel, learned
+from pitotbench.reconciliation.replay import Replay, answer, motion_of, replay_rows
 from pitotbench.reconciliation.residuals import Frame, channel_residuals
-from pitotbench.reconciliation.track import (
-    Replay,
-    answer,
-    grid_of,
-    motion_of,
-    replay_rows,
-    track_of,
-)
+from pitotbench.reconciliation.track import grid_of, track_of
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array

@@ -1,0 +1,185 @@
+"""The clean track: a track without noise and without gusts, on which signatures are computed."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.signal import savgol_filter
+
+from pitotbench import air
+from pitotbench.axes import body_to_earth, flow_direction
+from pitotbench.reconciliation.track import (
+    FORCES,
+    GPS_CHANNELS,
+    Track,
+    mach_number,
+    outside_temperature,
+)
+from pitotbench.units import Array, MetersPerSecond
+
+# The clean track: a track without noise and without gusts, on which signatures are computed. A
+# signature made of noisy signals would carry their noise. The residuals carry the same noise, so
+# that the two would correlate: a lag of this noise looks like a lag of the airplane. Noise in a
+# signature also counts as knowledge: on a circle at a constant airspeed, which cannot show a lag,
+# one of 0.25 s seemed to be worth 6σ. Therefore only the slow changes of a channel come from its
+# own sensor, and the quick ones from the sensors that feel them best (complementary filters:
+# Higgins 1975). Those of the ground velocity come from the accelerometers, those of the two heights
+# from the vertical speed, those of the temperature from height and airspeed. Impact pressure is
+# that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay
+# 1964).
+
+WINDOW = 3.0  # s, of the local parabolas
+# s, for a GPS without accelerometers: with 3 s its noise made a latency of 0.30 s come out as 0.24
+# s.
+GPS_WINDOW = 4.5
+# s, of what a slow sensor reads less what quick ones predict: long, for the prediction holds the
+# quick changes.
+SLOW_WINDOW = 20.0
+WANDER = 0.2  # deviation of a random walk from its local parabolas, over √window: 0.20 to 0.21 by simulation
+VELOCITY = ("velocity_north", "velocity_east", "velocity_down")
+UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these channels are real
+
+
+def true_airspeed_along(track: Track) -> MetersPerSecond:
+    """Return the true airspeed [m/s] of the pressures and temperature of a track."""
+    mach = mach_number(track)
+    return mach * air.sound_speed(outside_temperature(track, mach))
+
+
+def air_velocity(track: Track) -> tuple[Array, Array, Array]:
+    """Return the velocity through the air toward north, east, down [m/s].
+
+    Without vanes the flow is assumed to be level and along the nose.
+    """
+    speed = true_airspeed_along(track)
+    alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]
+    beta = track["sideslip"] if "sideslip" in track else np.zeros_like(speed)
+    flow = flow_direction(alpha, beta)
+    north, east, down = speed * body_to_earth(flow, track["roll"], track["pitch"], track["heading"])
+    return north, east, down
+
+
+def earth_acceleration(track: Track) -> Array | None:
+    """Return the acceleration toward north, east, down [m/s²], (3, n); None without accelerometers."""
+    if not all(name in track for name in FORCES):
+        return None
+    felt = np.stack([track[name] for name in FORCES])
+    earth = body_to_earth(felt, track["roll"], track["pitch"], track["heading"])
+    earth[2] += air.GRAVITY
+    return earth
+
+
+def clean_track(track: Track, wind: Array) -> Track:
+    """Return the smoothed track; `wind` is toward north, east, down [m/s], (3,)."""
+    changing = {name: values for name, values in track.channels.items() if name not in UNSMOOTHED}
+    smooth = track.replaced(
+        {name: _smoothed(track, values, WINDOW) for name, values in changing.items()}
+    )
+    smooth = smooth.replaced({"static_pressure": _static_pressure(track, smooth)})
+    velocity = _velocity(track)
+    smooth = smooth.replaced(velocity)
+    smooth = smooth.replaced(_impact_pressure(smooth, wind))
+    smooth = smooth.replaced(_total_temperature(track, smooth))
+    slow = [name for name in GPS_CHANNELS if name in track and name not in velocity]
+    smooth = smooth.replaced({name: _smoothed(track, track[name], GPS_WINDOW) for name in slow})
+    return smooth.replaced(_altitude(track, smooth))
+
+
+def _complementary_filter(track: Track, measured: Array, predicted: Array) -> Array:
+    """The quick changes of a prediction, with the slow ones of what a channel measures."""
+    return predicted + _smoothed(track, measured - predicted, SLOW_WINDOW)
+
+
+def _integrated(track: Track, rate: Array) -> Array:
+    """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row
+    late.
+    """
+    return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
+
+
+def _velocity(track: Track) -> Mapping[str, Array]:
+    """Ground velocity with the quick changes of the accelerometers; empty without these, or where
+    they shake.
+    """
+    acceleration = earth_acceleration(track)
+    if acceleration is None or _is_noisy(track, acceleration):
+        return {}
+    gained = _integrated(track, acceleration)
+    return {
+        name: _complementary_filter(track, track[name], gained[i])
+        for i, name in enumerate(VELOCITY)
+        if name in track
+    }
+
+
+def _is_noisy(track: Track, acceleration: Array) -> bool:
+    """Whether the noise of accelerometers, integrated over the window, is above that of a single
+    GPS fix.
+
+    Differences of neighbors show the noise: twice its variance, and 20 times that of a fix in third
+    differences.
+    """
+    names = [name for name in VELOCITY if name in track]
+    a_second = np.diff(acceleration[: len(names)], axis=1).std() * np.sqrt(0.5 * track.row_period)
+    fixes = np.stack([track[name][track.fix] for name in names])
+    return bool(
+        WANDER * a_second * np.sqrt(SLOW_WINDOW) > np.diff(fixes, 3, axis=1).std() / np.sqrt(20.0)
+    )
+
+
+def _static_pressure(track: Track, smooth: Track) -> Array:
+    """Static pressure whose quick changes come from the vertical speed and not from sensor noise."""
+    down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
+    height = air.pressure_altitude(track["static_pressure"])
+    return air.standard_pressure(_complementary_filter(track, height, -_integrated(track, down)))
+
+
+def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
+    """GPS altitude whose quick changes come from the vertical velocity; empty without one of the
+    two.
+    """
+    if "altitude" not in track or "velocity_down" not in track:
+        return {}
+    return {
+        "altitude": _complementary_filter(
+            track, track["altitude"], -_integrated(track, smooth["velocity_down"])
+        )
+    }
+
+
+def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
+    """Total temperature whose quick changes come from height and airspeed and not from sensor
+    noise.
+    """
+    if "total_temperature" not in track:
+        return {}
+    standard = air.standard_temperature(air.pressure_altitude(smooth["static_pressure"]))
+    expected = air.total_temperature(standard, mach_number(smooth))
+    return {"total_temperature": _complementary_filter(track, track["total_temperature"], expected)}
+
+
+def _smoothed(track: Track, values: Array, window: float) -> Array:
+    length = 2 * round(0.5 * window / track.row_period) + 1
+    out = values.copy()
+    for begin, end in zip(track.start[:-1], track.start[1:], strict=True):
+        if end - begin > length:
+            out[begin:end] = savgol_filter(values[begin:end], length, 2)
+    return out
+
+
+def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
+    """Impact pressure of the airspeed that ground velocity and wind give."""
+    through = np.stack(air_velocity(track), axis=1)
+    along = through / true_airspeed_along(track)[:, None]
+    over = np.stack(
+        [track[n] if n in track else through[:, i] + wind[i] for i, n in enumerate(VELOCITY)],
+        axis=1,
+    )
+    speed = np.sum(along * (over - wind), axis=1)
+    pressure = track["static_pressure"]
+    temperature = outside_temperature(track, mach_number(track))
+    return {
+        "impact_pressure": air.impact_pressure_from_true_airspeed(
+            np.maximum(speed, 1.0), pressure, temperature
+        )
+    }

@@ -43,7 +43,7 @@ def aircraft_model(name: str) -> AircraftModel | None:
     controls = tuple(control for control in CONTROLS if control not in missing)
     react, unit_forces = partial(_react, name), partial(_unit_forces, name)
     baseline, errors = read_baseline(folder), patch_errors(name)
-    return AircraftModel(name, react, unit_forces, baseline, controls, errors)
+    return AircraftModel(name, react, unit_forces, baseline, loaded_mass(name), controls, errors)
 
 
 def _react(

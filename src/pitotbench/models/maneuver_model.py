@@ -14,7 +14,7 @@ from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.records.maneuver import Maneuver, Maneuvers
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.modified import patch_errors
+from pitotbench.simulation.modified import loaded_mass, patch_errors
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.unit_forces import AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.units import FOOT, POUND_FORCE, Array
@@ -36,7 +36,7 @@ def air_model(name: str, maneuvers: Sequence[Maneuver]) -> AircraftModel:
     ixx, iyy, izz, ixz = inertia or inertia_of(_weighed(name))
     tensor = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
     react, units = partial(_react, name, tensor, rated), partial(_unit_forces, name, tensor)
-    return AircraftModel(name, react, units, baseline, (), patch_errors(name))
+    return AircraftModel(name, react, units, baseline, loaded_mass(name), (), patch_errors(name))
 
 
 def _weighed(name: str) -> Plant:

@@ -1,13 +1,14 @@
 """The clean track: a track without noise and without gusts, on which signatures are computed."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import savgol_filter
 
 from pitotbench import air
-from pitotbench.axes import body_to_earth, flow_direction
+from pitotbench.axes import body_to_earth, earth_to_body, flow_direction
 from pitotbench.reconciliation.track import (
     FORCES,
     GPS_CHANNELS,
@@ -36,6 +37,8 @@ GPS_WINDOW = 4.5
 # quick changes.
 SLOW_WINDOW = 20.0
 WANDER = 0.2  # deviation of a random walk from its local parabolas, over √window: 0.20 to 0.21 by simulation
+ATTITUDE = ("roll", "pitch", "heading")
+VANES = ("angle_of_attack", "sideslip")
 VELOCITY = ("velocity_north", "velocity_east", "velocity_down")
 UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these channels are real
 
@@ -49,14 +52,55 @@ def true_airspeed_along(track: Track) -> MetersPerSecond:
 def air_velocity(track: Track) -> tuple[Array, Array, Array]:
     """Return the velocity through the air toward north, east, down [m/s].
 
-    Without vanes the flow is assumed to be level and along the nose.
+    Without vanes its direction is that of the path through the air, or else level and along the
+    nose.
     """
     speed = true_airspeed_along(track)
-    alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]
-    beta = track["sideslip"] if "sideslip" in track else np.zeros_like(speed)
+    if WIND[0] in track or all(name in track for name in VANES):
+        alpha, beta = flow_angles(track)
+    else:
+        alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]
+        beta = track["sideslip"] if "sideslip" in track else np.zeros_like(speed)
     flow = flow_direction(alpha, beta)
     north, east, down = speed * body_to_earth(flow, track["roll"], track["pitch"], track["heading"])
     return north, east, down
+
+
+# Channels of a track without vanes: the wind, and the scales of the angles of the path.
+WIND = ("wind_north", "wind_east", "wind_down")
+PATH_SCALES = ("path_alpha_scale", "path_sideslip_scale")
+
+
+def with_path_flow(track: Track, wind: Array, mass: float) -> Track:
+    """Return a track that `flow_angles` can be taken of, with a mass; what it has stays.
+
+    `wind` is toward north, east, down [m/s], (3,), of which the last, that of vanes, is not used;
+    `mass` [kg] is that of the loaded model.
+    """
+    ones, level = np.ones(len(track.time)), (wind[0], wind[1], 0.0)
+    vanes = all(name in track for name in VANES)
+    added = {} if vanes else dict(zip(WIND, level, strict=True)) | dict.fromkeys(PATH_SCALES, 0.0)
+    added |= {} if "mass" in track else {"mass": mass}
+    return track.replaced({name: value * ones for name, value in added.items()})
+
+
+def flow_angles(track: Track) -> tuple[Array, Array]:
+    """Return the angles of attack and of sideslip [rad], (n,) each: of the vanes, or without them
+    those of the path through the air.
+
+    The path is ground velocity less wind, in body axes (Klein and Morelli 2006, ch. 10). It does
+    not show the gusts to which the airplane answers, so that its angles have a scale of their own.
+    """
+    if all(name in track for name in VANES):
+        return track["angle_of_attack"], track["sideslip"]
+    over = {**track.channels, **_velocity(track)}
+    over.setdefault("velocity_down", _sink(track))
+    through = np.stack([over[n] - track[w] for n, w in zip(VELOCITY, WIND, strict=True)])
+    forward, right, down = earth_to_body(through, *(track[name] for name in ATTITUDE))
+    speed = np.sqrt(forward**2 + right**2 + down**2)
+    angles = np.arctan2(down, forward), np.arcsin(right / np.maximum(speed, 1.0))
+    alpha, beta = ((1.0 + track[n]) * a for n, a in zip(PATH_SCALES, angles, strict=True))
+    return alpha, beta
 
 
 def earth_acceleration(track: Track) -> Array | None:
@@ -110,6 +154,23 @@ def _velocity(track: Track) -> Mapping[str, Array]:
         for i, name in enumerate(VELOCITY)
         if name in track
     }
+
+
+def _sink(track: Track) -> Array:
+    """The velocity down [m/s] of the static pressure, with the quick changes of the accelerometers
+    where they do not shake.
+    """
+    acceleration = earth_acceleration(track)
+    sink = -_rate(track, air.pressure_altitude(track["static_pressure"]))
+    if acceleration is None or _is_noisy(track, acceleration):
+        return _smoothed(track, sink, WINDOW)
+    return _complementary_filter(track, sink, _integrated(track, acceleration[2]))
+
+
+def _rate(track: Track, values: Array) -> Array:
+    """The change of a channel a second, stretch by stretch."""
+    parts = (values[begin:end] for begin, end in pairwise(track.start))
+    return np.concatenate([np.gradient(part, track.row_period) for part in parts])
 
 
 def _is_noisy(track: Track, acceleration: Array) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.reconciliation.clean_track import PATH_SCALES, WIND
 from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans
@@ -28,6 +29,9 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "heading": 0.010,
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
+# Share of the angles of the path by which gusts that it does not show can make them seem smaller. A
+# sideslip is little more than the answer to gusts; the angle of attack also changes with the speed.
+PATH_SCALE = dict(zip(PATH_SCALES, (0.3, 1.0), strict=True))
 # The free parameters of the vanes: the channel and the kind of each.
 VANE_PARAMETERS = {
     f"{name} {kind}": (name, kind) for name in ANGLE_SCALE for kind in ("bias", "scale")
@@ -188,6 +192,11 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
             variations[f"{name} scale"] = _Variation(
                 _scaled(name, 1.01), SCALE_STEP, wider * deviation
             )
+    for name, deviation in PATH_SCALE.items():
+        if name in clean:
+            variations[name.replace("_", " ")] = _Variation(
+                _shifted(name, SCALE_STEP), SCALE_STEP, deviation
+            )
     return variations
 
 
@@ -281,8 +290,15 @@ def _wind(reference: ReferenceState) -> Columns:
 
 
 def residuals_of_wind(wind: Array, reference: ReferenceState) -> Array:
-    """Return the change of the residuals, (n, c), by a wind toward north, east, down [m/s], (n, 3)."""
-    return _turned_into(reference, wind, "airspeed", ("along", "across", "down"))
+    """Return the change of the residuals, (n, c), by a wind toward north, east, down [m/s], (n, 3),
+    more than that of the path, where a track follows one.
+    """
+    clean = reference.clean
+    if WIND[0] not in clean:
+        return _turned_into(reference, wind, "airspeed", ("along", "across", "down"))
+    rows, own = reference.grid.rows, np.arange(len(clean.time))
+    blown = {n: clean[n] + np.interp(own, rows, w) for n, w in zip(WIND, wind.T, strict=True)}
+    return -reference.change_by(clean.replaced(blown))
 
 
 def _offsets(reference: ReferenceState, day_known: bool) -> Columns:
@@ -335,7 +351,8 @@ def _turned_into(
     column = reference.blank()
     parts = reference.frame.turned(vectors, f"{family}_down" in reference.base.names)
     for i, axis in enumerate(axes[: parts.shape[1]]):
-        column[:, reference.base.names.index(f"{family}_{axis}")] = parts[:, i]
+        if (place := reference.channel(f"{family}_{axis}")) is not None:
+            column[:, place] = parts[:, i]
     return column
 
 

@@ -14,7 +14,7 @@ from pitotbench.effects import terms_beside
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
-from pitotbench.reconciliation.clean_track import air_velocity, true_airspeed_along
+from pitotbench.reconciliation.clean_track import air_velocity, true_airspeed_along, with_path_flow
 from pitotbench.reconciliation.free_parameters import (
     ANGLE_SCALE,
     VANE_PARAMETERS,
@@ -509,12 +509,15 @@ def _laid_out(
     setting: AnalysisSetting,
     effects: Catalog[Effect],
 ) -> Layout:
+    wind = mean_wind_of(track, measured)
+    if aircraft is not None:
+        track = with_path_flow(track, wind, aircraft.mass)
     replay = (
         replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
         if aircraft is not None and not lacking(track, aircraft.controls)
         else None
     )
-    reference = reference_state(track, mean_wind_of(track, measured), replay, aircraft)
+    reference = reference_state(track, wind, replay, aircraft)
     if len(reference.grid) < FEWEST_INSTANTS:
         needed = (FEWEST_INSTANTS + 2) * reference.grid.step + 2.0 * MARGIN
         raise BadInputError(

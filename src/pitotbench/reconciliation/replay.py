@@ -13,6 +13,7 @@ from pitotbench import air
 from pitotbench.effects import EFFECTS, terms_beside
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
+from pitotbench.reconciliation.clean_track import flow_angles
 from pitotbench.reconciliation.track import Track, mach_number, outside_temperature
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.units import Array
@@ -30,8 +31,8 @@ VARIED: Mapping[str, float] = {
 }
 FINE = 0.1  # s between states, for the answer
 STATES = (
-    *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "mass"),
-    *("angle_of_attack", "sideslip", "specific_force_x"),
+    *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate"),
+    "specific_force_x",
 )
 CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
@@ -111,10 +112,14 @@ def varied_states(track: Track, rows: NDArray[np.intp]) -> dict[str, Any]:
     # In warmer air this pressure lies higher, H_p (1 + ΔT/T₀), where a standard day with the offset
     # ΔT is cooler.
     warm = (outside_temperature(track, mach) - standard) * air.SEA_LEVEL_TEMPERATURE / standard
-    measured = {
-        name: around(track[name]) for name in ("static_pressure", "angle_of_attack", "sideslip")
+    alpha, beta = flow_angles(track)
+    return {
+        "static_pressure": around(track["static_pressure"]),
+        "mach": around(mach),
+        "angle_of_attack": around(alpha),
+        "sideslip": around(beta),
+        "temperature_offset": float(np.mean(warm)),
     }
-    return {**measured, "mach": around(mach), "temperature_offset": float(np.mean(warm))}
 
 
 def _windows(

@@ -12,7 +12,16 @@ from scipy.ndimage import maximum_filter1d
 from pitotbench import air
 from pitotbench.channels import CHANNELS
 from pitotbench.effects.overlay import Baseline, Overlay
-from pitotbench.reconciliation.clean_track import air_velocity, clean_track, earth_acceleration
+from pitotbench.reconciliation.clean_track import (
+    ATTITUDE,
+    PATH_SCALES,
+    VANES,
+    VELOCITY,
+    WIND,
+    air_velocity,
+    clean_track,
+    earth_acceleration,
+)
 from pitotbench.reconciliation.replay import (
     CONTROLS,
     REACTION_NAMES,
@@ -62,12 +71,11 @@ FAMILIES = {
 }
 # The channels of a track that each part of the residuals reads.
 _AIR = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
-_FLOW = ("angle_of_attack", "sideslip")
-_ATTITUDE = ("roll", "pitch", "heading")
-_GROUND = ("velocity_north", "velocity_east", "velocity_down")
-_TRIANGLE_READS = (*_AIR, *_FLOW, *_ATTITUDE, *_GROUND)
-_KINEMATIC_READS = (*FORCES, *_ATTITUDE, *_GROUND)
-_ANSWER_READS = (*_AIR, *_FLOW)  # the states in `VARIED`
+_TRIANGLE_READS = (*_AIR, *VANES, *ATTITUDE, *VELOCITY)
+_KINEMATIC_READS = (*FORCES, *ATTITUDE, *VELOCITY)
+# The states in `VARIED`; without vanes those of the path through the air are among them.
+_ANSWER_READS = (*_AIR, *VANES)
+_PATH_READS = (*ATTITUDE, *VELOCITY, *FORCES, *WIND, *PATH_SCALES)
 _ENGINES_READ = (*_ANSWER_READS, *ENGINES, "throttle_left", "throttle_right")
 
 
@@ -153,16 +161,21 @@ def channel_residuals(
     def predicted() -> Array:
         return grid.smooth_answer(answer(), model.rows) if model is not None else np.empty(0)
 
+    path = _PATH_READS if WIND[0] in track else ()
     columns: dict[str, Array] = {}
-    part(_TRIANGLE_READS, FAMILIES["air data"][:3], lambda: _triangle(track, grid, frame))
+    part((*_TRIANGLE_READS, *path), FAMILIES["air data"][:3], lambda: _triangle(track, grid, frame))
     part(("static_pressure", "altitude"), ("pressure_height",), lambda: _height(track, grid))
     part(_AIR, ("temperature",), lambda: _temperature(track, grid))
     if model is not None:
-        part((*_ANSWER_READS, *FORCES), FORCES, lambda: _forces(track, grid, predicted()))
-        part(_ENGINES_READ, FAMILIES["engine"], lambda: _engines(track, grid, predicted()))
+        part((*_ANSWER_READS, *FORCES, *path), FORCES, lambda: _forces(track, grid, predicted()))
+        part(
+            (*_ENGINES_READ, *path), FAMILIES["engine"], lambda: _engines(track, grid, predicted())
+        )
     part(_KINEMATIC_READS, FAMILIES["kinematic"], lambda: _kinematic(track, grid, frame))
     if model is not None:
-        part((*_ANSWER_READS, *RATES), MOMENTS, lambda: _moments(track, grid, model, answer()))
+        part(
+            (*_ANSWER_READS, *RATES, *path), MOMENTS, lambda: _moments(track, grid, model, answer())
+        )
     values = np.stack(list(columns.values()), axis=1)
     return ChannelResiduals(tuple(columns), values, np.zeros_like(values))
 
@@ -211,10 +224,13 @@ def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     over = np.stack([grid.smooth(track[name], gps=True) for name in ground], axis=1)
     gap = np.zeros((len(grid), 3))
     gap[:, : len(ground)] = over - through[:, : len(ground)]
+    if WIND[0] in track:
+        gap -= np.stack([grid.smooth(track[name]) for name in WIND], axis=1)
     parts = frame.turned(gap, down)
+    shown = 1 if WIND[0] in track else parts.shape[1]  # the path itself gives the direction
     return {
         f"airspeed_{name}": parts[:, i]
-        for i, name in enumerate(("along", "across", "down")[: parts.shape[1]])
+        for i, name in enumerate(("along", "across", "down")[:shown])
     }
 
 
@@ -305,6 +321,7 @@ class AircraftModel:
     """The analyst's model of an aircraft: a force meter that takes overlays, and the data that
     effects need.
 
+    `mass` [kg] is that with the load and the fuel of its file, for logs that hold none.
     `controls` are the surfaces and throttles that a log must hold so that the force meter can be
     moved along it. `errors` are the standard deviations of the sizes that were patched into it, by
     effect and parameter.
@@ -314,6 +331,7 @@ class AircraftModel:
     react: ReactWith
     unit_forces: UnitForcesWith
     baseline: Baseline
+    mass: float
     controls: tuple[str, ...] = CONTROLS
     errors: PatchErrors = field(default_factory=PatchErrors)
 

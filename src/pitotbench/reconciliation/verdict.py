@@ -11,6 +11,7 @@ from scipy.special import chdtrc, ndtri
 from pitotbench.catalog import Catalog
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect, Effect
+from pitotbench.reconciliation.clean_track import PATH_SCALES
 from pitotbench.reconciliation.equations import (
     Fit,
     NormalEquations,
@@ -505,6 +506,11 @@ def _notes(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> It
     flies = layout.reference.force_model is not None
     if not flies:
         yield "no aircraft model: sensors and air alone are judged, and no card is flown"
+    if PATH_SCALES[0] in layout.track:
+        yield (
+            "no vanes: the angles of the flow are those of the path through the mean wind, whose "
+            "scale is free, so that a change of lift, stability and sideslip alike is no gap"
+        )
     shown = {s.effect for s in layout.signatures}
     if not layout.setting.day_known:
         shown.add(DAY)

@@ -1,0 +1,69 @@
+"""Logs without vanes and without a mass: the angles of the flow are those of the path."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.ndimage import uniform_filter1d
+
+from pitotbench.axes import body_to_earth, earth_to_body
+from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.reconciliation.clean_track import WIND, flow_angles, with_path_flow
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out, mean_wind_of
+from pitotbench.reconciliation.track import FORCES, track_of
+from pitotbench.records.case import Case, DataSystem, Wind
+from pitotbench.records.log import FlightLog
+from pitotbench.sensing.recorder import record
+from pitotbench.simulation.sortie import fly
+from pitotbench.units import DEGREE
+
+BARE = dict.fromkeys(("angle_of_attack", "sideslip", "mass"))
+
+
+@pytest.fixture(scope="module")
+def log() -> FlightLog:
+    """A circle of the c172x in calm air, 15 m/s of wind from the west."""
+    das = DataSystem(20.0, 5.0, vane_noise=0.0)
+    case = Case("c172x", "circle", wind=Wind(15.0, 0.5 * np.pi), turbulence="none", das=das)
+    return record(fly(case), das, 1)
+
+
+def test_earth_to_body_undoes_body_to_earth() -> None:
+    """Vectors come back."""
+    draw = np.random.default_rng(1)
+    vector, angles = draw.normal(size=(3, 50)), draw.uniform(-1.5, 1.5, (3, 50))
+    back = earth_to_body(body_to_earth(vector, *angles), *angles)
+    assert np.allclose(back, vector, atol=1e-12)
+
+
+def test_in_calm_air_the_path_gives_the_angles_of_the_vanes(log: FlightLog) -> None:
+    """The vanes of the same flight are the oracle."""
+    vanes = track_of(log)
+    bare = track_of(replace(log, header={}, **BARE))
+    wind = mean_wind_of(vanes, np.ones(len(vanes.time), dtype=bool))
+    path = flow_angles(with_path_flow(bare, wind, 1000.0))
+    for one, other in zip(path, flow_angles(vanes), strict=True):
+        off = np.abs(uniform_filter1d(one - other, 40))  # 2 s: the attitude has noise
+        # Beyond it are the ends of the circles, where the filters end.
+        assert np.quantile(off, 0.8) < 0.15 * DEGREE
+
+
+def test_forces_are_compared_without_vanes_and_mass(log: FlightLog) -> None:
+    """The force meter follows the path, at the mass of the loaded model."""
+    model = aircraft_model("c172x")
+    assert model is not None
+    laid = lay_out(replace(log, header={}, **BARE), model, AnalysisSetting())
+    assert {*FORCES, "pitch_acceleration", "airspeed_along"} <= set(laid.residuals.names)
+    assert "airspeed_across" not in laid.residuals.names  # the path gives its direction itself
+    assert np.all(laid.track["mass"] == model.mass)
+    shown = {s.effect for s in laid.signatures}
+    assert {"pitch_stiffness", "lift_slope", "mass", "belly_pod"} <= shown
+
+
+def test_a_log_with_vanes_has_no_channels_of_a_path(log: FlightLog) -> None:
+    """What is measured is used."""
+    model = aircraft_model("c172x")
+    laid = lay_out(log, model, AnalysisSetting())
+    assert not {*WIND} & set(laid.track.channels)
+    assert "airspeed_across" in laid.residuals.names

@@ -8,8 +8,8 @@ from tests.lab.study import made_up
 
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.claims.models import by_chance
-from pitotlab.study.questions import best_agreement, power
-from pitotlab.study.questions import by_chance as by_luck
+from pitotlab.study.claims.ranking import best_agreement, power
+from pitotlab.study.claims.ranking import by_chance as by_luck
 from pitotlab.study.reductions import NAMES
 
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}
@@ -93,7 +93,7 @@ def test_chance_counts_every_choice():
     }
     choices = list(itertools.product(*flights.values()))
     rising = sum(a < b < c for a, b, c in choices)
-    assert by_chance(flights, ("a", "b", "c")) == pytest.approx(100.0 * rising / len(choices))
+    assert by_chance(flights) == pytest.approx(100.0 * rising / len(choices))
 
 
 def _how_steep(sortie, reduction):

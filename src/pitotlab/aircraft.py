@@ -110,9 +110,7 @@ _FLOWN: tuple[Column[Any], ...] = (
 
 
 def verify_aircraft(seeds: range, names: tuple[str, ...], budget: lab.Budget, out: Path) -> str:
-    """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and
-    each failure.
-    """
+    """Fly airplanes, write aircraft-flights.csv into `out`; return the table and each failure."""
     rows = fly_foreign(seeds, names, budget)
     table = summarize_foreign(rows)
     lab.write_table(table, out / "aircraft-flights.csv", 4)

@@ -114,9 +114,7 @@ TURBULENCE = ("none", "light", "moderate")
 
 
 def score_trial(trial: lab.Trial, scorings: tuple[str, ...]) -> list[lab.Row]:
-    """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a
-    row for each.
-    """
+    """Fly a trial once; return a row for each scoring and data system."""
     case = lab.random_case(trial)
     flight = fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]

@@ -134,9 +134,7 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
 
 
 def _as_logged(log: FlightLog, impact_pressure: Array, held: Mapping[str, float]) -> FlightLog:
-    """Return the log as the autopilot would write it: nothing but what it measures, and its
-    parameters.
-    """
+    """Return the log as the autopilot would write it: what it measures, and its parameters."""
     return replace(
         log,
         impact_pressure=impact_pressure,
@@ -161,12 +159,10 @@ def parameters_table(rows: pd.DataFrame) -> str:
         before, left = (rms(good[column]) for column in ("before_kt", "left_kt"))
         lines.append(
             f"{kind} | {name}: {good['seed'].nunique()} flights, {failed} without an answer | in "
-            "the middle inside "
-            f"{int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | all airspeeds "
-            f"{inside.mean():.1%} "
-            f"of {len(inside)} | whole curve {int(whole.sum())} of {len(whole)} | rms before "
-            f"{before:.2f} kt, "
-            f"remaining {left:.2f} kt, mean bound {good['bound_kt'].mean():.2f} kt"
+            f"the middle inside {int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | "
+            f"all airspeeds {inside.mean():.1%} of {len(inside)} | whole curve {int(whole.sum())} "
+            f"of {len(whole)} | rms before {before:.2f} kt, remaining {left:.2f} kt, mean bound "
+            f"{good['bound_kt'].mean():.2f} kt"
         )
         lines += [f"  {r.seed}: {r.failed}" for r in group[group["failed"] != ""].itertuples()]
     return "\n".join(lines)

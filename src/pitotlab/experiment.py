@@ -64,9 +64,7 @@ class Experiment:
     reduction_column: str
 
     def trials(self, seeds: Sequence[int]) -> list[Trial]:
-        """Return all trials, seed by seed, so that an interrupted experiment has every cell equally
-        often.
-        """
+        """Return all trials, seed by seed, so that each cell has had equally many at any time."""
         return [
             Trial(name, air, seed)
             for seed in seeds
@@ -88,9 +86,7 @@ class Budget:
     rows: Path | None = None
 
     def rounds(self, seeds: Sequence[int]) -> Iterator[Sequence[int]]:
-        """Return the seeds in rounds. There is one round where no rows are saved and the time has
-        no limit.
-        """
+        """Return the seeds in rounds: one, where no rows are saved and the time has no limit."""
         limited = self.minutes is not None or self.rows is not None
         count = _SEEDS_A_ROUND if limited else max(len(seeds), 1)
         return (seeds[begin : begin + count] for begin in range(0, len(seeds), count))
@@ -173,9 +169,7 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
 
 
 def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:
-    """Return the shares of curve and wind inside 2σ, whether the band holds the whole curve, 2σ and
-    error [kt].
-    """
+    """Return the shares of curve, band and wind inside 2σ, the 2σ and the error [kt]."""
     curve = compare_curve(found.curve, truth)
     band = replace(curve, two_sigma=found.curve.simultaneous_two_sigma[scored(found.curve)])
     return {

@@ -185,9 +185,7 @@ _CAMPAIGN = ("--maneuver", "circle", "--das", "20/1", "--jobs", "1", "--out", "o
 
 
 def behind(modules: Iterable[str]) -> int:
-    """Return the number of modules of the product that some modules import, directly or not, with
-    these.
-    """
+    """Return how many modules of the product some modules import, directly or not, with these."""
     import grimp
 
     graph = grimp.build_graph("pitotbench")
@@ -195,9 +193,7 @@ def behind(modules: Iterable[str]) -> int:
 
 
 def with_one_reader() -> list[str]:
-    """Return modules that one module of the same folder imports and no other. An `__init__` is no
-    reader.
-    """
+    """Return modules that only one module of the same folder imports. `__init__` is no reader."""
     import grimp
 
     graph = grimp.build_graph("pitotbench")

@@ -64,9 +64,7 @@ def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) 
 
 @dataclass(frozen=True, slots=True)
 class PeerCase:
-    """A fit of one log as if residuals were white: Jacobian (n, p), residual (n,) [m/s], sample
-    interval [s].
-    """
+    """A fit with white residuals: Jacobian (n, p), residual (n,) [m/s], sample interval [s]."""
 
     jacobian: Array
     residual: Array
@@ -74,16 +72,12 @@ class PeerCase:
 
 
 def white(case: PeerCase) -> Array:
-    """Return the Cramér-Rao bound for white residuals: σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6),
-    (p, p).
-    """
+    """Return the Cramér-Rao bound σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6), (p, p)."""
     return np.asarray(np.var(case.residual) * np.linalg.inv(case.jacobian.T @ case.jacobian))
 
 
 def colored(case: PeerCase) -> Array:
-    """Return the bound for colored residuals of Morelli and Klein (1997): unbiased autocorrelation,
-    all lags.
-    """
+    """Return the bound of Morelli and Klein (1997): unbiased autocorrelation, all lags."""
     n = len(case.residual)
     lags = np.arange(-(n - 1), n)
     correlation = fftconvolve(case.residual, case.residual[::-1]) / (n - np.abs(lags))
@@ -91,8 +85,7 @@ def colored(case: PeerCase) -> Array:
 
 
 def bartlett(case: PeerCase) -> Array:
-    """Return the heteroscedasticity- and autocorrelation-consistent bound of Newey and West (1987),
-    with Bartlett weights over 20 s."""
+    """Return the bound of Newey and West (1987), with Bartlett weights over 20 s."""
     n, width = len(case.residual), BARTLETT_SECONDS / case.interval
     lags = np.arange(-(n - 1), n)
     weight = np.clip(1.0 - np.abs(lags) / width, 0.0, None)
@@ -128,9 +121,7 @@ def _gradient(curve: CurveMap, theta: Array) -> Array:
 
 
 def peer_rows(flight: Flight, das: str) -> list[Row]:
-    """Return the coverage and the bound of each peer and of our fit on one flight: one row each,
-    speeds in m/s.
-    """
+    """Return coverage and bound of each peer and of our fit on one flight: a row each, in m/s."""
     log = sense(flight, das)
     ours = calibrate(log)
     speeds, inside = ours.curve.indicated_airspeed, scored(ours.curve)
@@ -223,9 +214,7 @@ def _air_temperature(obs: Observations) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class _Fitted:
-    """A covering fit of one log with the data for its score: gradient (c, p), curve (c,) and truth
-    (c,) [m/s].
-    """
+    """A covering fit of one log with its gradient (c, p), curve (c,) and truth (c,) [m/s]."""
 
     fit: CoveringFit
     gradient: Array
@@ -250,9 +239,7 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
 
 
 def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
-    """Return the rows of our estimator with known noise: the mean noise estimated from the cell's
-    flights.
-    """
+    """Return the rows of our estimator with the noise known: the mean over the cell's flights."""
     modes = [max(each.fit.nodes, key=lambda node: node.weight).noise for each in fitted]
     noise = np.mean(modes, axis=0)
     rows = []

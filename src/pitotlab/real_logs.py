@@ -187,16 +187,13 @@ def _against_handbook(found: Calibration | str) -> None:
             inside = abs(value - (calibrated - indicated)) <= np.hypot(bound, ONE_AIRPLANE)
             print(
                 f"  {indicated:.0f} KIAS: {value:+.2f} ± {bound:.2f} kt, handbook "
-                f"{calibrated - indicated:+.0f}: "
-                f"{'inside' if inside else 'OUTSIDE'}"
+                f"{calibrated - indicated:+.0f}: {'inside' if inside else 'OUTSIDE'}"
             )
 
 
 @dataclass(frozen=True, slots=True)
 class Sonde:
-    """A sounding: height above sea level [m], wind toward north and east [m/s], pressure [Pa],
-    temperature [K].
-    """
+    """A sounding: height [m], wind toward north and east [m/s], pressure [Pa], temperature [K]."""
 
     height: Array
     north: Array
@@ -298,8 +295,7 @@ def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
         rms = float(np.sqrt(np.mean(apart**2)))
         print(
             f"  wind toward {axis}, {len(pairs)} windows: bias {np.mean(apart):+.2f} kt, rms "
-            f"{rms:.2f} kt, "
-            f"{inside} inside the joined 2σ"
+            f"{rms:.2f} kt, {inside} inside the joined 2σ"
         )
     print(f"  curves: at most {_difference(found.curve, also.curve):.2f} of the joined 2σ apart")
 

@@ -155,18 +155,14 @@ def climb_rate(aircraft: str, figure: Figure, altitude_ft: float) -> float:
 
 
 def ceiling(aircraft: str, figure: Figure) -> float:
-    """Return the height [ft] of a 100 ft/min climb at full power, on the line through two measured
-    rates.
-    """
+    """Return the height [ft] of a 100 ft/min climb at full power, from two measured rates."""
     low, high = figure.altitude_ft, figure.altitude_ft + 2500.0
     rate_low, rate_high = (climb_rate(aircraft, figure, height) for height in (low, high))
     return low + (rate_low - 100.0) / (rate_low - rate_high) * (high - low)
 
 
 def stall(aircraft: str, figure: Figure) -> float:
-    """Return the least calibrated airspeed [kt] at idle; the elevator slows the aircraft 1 kt/s (14
-    CFR 23.201).
-    """
+    """Return the least calibrated airspeed [kt] at idle, slowing 1 kt/s (14 CFR 23.201)."""
     plant = airborne(aircraft, figure, 85.0)
     plant.set("fcs/flap-cmd-norm", figure.flap)
     plant.run(15.0)
@@ -189,9 +185,7 @@ def level_power(aircraft: str, figure: Figure) -> float:
 
 
 def idle_deceleration(aircraft: str, figure: Figure) -> float:
-    """Return the mean deceleration [kt/s of calibrated airspeed] from 160 to 100 KCAS, level,
-    throttles closed.
-    """
+    """Return the mean deceleration [kt/s] from 160 to 100 KCAS, level, throttles closed."""
     plant = airborne(aircraft, figure, 160.0)
     hold_pressure(plant, IDLE_PRESSURE)
     begun, speed = plant.get("time"), plant.get("calibrated_airspeed")
@@ -225,9 +219,7 @@ def hold_pressure(plant: Plant, pressure_inhg: float) -> None:
 
 
 def hold_power(plant: Plant, fraction: float, seconds: float) -> None:
-    """Fly on for a time [s] at a fraction of the rated power. A fraction of 1 means full manifold
-    pressure.
-    """
+    """Fly on for a time [s] at a fraction of the rated power; 1 is full manifold pressure."""
     pressure = FULL_PRESSURE * fraction
     for _ in range(round(seconds)):
         hold_pressure(plant, pressure)

@@ -70,9 +70,7 @@ def short_sources(effects: Iterable[Effect]) -> dict[str, str]:
 
 
 def excitations() -> Iterator[tuple[str, Excitation]]:
-    """Yield the ways of flying that show several effects, each with the name that the records give
-    it.
-    """
+    """Yield the ways of flying that show several effects, each with its name."""
     for name, value in vars(effect_records).items():
         if isinstance(value, Excitation):
             yield name.replace("_", " ").lower(), value

@@ -48,9 +48,7 @@ class Balloon:
         return np.exp(np.interp(height, self.height, np.log(self.pressure)))
 
     def wander(self) -> Array:
-        """Root mean square change of the wind over 500 ft of height, toward north and east [m/s],
-        (2,).
-        """
+        """Rms change of the wind over 500 ft of height, toward north and east [m/s], (2,)."""
         low, high = _BAND
         at = self.height[(self.height >= low) & (self.height <= high - _STEP)]
         return np.sqrt(np.mean((self.wind_at(at + _STEP) - self.wind_at(at)) ** 2, axis=0))
@@ -103,9 +101,7 @@ def read_balloon(path: Path) -> Balloon:
 
 
 def hold(name: str) -> Held:
-    """Calibrate a flight with the choices of its mapping, as `pitotbench calibrate --mapping jmoss`
-    does.
-    """
+    """Calibrate a flight as `pitotbench calibrate --mapping jmoss` does."""
     log, balloon = real_log("jmoss", f"{name}.csv"), read_balloon(real_log("jmoss", "WB.txt"))
     choices = options_from({"latency": "checked", **find_mapping("jmoss").calibrate})
     result, rows = calibrate(read_log(log, mapping="jmoss"), choices), self_survey.read(log)

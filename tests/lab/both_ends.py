@@ -61,9 +61,7 @@ def plain_flight() -> Flight:
 
 
 def log_with(spec: EffectSpec) -> FlightLog:
-    """Return the first minutes of a log with an effect in it, without a header: no card, so no null
-    flights.
-    """
+    """Return the first minutes of a log with an effect in it, without a header: no null flights."""
     case = replace(CARD, effects=(spec,))
     on_sensors = EFFECTS[spec.name].acts_on == "sensors"
     flight = replace(plain_flight(), case=case) if on_sensors else fly(case)

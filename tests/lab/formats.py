@@ -37,9 +37,7 @@ Flown = dict[str, Array]
 
 @dataclass(frozen=True)
 class Readings:
-    """Steps or differences: airspeed [kt], pressure altitude [ft], temperature [K], ground speed
-    [kt] and track.
-    """
+    """Steps or differences: airspeed [kt], altitude [ft], temperature [K], ground speed, track."""
 
     airspeed: float
     altitude: float
@@ -50,9 +48,7 @@ class Readings:
 
 @dataclass(frozen=True)
 class Format:
-    """How a format is written, the steps of its digits for a flight, and whether its clock shows
-    whole seconds.
-    """
+    """How a format is written, the steps of its digits, and whether its clock shows seconds."""
 
     write: Callable[[Path, Flown], Path]
     steps: Callable[[Flown], Readings]
@@ -62,9 +58,7 @@ class Format:
 
 @dataclass(frozen=True)
 class Result:
-    """What a format gave: rows, differences and steps, differences of the correction [kt] and their
-    share of 2σ.
-    """
+    """What a format gave: rows, differences, steps, and those of the correction [kt] and its 2σ."""
 
     name: str
     rows: int
@@ -118,9 +112,7 @@ def binary32(flown: Flown) -> Readings:
 def measured(
     flown: Flown, impact: float, static: float, temperature: float, velocity: float
 ) -> Readings:
-    """The steps of a file of pressures [Pa], a temperature [K] and velocities [m/s], where they
-    matter most.
-    """
+    """The steps of a file of pressures [Pa], temperature [K] and velocities [m/s]."""
     slowest, lowest = (
         float(np.min(flown["impact_pressure"])),
         float(np.min(flown["static_pressure"])),

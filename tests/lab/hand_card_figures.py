@@ -15,9 +15,7 @@ from pitotbench.calibration.hand_card import reduce_card
 
 @dataclass(frozen=True)
 class Coverage:
-    """Errors and bounds [kt] of the points, (p,), and of the curves, (c, v); the number of legs
-    called a slip.
-    """
+    """Errors and bounds [kt] of points, (p,), and curves, (c, v); the legs called a slip."""
 
     point_errors: np.ndarray
     point_bounds: np.ndarray

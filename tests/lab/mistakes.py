@@ -229,9 +229,7 @@ def rows(choose: Callable[[int], NDArray[Any]]) -> Change:
 
 
 def _pressures() -> list[Mistake]:
-    """Pressures in one unit under the suffix of another; the suffixes are those that a log has long
-    known.
-    """
+    """Pressures in one unit under the suffix of another that a log has long known."""
     found = []
     exchanges = [(unit, "pa") for unit in PRESSURES if unit != "pa"]
     exchanges += [
@@ -673,9 +671,7 @@ def _kind(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a
-    warning.
-    """
+    """Judge; return 0 where nothing is accepted wrong in silence or hidden below a warning."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0]
     )

@@ -50,9 +50,7 @@ class Rows:
 
     @property
     def indicated_airspeed(self) -> Array:
-        """Indicated airspeed: the speed at which a standard sea level gives the same impact
-        pressure.
-        """
+        """The speed at which a standard sea level gives the same impact pressure."""
         sea = 101325.0
         return (
             mach_number(
@@ -99,9 +97,7 @@ def read(path: Path) -> Rows:
 
 
 def mach_number(total: Array, static: Array) -> Array:
-    """Mach number of total and static pressure: isentropic below 1, behind a normal shock above
-    (Rayleigh).
-    """
+    """Mach number of total and static pressure, behind a normal shock above 1 (Rayleigh)."""
     ratio = total / static
     mach = np.sqrt(5.0 * (ratio ** (2.0 / 7.0) - 1.0))
     fast = mach > 1.0

@@ -420,9 +420,7 @@ def _become(words: Sequence[str], out: Path, err: Path) -> None:
 
 
 def _load(files: Sequence[Path]) -> None:
-    """Run commands once on good files, so that a fork has the modules loaded: most of the time of
-    an input.
-    """
+    """Run commands once on good files, so that a fork has the modules loaded."""
     with (
         open(os.devnull, "w", encoding="utf-8") as nowhere,
         redirect_stdout(nowhere),
@@ -470,9 +468,7 @@ def _no_json(text: str) -> None:
 
 
 def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
-    """Judge the inputs of seeds that the results of a folder do not hold yet; return those of all
-    the seeds.
-    """
+    """Judge the seeds that the results of a folder do not hold yet; return all that were asked."""
     out.mkdir(parents=True, exist_ok=True)
     files, table = good_files(out / "good"), out / "results.csv"
     kinds = {"seed": int, "code": int, "seconds": float, "megabytes": int}

@@ -54,9 +54,7 @@ def test_a_free_parameter_of_no_prior_takes_its_direction_out() -> None:
 
 
 def test_its_probabilities_are_right_as_often_as_they_say() -> None:
-    """Cases drawn from the prior: the mean probability given to the truth's being a cause is the
-    share of it.
-    """
+    """Cases from the prior: the mean probability of being a cause is the share of it."""
     draw, free, deviations, signatures = toy(3)
     names = ["pitot_lag", "belly_pod", "loose_tube"]
     outside, inside = PRIOR["outside"], PRIOR["table"] / 2.0

@@ -128,9 +128,7 @@ def test_a_crash_is_a_row_with_its_words(monkeypatch):
 
 
 def test_the_position_error_is_held_against_the_truth_of_the_generator():
-    """A curve that is right has no error in feet, and one that is 20 ft off is outside a bound of
-    10 ft.
-    """
+    """A right curve has no error in feet; one 20 ft off is outside a bound of 10 ft."""
     flight = generate(CELLS["calm"], "circle", 1)
     truth, exact = flight.truth, np.ones(len(flight.truth.indicated_airspeed))
     for off, inside in ((0.0, 1.0), (20.0, 0.0)):

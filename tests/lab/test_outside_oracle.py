@@ -26,9 +26,7 @@ def short_flight(monkeypatch):
 
 
 def test_the_bound_of_the_triangle_is_that_of_brute_force_over_all_rows(short_flight):
-    """Slopes by hand, the covariance of every single row by its definition, blocks by a matrix of
-    means.
-    """
+    """Slopes by hand, covariance of every row by definition, blocks by a matrix."""
     state, error = short_flight.state, short_flight.error
     count = len(state.time) // BLOCK
     rows = slice(0, count * BLOCK)
@@ -150,9 +148,7 @@ def test_flights_scatter_about_the_truth_as_the_oracle_says(height):
 def test_the_height_equation_narrows_the_bound_as_an_earlier_computation_found(
     maneuver, alone, both
 ):
-    """Bound of both equations over that of the triangle; the sensors of that computation are known
-    only roughly.
-    """
+    """Bound of both equations over the triangle's; its sensors are known roughly."""
     flight = generate(CELLS["base"], maneuver, 2)
     triangle, with_height, with_velocity = (
         float(np.mean(oracle.bound(flight, h, 2.0).curve)) for h in Height
@@ -186,9 +182,7 @@ def test_in_calm_air_the_level_is_no_better_than_the_temperature(short_flight):
 
 @pytest.mark.parametrize("height", [Height.NONE, Height.WITH_VELOCITY])
 def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight, height):
-    """Errors in the covariance, and as further unknowns that are observed to be zero, give one
-    bound.
-    """
+    """Errors in the covariance, and as unknowns observed to be zero, give one bound."""
     blocks = oracle.blocks_of(short_flight)
     jacobian, covariance = oracle.equations(short_flight, blocks, height, NOISE)
     errors = oracle.constant_errors(blocks, height, oracle.USUAL_ONE_SIGMA)

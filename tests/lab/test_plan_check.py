@@ -27,9 +27,7 @@ _RECEIVER = replace(
 
 
 def request_with(receiver: str) -> PlanRequest:
-    """Return the request for a plan whose calibration uses the triangle alone, the height, or the
-    velocity too.
-    """
+    """Return the request for a plan with the triangle alone, the height, or the velocity too."""
     return PlanRequest(
         Case(
             turbulence=_TURBULENCE,

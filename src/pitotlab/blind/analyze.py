@@ -189,9 +189,7 @@ def _ending(path: Path, end: str) -> Path:
 
 
 def _card(flights: Sequence[Path], aircraft: str) -> str:
-    """The cards of a case as text: what decides its null flights; without an airplane there are
-    none.
-    """
+    """The cards of a case as text, which decide its null flights; without an airplane its name."""
     told: list[str] = []
     if aircraft == "none":
         return flights[0].stem
@@ -206,9 +204,7 @@ def _card(flights: Sequence[Path], aircraft: str) -> str:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Judge every case of a folder of logs: it sees the logs and the baseline aircraft, nothing
-    else.
-    """
+    """Judge every case of a folder of logs, from the logs and the baseline aircraft alone."""
     parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
     parser.add_argument("--results", type=Path, default=OUT / "blind" / "results.jsonl")
     parser.add_argument("--jobs", type=int, default=2)

@@ -16,9 +16,7 @@ SURE = ("named", "one_of")
 
 
 def model_of(name: str) -> str:
-    """The cause that stands for an effect: that of its plain form, and one name for effects of one
-    model.
-    """
+    """The cause that stands for an effect: of its plain form, one name for effects of one model."""
     return _joined(cause_of(name))
 
 
@@ -75,9 +73,7 @@ class JudgedCase:
 
     @property
     def verdict(self) -> str:
-        """The kind of the answer; an answer that holds nothing but the gusts of the generator finds
-        no gap.
-        """
+        """The kind of the answer; one that holds but the gusts of the generator finds no gap."""
         kind = str(self.answer["kind"])
         return "no_gap" if kind in SURE and groups_of(self.answer) and not self.groups else kind
 

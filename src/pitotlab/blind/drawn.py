@@ -79,9 +79,7 @@ class HiddenEffect:
 
 @dataclass(frozen=True, slots=True)
 class HiddenCase:
-    """The truth of one case of one to three flights. `kind` is a band, none, two, outside or
-    counted.
-    """
+    """The truth of one case: one to three flights, of a band, none, two, outside or counted."""
 
     kind: str
     settings: tuple[str, ...]
@@ -127,9 +125,7 @@ def _by(draw: Generator, share: float) -> bool:
 
 
 def _environment(draw: Generator, settings: Sequence[str], names: Sequence[str]) -> Environment:
-    """Half of the cases without a form of their own have a world of their own in one respect or
-    two.
-    """
+    """Draw a world of the case's own in one respect or two, or the usual one."""
     if not _by(draw, WORLD_SHARE):
         return Environment()
     flown = [SETTINGS[letter].flown for letter in settings]
@@ -197,9 +193,7 @@ def _pool(draw: Generator, kind: str) -> list[str]:
 
 
 def _factor(draw: Generator, kind: str, whole: float) -> float:
-    """The factor on typical sizes. Where no band is asked for, sizes are typical, in bounds of
-    strength.
-    """
+    """The factor on typical sizes, in bounds of strength where no band is asked for."""
     if kind in WEAK:
         low, high = BANDS[kind]
         return float(np.exp(draw.uniform(np.log(low), np.log(high)))) / whole
@@ -262,9 +256,7 @@ HELD = 4  # number of the flight held out
 
 
 def name_of(number: int, flight: int = 0) -> str:
-    """The name of a log: the second and third flight of a case end in b and c, the one held out in
-    held.
-    """
+    """The name of a log: further flights of a case end in b and c, the one held out in held."""
     return f"log-{number:04d}" + ("", "-b", "-c", "", "-held")[flight]
 
 
@@ -291,9 +283,7 @@ def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bo
 def write_cases(
     logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int
 ) -> None:
-    """Fly and write all logs that are not there yet. A flight that a hidden effect ends is told and
-    has no log.
-    """
+    """Fly and write all logs that are not there yet; print which flights a hidden effect ends."""
     logs.mkdir(parents=True, exist_ok=True)
     todo = [(i, seed + i, case, out) for i, (case, out) in enumerate(zip(cases, held, strict=True))]
     todo = [work for work in todo if not (logs / f"{name_of(work[0])}.parquet").is_file()]
@@ -327,9 +317,7 @@ def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, st
 
 
 def bend_of(seed: int) -> Array:
-    """The parameters of the error curve of a case, (3,): that of its airplane, the same in all
-    flights.
-    """
+    """The parameters of the error curve of a case, (3,), the same in all its flights."""
     return np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(
         0.5, 1.5
     )
@@ -345,9 +333,7 @@ def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> Flight
 
 
 def told_header(setting: Setting) -> Mapping[str, Any]:
-    """The header that a log of a setting has: the card, and nothing of the day, the pilot and the
-    loading.
-    """
+    """The header of a log of a setting: its card, nothing of the day, the pilot or the loading."""
     every = header(setting.told, setting.told.das, 0)
     case = {key: value for key, value in every["case"].items() if key not in NOT_TOLD}
     return {"format": every["format"], "case": case}

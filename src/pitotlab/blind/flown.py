@@ -32,9 +32,7 @@ SHORT_TURN = {"dwells_s": [25.0, 40.0, 25.0]}
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """`flown` is the case without wind, error curve, effects and seeds; `told` is that of the
-    header.
-    """
+    """`flown`: the case without wind, error curve, effects, seeds; `told`: that of the header."""
 
     flown: Case
     told: Case
@@ -138,9 +136,7 @@ class GustField:
     values: Array
 
     def at(self, way: float) -> Array:
-        """Return the gusts after some way through the air [m], (3,); the field begins anew at its
-        end.
-        """
+        """Return the gusts after some way through the air [m], (3,); the field repeats itself."""
         place = way / STEP
         low = int(place)
         share, count = place - low, len(self.values)
@@ -175,9 +171,7 @@ DEVIATIONS = {"none": 0.0, "light": 0.19, "moderate": 0.72}
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What of the world is not the product's: `rate` [Hz] of integration, own gusts, own receiver
-    and probes.
-    """
+    """What is not the product's: `rate` [Hz] of integration, gusts, receiver and probes."""
 
     rate: float = USUAL_RATE
     own_gusts: bool = False
@@ -328,9 +322,7 @@ def recorded(
     environment: Environment | None = None,
     schedules: Mapping[str, Schedule] | None = None,
 ) -> FlightLog:
-    """Record a flight with the effects of its case, through the receiver and the probes of the
-    environment.
-    """
+    """Record a flight with the effects of its case, receiver and probes of the environment."""
     environment, schedules = environment or Environment(), {**SCHEDULES, **(schedules or {})}
     case = flight.case
     if environment.probes:

@@ -116,9 +116,7 @@ def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 
 def _sensed(name: str, function: Sensed, parent: str, *parameters: Parameter) -> SensorEffect:
-    """A form of an effect on the sensors; without parameters it has the first size of the plain
-    effect.
-    """
+    """A form of an effect on the sensors; by default with the first size of the plain effect."""
     known = EFFECTS[parent]
     assert isinstance(known, SensorEffect)
     sizes = parameters or _first_size(known)
@@ -223,9 +221,7 @@ def _two_chamber(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _filling_buffer(signals: Signals, sizes: Sizes) -> Signals:
-    """Air data from a buffer that fills over 40 s and is then emptied: between 0.6 and 1.4 of the
-    latency.
-    """
+    """Air data from a buffer that fills over 40 s: between 0.6 and 1.4 of the latency."""
     late = sizes["latency_s"] * (0.6 + 0.8 * np.mod(elapsed(signals) / 40.0, 1.0))
     return delayed_by(signals, late, *AIR_DATA)
 
@@ -238,9 +234,7 @@ def _straining_receiver(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
-    """A bellows whose readings differ by a share of the range gone through, with a rounded turning
-    point.
-    """
+    """A bellows whose reading lags by a share of the range gone through, its turns rounded."""
     pressure = signals["impact_pressure"]
     rate = np.gradient(first_order(signals, pressure, 3.0), signals.time)
     side = np.tanh(rate / 6.0)
@@ -248,9 +242,7 @@ def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _bent_temperature_drift(signals: Signals, sizes: Sizes) -> Signals:
-    """A zero that follows the temperature of its own case, 25 s behind the air, and more when it is
-    far away.
-    """
+    """A zero that follows the temperature of its case, 25 s behind the air, and bends."""
     warm = signals["total_temperature"] - signals["total_temperature"][0]
     case = first_order(signals, warm, 25.0)
     return _moved(signals, sizes["shift_pa_per_k"] * case * (1.0 + 0.1 * np.abs(case)))

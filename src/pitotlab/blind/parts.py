@@ -98,9 +98,7 @@ def with_a_gap(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
 def _pairs(
     cases: Sequence[JudgedCase], told: Told, hidden: Callable[[JudgedCase], set[str]]
 ) -> tuple[Array, Booleans]:
-    """Told probabilities, (n,), and whether they are right, (n,). What was hidden and not told is
-    improbable.
-    """
+    """Told probabilities, (n,), and whether they are right, (n,); what was not told has 0."""
     pairs = []
     for case in cases:
         found, truth = told(case), hidden(case)
@@ -118,9 +116,7 @@ def _pairs(
 def proper_scores(
     cases: Sequence[JudgedCase], told: Told, hidden: Callable[[JudgedCase], set[str]] = hidden_parts
 ) -> tuple[float, float]:
-    """Return the log score and the Brier score a case, each summed over causes or parts: less is
-    better.
-    """
+    """Return the log score and the Brier score a case, summed over causes or parts."""
     p, right = _pairs(cases, told, hidden)
     p = np.clip(p, LEAST, 1.0 - LEAST)
     logs = -np.log(np.where(right, p, 1.0 - p))
@@ -144,9 +140,7 @@ class NamedParts:
 
 
 def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
-    """Count the cases with a right part named, and those with a wrong one; an unknown cause has no
-    part.
-    """
+    """Count the cases with a right part named and those with a wrong one."""
     first = right = wrong = 0
     for case in cases:
         found, truth = told(case), hidden_parts(case)

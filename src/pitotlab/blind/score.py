@@ -185,9 +185,7 @@ def _formulas(cases: Sequence[JudgedCase]) -> list[Row]:
 
 
 def _sizes(cases: Sequence[JudgedCase]) -> Row:
-    """Sizes of right names within their bounds, where the whole flight has the plain form of the
-    effect.
-    """
+    """Sizes of right names within their bounds, where the whole flight has the plain form."""
     inside = []
     for case in cases:
         hidden: dict[str, Any] = {e["name"]: e for e in case.truth["effects"] if e["part"] is None}
@@ -373,9 +371,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 
 def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Score several sets together, each held against its own seal: the archives of the results, or
-    those named.
-    """
+    """Score several sets together, each against its seal: all that are kept, or those named."""
     parser.add_argument("sets", type=Path, nargs="*", help="archives (default: all that are kept)")
     cases = [
         case for place in parser.parse_args(words).sets or kept_sets() for case in judged_in(place)

@@ -30,9 +30,7 @@ def kept_sets() -> list[Path]:
 
 
 def files_of(seal: Path) -> dict[str, bytes]:
-    """The files of an archive by name, or those of a folder. Raises ValueError for an archive that
-    was changed.
-    """
+    """The files of an archive or a folder by name. Raises ValueError for a changed archive."""
     if seal.is_dir():
         names = ("truth.json", "truth.sha256", *ANSWERS)
         return {name: (seal / name).read_bytes() for name in names if (seal / name).is_file()}
@@ -46,9 +44,7 @@ def files_of(seal: Path) -> dict[str, bytes]:
 
 
 def opened(seal: Path) -> dict[str, Any]:
-    """The truth of an archive or a folder, if it is the one sealed. Raises ValueError where it was
-    changed.
-    """
+    """The truth of an archive or a folder. Raises ValueError where it is not the one sealed."""
     files = files_of(seal)
     if sha256(files["truth.json"]).hexdigest() != files["truth.sha256"].decode().strip():
         raise ValueError("the truth does not match its seal")

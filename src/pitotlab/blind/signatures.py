@@ -62,9 +62,7 @@ ON_DAY = AnalysisSetting(day_known=True)
 
 @dataclass(frozen=True, slots=True)
 class SettingSignatures:
-    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,), on
-    instants at `time`.
-    """
+    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,)."""
 
     names: tuple[str, ...]
     channels: tuple[str, ...]
@@ -78,9 +76,7 @@ class SettingSignatures:
 
 
 def all_effects() -> dict[str, Effect]:
-    """Every effect that has a signature: of the table, of the generator's forms, and outside the
-    table.
-    """
+    """Every effect that has a signature: of the table, the generator's forms, the outsiders."""
     table: dict[str, Effect] = {**EFFECTS, **HIDDEN_EFFECTS}
     after = [n for n, e in table.items() if isinstance(e, SensorEffect) and e.after_noise]
     return {n: e for n, e in table.items() if n not in GUSTS and n not in after}
@@ -140,9 +136,7 @@ class Residuals:
 
 
 def residuals_of(log: FlightLog) -> Residuals:
-    """The residual channels of a noiseless log: without free parameters and hypotheses, at a fifth
-    of the cost.
-    """
+    """The residual channels of a noiseless log, without free parameters and hypotheses."""
     track, model = track_of(log), aircraft_model("navajo")
     assert model is not None
     rows = replay_rows(track, STEP)
@@ -273,9 +267,7 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
 
 
 def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """The strength of each signature, (e,), and its square by instant, (e, n), without the free
-    parameters.
-    """
+    """Strength of each signature, (e,), and its square by instant, (e, n), less what is free."""
     place = base.grid, base.residuals.slack
     free = noise.whiten(base.free.columns, *place)
     flat = free.reshape(-1, free.shape[2])

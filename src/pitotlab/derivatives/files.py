@@ -64,9 +64,7 @@ _WHOLE = {  # the function of each airplane; empty where its table holds another
 
 
 def _slope(prefix: str, table: str, zero: float, trim: float | None, *others: str) -> Places:
-    """A slope about each pivot; `zero` and `trim` are the sums of the table and the other functions
-    there.
-    """
+    """A slope about each pivot; `zero` and `trim` are the sums of all its functions there."""
     pivots = {"zero": zero} | ({} if trim is None else {"trim": trim})
     rest = [Place(prefix + other) for other in others]
     return {pivot: (Place(prefix + table, shift=-value), *rest) for pivot, value in pivots.items()}
@@ -140,9 +138,7 @@ def _edit(root: ET.Element, place: Place, share: float) -> None:
 
 
 def _table(text: str, headed: bool, changed: Callable[[str], str]) -> str:
-    """The text of a table with its numbers changed, but neither its first column nor its line of
-    columns.
-    """
+    """The text of a table with its numbers changed, but not its first column or headings."""
     lines = [line.split() for line in text.splitlines() if line.strip()]
     kept, rows = lines[: int(headed)], lines[int(headed) :]
     return (

@@ -132,9 +132,7 @@ def _write(logs: Path, edited: EditedCase) -> None:
 
 
 def generate(cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str, str]:
-    """Write the truth, fly the cases without a log, and return why some could not be flown, by
-    name.
-    """
+    """Write the truth, fly the cases without a log; return why some could not be flown, by name."""
     logs = out / "logs"
     logs.mkdir(parents=True, exist_ok=True)
     write_truth(out, cases, {})
@@ -150,9 +148,7 @@ def generate(cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str,
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Change derivatives in the files of airplanes, fly the diagnostic card, write logs and, apart,
-    the truth.
-    """
+    """Fly the diagnostic card with edited airplanes; write logs and, apart, the truth."""
     parser.add_argument("--seed", type=int, default=60_000, help="of the set and its first case")
     parser.add_argument("--airplanes", default=",".join(AIRPLANES))
     parser.add_argument(

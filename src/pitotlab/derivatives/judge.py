@@ -68,9 +68,7 @@ def judge(logs: Path, answers: Path, jobs: int = 1, only: Sequence[str] = ()) ->
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Reconcile every log without an answer with the unchanged airplane; write the verdicts into
-    `answers`.
-    """
+    """Reconcile every log without an answer with the unchanged airplane; write the verdicts."""
     parser.add_argument(
         "--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs"
     )

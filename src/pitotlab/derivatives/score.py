@@ -63,9 +63,7 @@ Effect = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """An effect that an answer names, with the names that it cannot tell from it, and whether a
-    check doubts it.
-    """
+    """An effect that an answer names, the others of its set, and whether a check doubts it."""
 
     effect: Effect
     others: tuple[str, ...]
@@ -112,9 +110,7 @@ class ScoredTerm:
 
 @dataclass(frozen=True, slots=True)
 class ScoredCase:
-    """A case with several changes: how many were found, how many other names were told, and the
-    closures.
-    """
+    """A case with several changes: what was found, how many other names were told, the closures."""
 
     case: str
     airplane: str

@@ -63,9 +63,7 @@ def start(plan: Path, out: Path, *flags: str) -> "subprocess.Popen[str]":
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a campaign ended: its exit code, its last line, the seconds, and the CPU seconds of all
-    its processes.
-    """
+    """How a campaign ended: exit code, last line, seconds, CPU seconds of all its processes."""
 
     code: int
     said: str
@@ -158,9 +156,7 @@ def flown_again(out: Path, before: dict[Path, int]) -> int:
 
 
 def kill(driver: "subprocess.Popen[str]", out: Path) -> tuple[int, int]:
-    """Kill a driver; return how many of its processes are left after 5 s, and how many stored
-    flights are lost.
-    """
+    """Kill a driver; return its processes left after 5 s, and the stored flights lost."""
     started, before = descendants(driver.pid), parts(out)
     driver.kill()
     driver.communicate()
@@ -181,9 +177,7 @@ def cpu_used(pid: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """A dask cluster: the address of its scheduler, and the processes of the scheduler and of all
-    workers.
-    """
+    """A dask cluster: the address of its scheduler, the processes of scheduler and workers."""
 
     address: str
     scheduler: int

@@ -161,9 +161,7 @@ def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
 
 
 def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Judge the installed build on logs that `outside write` has written; a run that was ended
-    goes on.
-    """
+    """Judge the installed build on logs of `outside write`; a run that was ended goes on."""
     parser.add_argument("folder", type=Path)
     parser.add_argument("--out", type=Path, required=True, help="one row a log (CSV)")
     parser.add_argument("--calibrate", default="{}", help="choices of the calibration (JSON)")

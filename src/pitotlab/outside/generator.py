@@ -216,9 +216,7 @@ def _fly(
 
 
 def _true_over_indicated(cell: Cell, day: Day) -> float:
-    """Ratio of true to indicated airspeed in the middle of the range, near enough for the rate of a
-    turn.
-    """
+    """Ratio of true to indicated airspeed in mid range, near enough for the rate of a turn."""
     h = np.array(cell.height)
     middle = 0.5 * (cell.low + cell.high)
     mach = physics.mach_number(physics.impact_pressure(np.array(middle)) / day.pressure(h))
@@ -332,9 +330,7 @@ def _impact_of_reading(cell: Cell, airspeed: Array) -> Array:
 
 
 def _attitude(state: State) -> Array:
-    """Roll, pitch and heading [rad] of a coordinated flight: (n, 3); 4° of angle of attack at the
-    mean airspeed.
-    """
+    """Roll, pitch, heading [rad] of coordinated flight, (n, 3); 4° of attack at mean airspeed."""
     quiet = state.quiet_airspeed
     roll = np.arctan(quiet * state.turn_rate / physics.GRAVITY)
     attack = np.radians(4.0) * (float(np.mean(quiet)) / quiet) ** 2 / np.cos(roll)

@@ -236,9 +236,7 @@ def _errors_of(found: Calibration, flight: OutsideFlight) -> dict[str, float | s
 def _position_error_of(
     curve: ErrorCurve, flight: OutsideFlight, inside: Booleans
 ) -> dict[str, float]:
-    """The position error against the truth; nothing where the answer has none, as for an error
-    elsewhere.
-    """
+    """The position error against the truth; nothing where the answer has none."""
     if curve.altitude_correction is None or curve.altitude_two_sigma is None:
         return {}
     truth = flight.truth
@@ -295,9 +293,7 @@ def read_rows(path: Path, kind: type[AnyRow]) -> list[AnyRow]:
 def judge_all(
     cells: Sequence[str], seeds: Sequence[int], stated: Mapping[str, str], jobs: int, out: Path
 ) -> list[Row]:
-    """Judge what the file does not hold yet, append row by row, and return all rows that were asked
-    for.
-    """
+    """Judge what the file does not hold yet, append row by row; return all rows asked for."""
     held = {(row.cell, row.seed, row.options): row for row in read_rows(out, Row)}
     asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
     missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]

@@ -18,9 +18,7 @@ CORNER = 0.7  # s, over which ramps and turns begin
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of a maneuver; it ends when its seconds are over, its angle is turned and its speed is
-    reached.
-    """
+    """A part of a maneuver, until its seconds are over, its angle turned, its speed reached."""
 
     seconds: float
     speed: float  # 0: the lowest of the maneuver, 1: the highest
@@ -157,9 +155,7 @@ def levels(time: Array, step: float, dice: np.random.Generator) -> Array:
 
 
 def lagged(signal: Array, seconds: float, rate: float) -> Array:
-    """The signal behind a lag of the first order, at rest in the first row; it trails a ramp by
-    `seconds` less one row.
-    """
+    """The signal behind a lag of the first order, at rest in the first row."""
     if not seconds:
         return signal
     gain, state = 1.0 / (seconds * rate), float(signal[0])

@@ -20,9 +20,7 @@ VON_KARMAN = 1.339  # the factor beside the length in the spectra of MIL-F-8785C
 
 
 def ou_gusts(distance: Array, sigma: float, length: float, dice: np.random.Generator) -> Array:
-    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown through the air [m]: (n, 3), exact at
-    each row.
-    """
+    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown [m]: (n, 3), exact at each row."""
     decay = np.exp(-np.diff(distance) / length)
     push = sigma * np.sqrt(1.0 - decay**2)
     noise = dice.standard_normal((len(distance), 3))
@@ -112,9 +110,7 @@ def still(time: Array, dice: np.random.Generator) -> Array:
 
 
 def mountain_wave(time: Array, dice: np.random.Generator) -> Array:
-    """A standing wave of 1 m/s, crossed in 300 s: horizontal in one direction, and vertical, 90°
-    later.
-    """
+    """A standing wave of 1 m/s, crossed in 300 s: horizontal, and vertical 90° later."""
     toward, phase = dice.uniform(0.0, 2.0 * np.pi, 2)
     angle = 2.0 * np.pi * time / 300.0 + phase
     level, up = np.cos(angle), np.sin(angle)

@@ -53,9 +53,7 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """1σ of the errors that are constant over a log. The oracle knows how large they may be, not
-    what they are.
-    """
+    """1σ of the errors that are constant over a log: the oracle knows how large they may be."""
 
     temperature: float = 0.0  # K
     recovery: float = 0.0
@@ -342,9 +340,7 @@ def _receiver_covariance(blocks: Blocks, noise: Noise) -> Array:
 
 
 def _integrated_velocity_covariance(blocks: Blocks, noise: Noise) -> Array:
-    """Error of the integral of the vertical velocity [m²]: a random walk of white errors, one a
-    fix.
-    """
+    """Error of the integrated vertical velocity [m²]: a random walk of white errors, one a fix."""
     since = blocks.time - blocks.time[0] + blocks.seconds / 2.0
     walk = np.minimum(since[:, None], since[None, :])
     return np.asarray(noise.velocity**2 / blocks.fix_rate * walk)

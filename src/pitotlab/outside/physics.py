@@ -174,9 +174,7 @@ def through(airspeeds: Array, shares: Array) -> InversePlus:
 
 
 def draw_inverse_plus(low: float, high: float, dice: np.random.Generator) -> InversePlus:
-    """A light airplane's source between two indicated airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to
-    2 %.
-    """
+    """A light airplane's source between two airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to 2 %."""
     at_low, at_high = dice.uniform(0.025, 0.05), dice.uniform(0.005, 0.02)
     at_middle = at_high + dice.uniform(0.3, 0.5) * (at_low - at_high)
     return through(
@@ -245,9 +243,7 @@ def impact_from_indicated(error: SourceError, indicated_impact: Array) -> Array:
 
 
 def indicated_from_impact(error: SourceError, impact: Array) -> Array:
-    """q_ci [Pa] from q_c [Pa], by fixed point: the error changes slowly with speed, so each turn
-    gains a digit.
-    """
+    """q_ci [Pa] from q_c [Pa], by fixed point: each turn gains a digit."""
     indicated = impact * (1.0 - error.share(impact))
     for _ in range(60):
         better = impact * (1.0 - error.share(indicated))

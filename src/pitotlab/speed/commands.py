@@ -56,9 +56,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """A ratio of CPU times measured in pairs: the least time over the least, and the ratios of the
-    pairs.
-    """
+    """A ratio of CPU times: the least time over the least, and the ratios of the pairs."""
 
     least: float
     pairs: tuple[float, ...]
@@ -88,18 +86,14 @@ def overhead_ratio(
 
 
 def bare_time(case: Case, steps: int) -> float:
-    """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level
-    flight, in its air.
-    """
+    """Return the CPU time [s] of JSBSim alone for steps of the case's aircraft in level flight."""
     plant = Plant.load(case.aircraft)
     plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
     return _loop(plant.fdm.run, steps)
 
 
 def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
-    """Return the CPU time of a bare step of our airplane in light air over that of one that JSBSim
-    ships.
-    """
+    """Return the CPU time of a bare step of our airplane over that of one that JSBSim ships."""
     ours, theirs = [], []
     for _ in range(rounds):
         ours.append(bare_time(Case(), steps))
@@ -108,9 +102,7 @@ def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
 
 
 def _shipped_time(steps: int) -> float:
-    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, in the air with its
-    engine running.
-    """
+    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, engine running."""
     parts = (library() / ENGINES, library() / SYSTEMS)
     fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
     for path, value in (
@@ -170,9 +162,7 @@ def start_lines() -> Iterator[Line]:
 
 
 def campaign_lines() -> Iterator[Line]:
-    """Measure the campaigns of the README in one process each, one also without its report; yield a
-    line for each.
-    """
+    """Measure the campaigns of the README in one process each; yield a line for each."""
     for name, arguments, limit in (
         ("demo", DEMO, 5.5),
         ("everything, one seed", EVERYTHING, 3.5),

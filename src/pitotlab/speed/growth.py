@@ -45,9 +45,7 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
-    """Return the growth of the cross-check's CPU time a row from `rows` to `times` × `rows` rows: 1
-    if linear.
-    """
+    """Return the growth of the cross-check's CPU time a row to `times` the rows: 1 if linear."""
     at = CalibrationOptions(
         error_location="static"
     )  # stated, so that the legs and turns alone are timed
@@ -81,9 +79,7 @@ _PEAK = (
 
 
 def peak_megabytes(path: Path, *argument: str) -> float:
-    """Return the peak memory [MB] of a new process that reads a log, and with an argument
-    calibrates it.
-    """
+    """Return the peak memory [MB] of a process that reads, with an argument calibrates, a log."""
     done = run(
         [sys.executable, "-c", _PEAK, str(path), *argument],
         check=True,

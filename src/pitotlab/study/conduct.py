@@ -79,9 +79,7 @@ class StudyRequest:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """The tables, the answers by claim, the pages, the failures in words, and the number of lost
-    flights.
-    """
+    """The tables, the answers by claim, the pages, the failures in words, the flights lost."""
 
     evidence: StudyTables
     findings: Mapping[str, Finding]
@@ -111,9 +109,7 @@ def run_study(request: StudyRequest) -> StudyResult:
 def fly_sorties(
     sorties: Sequence[Sortie], jobs: int | None = None, scheduler: str | None = None
 ) -> list[Measured]:
-    """Return the measurements of each sortie, in order. One that could not be flown has the reason
-    instead.
-    """
+    """Return the measurements of each sortie, in order, or why it could not be flown."""
     results = run_tasks(measure_sortie, sorties, jobs, scheduler, "flying")
     return [
         Measured(failures=(f"{s.case.maneuver} seed {s.case.truth_seed} {s.setting}: {r.reason}",))

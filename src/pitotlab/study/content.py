@@ -44,9 +44,7 @@ def _minutes(evidence: StudyTables, maneuver: str) -> float:
 
 
 def both_rankings(evidence: StudyTables) -> Reply:
-    """Rank the maneuvers by residual, by true error and by covering 2σ in light turbulence, and
-    compare.
-    """
+    """Rank the maneuvers by residual, true error and covering 2σ in light turbulence."""
     error = {m: rms(_column(evidence, m, "rms_error_kt")) for m in PAPER_ORDER}
     bound = {m: mean(_column(evidence, m, "two_sigma_kt")) for m in PAPER_ORDER}
     smooth, residual = (
@@ -107,9 +105,7 @@ def _pairs(evidence: StudyTables) -> Lines:
 
 
 def confounding(evidence: StudyTables) -> Reply:
-    """Explain how an error of the wind along the track is compensated by an error of the curve's
-    slope.
-    """
+    """Explain how an error of the wind along the track bends the curve."""
     rows, series, found = [], [], {}
     for m in _SHOWN:
         wind, tilt = (_column(evidence, m, name) for name in ("wind_north_error_kt", "tilt_kt"))

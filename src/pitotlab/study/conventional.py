@@ -93,9 +93,7 @@ def _true(flight: Flight, log: FlightLog, channel: str) -> Array:
 
 
 def tower(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point a pass: static pressure in flight against the tower's, reduced to the height
-    of the pass.
-    """
+    """Return a point a pass: static pressure against the tower's, reduced to the height."""
     static, temperature = (_true(flight, log, n) for n in ("static_pressure", "air_temperature"))
     points = []
     check = BLOCK_CHECK * rng.standard_normal()
@@ -110,9 +108,7 @@ def tower(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
 
 
 def pacer(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point a leg: the airspeed of a calibrated airplane in formation against the
-    airplane's own.
-    """
+    """Return a point a leg: the airspeed of a calibrated airplane in formation against our own."""
     true = _true(flight, log, "total_pressure") - _true(flight, log, "static_pressure")
     points = []
     calibration = PACER * rng.standard_normal()

@@ -63,9 +63,7 @@ class Workload:
 
 
 def workload(flight: Flight) -> Workload:
-    """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and
-    tolerances.
-    """
+    """Return the workload of a flight, from its control positions and tolerances."""
     step = max(1, round(len(flight) / flight.duration / CONTROL_RATE))
     controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
     minutes = flight.duration / 60.0
@@ -171,9 +169,7 @@ def _scores(result: Calibration, flight: Flight) -> Row:
 
 
 def _criteria(result: Calibration) -> Row:
-    """Return Schwarz's criterion (1978) from all residuals as if white, and from means over blocks
-    of `BLOCK`.
-    """
+    """Return Schwarz's criterion (1978) of all residuals as if white, and of means over blocks."""
     count = len(result.parameters) + 2
     time, airspeed = result.residuals.time, result.residuals.airspeed
     block = np.floor((time - time[0]) / BLOCK).astype(np.intp)
@@ -231,9 +227,7 @@ def track_rows(flight: Flight) -> list[Row]:
 
 
 def curve_rows(flight: Flight, reduction: Reduction, result: Calibration) -> list[Row]:
-    """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the
-    truth.
-    """
+    """Return the points of a curve [kt] with its 2σ, the 2σ of the residual, and the truth."""
     curve, options = result.curve, reduction.options
     return _rows(
         {
@@ -273,9 +267,7 @@ def data_rows(log: FlightLog, reduction: Reduction, result: Calibration) -> list
 
 
 def fixed_speed_rows(log: FlightLog) -> list[Row]:
-    """Return the four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated
-    airspeeds [kt].
-    """
+    """Return the four-leg points of a log: airspeed correction at indicated airspeed [kt]."""
     points = cross_check(log, CalibrationOptions(error_location="impact"))
     legs = [point for point in points if point.method == "four_leg"]
     return _rows(

@@ -246,9 +246,7 @@ def fly_methods(seeds: int, jobs: int | None = None) -> dict[str, pd.DataFrame]:
 
 
 def summarize(rows: pd.DataFrame, key: str, provenance: str) -> pd.DataFrame:
-    """Return a row a cell: means over seeds, standard deviations beside them, and rms of the true
-    errors.
-    """
+    """Return a row a cell: means and deviations over seeds, and rms of the true errors."""
     cells = []
     for name, group in rows.groupby(key, sort=False):
         cell: Row = {key: name, "seeds": group["seed"].nunique()}
@@ -294,9 +292,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 
 def in_the_air(methods: pd.DataFrame) -> "pd.Series[float]":
-    """Return the minutes of each method with the set-up between its airspeeds: two minutes, three
-    times.
-    """
+    """Return the minutes of each method with the set-up between its airspeeds."""
     held = methods["method"].isin([*HELD, *OLDER]) & (methods["method"] != "cone, slowing")
     return methods["minutes"] + SET_UP * RUNS_BETWEEN * held
 
@@ -384,9 +380,7 @@ MEASURES = {
 
 
 def orders(methods: pd.DataFrame) -> list[str]:
-    """Return the order of the five maneuvers by each measure, with its Kendall's τ against the
-    published order.
-    """
+    """Return the order of the maneuvers by each measure, with τ against the published order."""
     table = methods.assign(air=in_the_air(methods)).set_index("method").loc[list(PAPER_ORDER)]
     lines = []
     for label, column in MEASURES.items():
@@ -460,9 +454,7 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
 
 
 def _label(axes: "Axes", x: "pd.Series[float]", y: "pd.Series[float]") -> None:
-    """Name the dots: above them to the right, below one with another close on its right, and below
-    a long name.
-    """
+    """Name the dots, above them or, where another is close or the name long, below."""
     wide, high, names = float(np.ptp(x)), float(np.ptp(y)), {**NAMES, **OLDER}
     for name in x.index:
         right = (x - x[name]).between(0.0, 0.1 * wide) & ((y - y[name]).abs() < 0.1 * high)

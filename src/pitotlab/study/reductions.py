@@ -81,9 +81,7 @@ def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
 
 
 def vertical_speed(flight: Flight, times: float) -> Flight:
-    """Return the flight at the same airspeed with the vertical speed multiplied and less ground
-    speed.
-    """
+    """Return the flight at the same airspeed with the vertical speed multiplied."""
     wind = wind_toward(flight.case.wind)
     north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
     down = flight["velocity_down"]
@@ -246,9 +244,7 @@ def sense_for(flight: Flight, reduction: Reduction) -> tuple[Flight, FlightLog]:
 
 
 def _system(das: str) -> DataSystem:
-    """Return a data system for rates up to 200 Hz, with the noise of the same kind of system at 100
-    Hz.
-    """
+    """Return a data system for rates up to 200 Hz, with the noise of its kind at 100 Hz."""
     air, gps = (float(part) for part in das.split("/"))
     if air <= _SIMULATED:
         return data_system(das)
@@ -268,9 +264,7 @@ ERROR_SHAPES = ("linear truth", "quadratic truth", "knee truth")
 
 @dataclass(frozen=True, slots=True)
 class StudySetting:
-    """The air and the pilot. `rare` settings only explain a result and are flown for a fifth of the
-    seeds.
-    """
+    """The air and the pilot. `rare` settings are flown for a fifth of the seeds."""
 
     turbulence: str
     pilot: str

@@ -86,9 +86,7 @@ def text(values: Iterable[float], digits: int = 2) -> str:
 
 @dataclass(frozen=True, slots=True)
 class StudyTables:
-    """Tables of fits, flights, airspeed bins, and points of tracks and curves; column names end in
-    units.
-    """
+    """Tables of fits, flights, airspeed bins, tracks and curves; column names end in units."""
 
     fits: pd.DataFrame
     flights: pd.DataFrame
@@ -182,9 +180,7 @@ def percent_above(one: pd.Series, other: pd.Series) -> Spread:
 
 
 def rank_agreement(one: Array, other: Array) -> float:
-    """Return Kendall's τ (1938) of two orders: 1 for the same, −1 for the reverse. A tie counts as
-    neither.
-    """
+    """Return Kendall's τ (1938) of two orders, 1 for the same; a tie counts as neither."""
     first, second = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     upper = np.triu_indices(len(first), 1)
     signs = np.sign(np.subtract.outer(first, first)) * np.sign(np.subtract.outer(second, second))

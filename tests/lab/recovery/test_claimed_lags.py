@@ -49,9 +49,7 @@ def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tup
 
 
 def test_a_flight_that_cannot_show_a_lag_does_not_claim_to() -> None:
-    """On a circle at constant airspeeds, a lag is worth less than 1σ. The noise of a slow GPS
-    claimed 5σ.
-    """
+    """At constant airspeeds a lag is worth less than 1σ; noise of a slow GPS claimed 5σ."""
     circle = fly(
         Case(
             maneuver="circle",
@@ -68,9 +66,7 @@ def test_a_flight_that_cannot_show_a_lag_does_not_claim_to() -> None:
 
 
 def test_a_signature_claims_what_a_lag_does() -> None:
-    """Two speeds with turns between them: what a lag shows there is what a pilot does to hold the
-    airspeed.
-    """
+    """Two speeds with turns between: a lag shows what a pilot does to hold the airspeed."""
     card = {"speeds_kt": [140.0, 105.0]}
     flight = fly(
         Case(maneuver="four_leg", card=card, turbulence="none", pilot="good", truth_seed=4711)

@@ -41,9 +41,7 @@ def sound_forces(flight: Flight) -> Array:
 def test_a_vane_that_is_off_leaves_no_force(
     flight: Flight, sound_forces: Array, offset_deg: float, scale: float
 ) -> None:
-    """Lift and drag are not linear in the angle of attack: two degrees of a vane's zero once were
-    called a pod.
-    """
+    """Lift and drag are not linear in alpha: two degrees of a vane's zero looked like a pod."""
     effect = EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": offset_deg})
     layout, forces = with_vane(flight, effect)
     alpha, angles = layout.track["angle_of_attack"], layout.angles

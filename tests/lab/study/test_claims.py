@@ -103,9 +103,7 @@ def _how_steep(sortie, reduction):
 
 
 def test_what_v_down_would_take_is_measured_not_said():
-    """C7's reason names a fall that the flights with a steeper path have, and that those as flown
-    have not.
-    """
+    """C7 names a fall that steeper flights have, and that those as flown have not."""
     finding = CLAIMS["C7"].answer(_small(_how_steep))
     assert finding.verdict == "not reproduced"
     assert "needs 4.0 times that" in finding.why
@@ -118,16 +116,12 @@ def _small(residual):
 
 
 def _pooled_only(sortie, reduction):
-    """The fall of a mean over three outputs of which one has no residual; the airspeed's 2σ does
-    not fall.
-    """
+    """The fall of a mean over three outputs of which one has no residual."""
     return (2.0 / 3.0) ** 0.5 if reduction.alone and reduction.options.use_down else 1.0
 
 
 def test_a_pooled_fall_alike_for_all_reproduces_in_part():
-    """The 2σ falls with V_down when pooled, but not most for 4-Leg; without the outputs' fits
-    nothing falls.
-    """
+    """The pooled 2σ falls, but not most for 4-Leg; without the outputs' fits nothing does."""
     pooled, none = _small(_pooled_only), _small(lambda sortie, reduction: 1.0)
     for number in ("C7", "C8"):
         assert "18.4" in CLAIMS[number].answer(pooled).ours
@@ -164,9 +158,7 @@ def test_an_error_chosen_for_a_claim_does_not_count():
 
 
 def test_the_wind_that_hides_the_slope_is_an_experiment():
-    """Bias on Step Decrease looks as good as the others until every speed is flown on both
-    headings.
-    """
+    """Bias looks as good as the others until every speed is flown on both headings."""
 
     def hidden(sortie, reduction):
         return (
@@ -181,9 +173,7 @@ def test_the_wind_that_hides_the_slope_is_an_experiment():
 
 
 def test_chance_and_power_of_a_rank_test():
-    """Of 120 orders of five, 12 have at most one wrong pair out of eight; ratings without scatter
-    always pass.
-    """
+    """Of 120 orders of five, 12 have at most one wrong pair out of eight."""
     ratings = np.array([3.0, 4.0, 2.0, 2.0, 3.0])
     assert by_luck(ratings, 0.5) == pytest.approx(100.0 * 12 / 120)
     assert best_agreement(ratings) == pytest.approx(0.8)
@@ -195,9 +185,7 @@ def test_chance_and_power_of_a_rank_test():
 
 
 def test_an_order_within_its_own_spread_is_no_order():
-    """Means that rise, by less than twice what chance makes of them, do not reproduce a published
-    order.
-    """
+    """Means that rise by less than chance makes of them reproduce no order."""
 
     def barely(sortie, reduction):
         rank = ["step_decrease", "race_track", "four_leg", "rapid_decel"].index(

@@ -50,9 +50,7 @@ OTHER_ERRORS: dict[str, dict[str, object]] = {
 
 
 def _ratios(evidence: StudyTables, maneuver: str, **error: object) -> pd.Series:
-    """Return 2σ of the Bias model over the mean 2σ of the other models, by seed; `error` names
-    another error.
-    """
+    """Return 2σ of Bias over the mean 2σ of the others, by seed; `error` names another error."""
     others = [evidence.residual(maneuver, model=model, **error) for model in PAPER_MODELS[:-1]]
     bias = evidence.residual(maneuver, model="bias", **error)
     return bias / pd.concat(others, axis=1).mean(axis=1)
@@ -180,9 +178,7 @@ def same(evidence: StudyTables) -> Finding:
 
 
 def _largest_difference(slowest: float, fastest: float) -> float:
-    """Return the largest distance [kt] of the fitted Quadratic from the default error between two
-    speeds [kt].
-    """
+    """Return the largest distance [kt] of the fitted Quadratic between two speeds [kt]."""
     truth = PressureErrorSpec()
     flown = air.impact_pressure(np.linspace(100.0, 160.0, 61) * KNOT) / REFERENCE_PRESSURE
     wanted = MODELS[truth.model].basis(flown) @ np.array(truth.parameters)
@@ -237,9 +233,7 @@ def _curve(evidence: StudyTables, maneuver: str, kind: str, straight: bool = Tru
 
 
 def fixed_speed_gap(evidence: StudyTables) -> float:
-    """Return the rms distance [kt] of fixed-speed points from the curve of their 4-Leg flight; NaN
-    for none.
-    """
+    """Return the rms distance [kt] of fixed-speed points from their flight's curve, or NaN."""
     curve, points = (_curve(evidence, "four_leg", kind) for kind in ("paper", _FIXED))
     if points.empty or curve.empty:
         return float("nan")
@@ -248,9 +242,7 @@ def fixed_speed_gap(evidence: StudyTables) -> float:
 
 
 def _figure(evidence: StudyTables, maneuver: str) -> Chart:
-    """Draw Figs 11 to 14: the data, the published kind of curve and the FAR limit; below, curves
-    minus truth.
-    """
+    """Draw Figs 11 to 14: data, curve and FAR limit; below, the curves minus the truth."""
     curve, data = (_curve(evidence, maneuver, kind) for kind in ("paper", "data"))
     known = _curve(evidence, maneuver, "covering", straight=False)
     speed, truth = curve["airspeed_kt"].tolist(), curve["truth_kt"]
@@ -319,17 +311,13 @@ def airplane(evidence: StudyTables) -> Finding:
 
 
 def _rises(spreads: Sequence[Spread]) -> bool:
-    """Return whether each mean is above the one before by more than two standard errors of the
-    difference.
-    """
+    """Return whether each mean is above the one before by two standard errors of the difference."""
     steps = pairwise(spreads)
     return all(b.mean - a.mean > 2.0 * np.nan_to_num(np.hypot(a.error, b.error)) for a, b in steps)
 
 
 def by_chance(flights: Mapping[str, Array]) -> float:
-    """Return the share [%] of choices of one flight a maneuver that rise in their order; NaN for no
-    flights.
-    """
+    """Return the share [%] of choices of one flight a maneuver that rise; NaN for no flights."""
     values = [np.asarray(each) for each in flights.values()]
     counts = np.ones(len(values[0]))
     for before, after in pairwise(values):

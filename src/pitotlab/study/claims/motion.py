@@ -256,9 +256,7 @@ def _change(kind: str, evidence: StudyTables, maneuver: str, down: bool) -> Spre
 
 
 def _verdict(same: Mapping[str, bool], falls: Mapping[str, bool]) -> Verdict:
-    """Both parts in the 2σ of airspeed reproduce the claim; one of them, or both in the pooled 2σ,
-    do in part.
-    """
+    """Return the verdict: in part for one part, or for both in the pooled 2σ alone."""
     if same["airspeed"] and falls["airspeed"]:
         return "reproduced"
     some = same["airspeed"] or falls["airspeed"] or (same["pooled"] and falls["pooled"])

@@ -126,9 +126,7 @@ def _asked() -> Iterator[tuple[str, dict[str, object]]]:
 
 
 def _experiments(evidence: StudyTables) -> pd.DataFrame:
-    """Return the 2σ of each maneuver, their order and its agreement with the paper's, a row for
-    each reduction.
-    """
+    """Return each maneuver's 2σ, their order and its agreement with the paper's, by reduction."""
     rows = []
     for label, how in _asked():
         found = _residuals(evidence, **how)
@@ -248,9 +246,7 @@ def _measures(evidence: StudyTables) -> pd.DataFrame:
 
 
 def _agreements(evidence: StudyTables) -> pd.DataFrame:
-    """Return Kendall's τ with the simulator's ratings: a row a measure or control, a column a pilot
-    and card of Circle.
-    """
+    """Return τ with the ratings: a row a measure, a column a pilot and card of Circle."""
     columns = {f"τ, {pilot}": (setting, FIXED_POWER) for setting, pilot in PILOTS.items()}
     columns["τ, good pilot, Circle by throttle"] = ("smooth", BY_THROTTLE)
     rows = {
@@ -354,9 +350,7 @@ def _test_power() -> str:
 
 
 def by_chance(ratings: Array, above: float) -> float:
-    """Return the share [%] of all orders of a measure whose Kendall's τ with the ratings is above a
-    limit.
-    """
+    """Return the share [%] of all orders whose τ with the ratings is above a limit."""
     orders = permutations(np.arange(float(len(ratings))))
     agreements = np.array([rank_agreement(np.array(each), ratings) for each in orders])
     return 100.0 * float(np.mean(agreements > above))

@@ -49,9 +49,7 @@ _SCATTER = "The residual is the scatter of one sample."
 def _change(
     evidence: StudyTables, maneuver: str, das: str, smooth: bool = False, **how: object
 ) -> pd.Series:
-    """Return the 2σ relative to that at 50/50 Hz, minus one [%], by seed; `smooth` interpolates the
-    fixes.
-    """
+    """Return the 2σ over that at 50/50 Hz, minus one [%]; `smooth` interpolates the fixes."""
     column, method = (
         ("smooth_two_sigma_kt", "covering") if smooth else ("residual_two_sigma_kt", "paper")
     )

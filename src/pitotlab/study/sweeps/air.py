@@ -66,9 +66,7 @@ SHEARED = Trouble(
 
 
 def wind_reductions(maneuver: str) -> Iterator[Reduction]:
-    """Yield reductions of every rate with a constant and with a drifting wind in the model, and at
-    every shear.
-    """
+    """Yield reductions of every rate, with both winds in the model, and of every shear."""
     for rate in RATES:
         yield from reductions((COVERING, DRIFTING), change="wind change", level=rate)
     for size in SHEARS:
@@ -94,9 +92,7 @@ def _error(evidence: StudyTables, trouble: Trouble, maneuver: str, level: float)
 
 
 def tolerated(evidence: StudyTables, trouble: Trouble, maneuver: str) -> float:
-    """Return the level at which the rms error over seeds is twice that of a constant wind; inf
-    where none is.
-    """
+    """Return the level at which the rms error is twice that of a constant wind, or inf."""
     still = rms(_error(evidence, trouble, maneuver, 0.0))
     before, below = 1.0, 0.0
     for level in trouble.levels:
@@ -238,9 +234,7 @@ _SMALL = 0.1  # a smaller factor is printed with two significant digits
 
 
 def day_sorties(seed: int) -> Iterator[Sortie]:
-    """Yield two maneuvers at each altitude in both airs, and at each temperature in light
-    turbulence.
-    """
+    """Yield two maneuvers at each altitude in both airs, at each temperature in turbulence."""
     both = reductions(BOTH_METHODS)
     for maneuver in FLOWN:
         for feet in ALTITUDES:
@@ -267,9 +261,7 @@ def _bound(evidence: StudyTables, air: str, maneuver: str, variant: str) -> pd.S
 
 
 def _factors(evidence: StudyTables, air: str, one: str, other: str) -> str:
-    """Return the least and the largest ratio over the maneuvers of the mean bound of one variant to
-    another.
-    """
+    """Return the least and the largest ratio of the mean bound of one variant to another."""
     found = [
         mean(_bound(evidence, air, m, one)) / mean(_bound(evidence, air, m, other)) for m in FLOWN
     ]

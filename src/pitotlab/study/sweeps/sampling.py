@@ -128,9 +128,7 @@ class Point:
 
 
 def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
-    """Return the cards of a maneuver and the usual one, the shortest first, all with the same
-    seeds.
-    """
+    """Return the cards of a maneuver, the shortest first, all with the same seeds."""
     points = []
     few = evidence.residual(maneuver, setting="light", variant=next(iter(CARDS[maneuver]))).index
     for variant in ("standard", *CARDS[maneuver]):
@@ -190,9 +188,7 @@ CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "m
 
 
 def structure_reductions(maneuver: str) -> Iterator[Reduction]:
-    """Yield reductions of every true curve with every model. The usual one is already among those
-    of the claims.
-    """
+    """Yield reductions of every true curve but the usual one with every model."""
     options = [replace(PAPER, model=model) for model in MODELS]
     for truth in TRUTHS:
         if truth != "none":
@@ -200,9 +196,7 @@ def structure_reductions(maneuver: str) -> Iterator[Reduction]:
 
 
 def choices(evidence: StudyTables) -> pd.DataFrame:
-    """Return a row a flight and true curve: the model that each criterion chooses, and every
-    model's rms error.
-    """
+    """Return a row a flight and true curve: each criterion's model, every model's rms error."""
     fits = evidence.fits
     wanted = {**DEFAULT_FIT, "setting": "light", "failed": ""}
     for name in wanted.keys() - {"model", "change", "level"}:

@@ -124,16 +124,11 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Writes aircraft-flights.csv and prints its table. About 80 CPU seconds a seed.
     """
-    parser.add_argument(
-        "--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=40_001, help="first seed (default: %(default)s, development)"
-    )
-    parser.add_argument(
-        "--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)"
-    )
-    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
+    add = parser.add_argument
+    add("--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)")
+    add("--first", type=int, default=40_001, help="first seed (default: %(default)s, development)")
+    add("--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)")
+    add("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))

@@ -215,13 +215,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Writes coverage.csv (one line a cell) and prints a line a scoring. About 25 CPU seconds a seed.
     """
-    parser.add_argument(
-        "--seeds", type=int, default=400, help="flights a cell (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)"
-    )
-    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
+    add = parser.add_argument
+    add("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
+    add("--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)")
+    add("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)
     scorings = [SCORINGS[name].name for name in options.scoring.split(",")]

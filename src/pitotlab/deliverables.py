@@ -175,12 +175,9 @@ def parameters_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     Prints how often the correction that remains lies inside its bound. About 2 CPU seconds a
     flight.
     """
-    parser.add_argument(
-        "--flights", type=int, default=40, help="flights of each kind (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)"
-    )
+    add = parser.add_argument
+    add("--flights", type=int, default=40, help="flights of each kind (default: %(default)s)")
+    add("--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)")
     options = parser.parse_args(words)
     rows: list[Row] = []
     for kind in KINDS:

@@ -243,13 +243,10 @@ def _random_wind(rng: np.random.Generator) -> Wind:
 
 def add_budget(parser: ArgumentParser) -> None:
     """Add the flags of a budget to a command."""
-    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument(
-        "--minutes", type=float, help="stop after so many minutes, with whole seeds only"
-    )
-    parser.add_argument(
-        "--rows", type=Path, help="Parquet file of rows measured before (delete it with a change)"
-    )
+    add = parser.add_argument
+    add("--jobs", type=int, help="processes (default: one a core)")
+    add("--minutes", type=float, help="stop after so many minutes, with whole seeds only")
+    add("--rows", type=Path, help="Parquet file of rows measured before (delete it with a change)")
 
 
 def budget_of(options: Namespace) -> Budget:

@@ -306,12 +306,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in development.
     """
-    parser.add_argument(
-        "--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--jobs", type=int, help="processes (default: one a core, at most one a maneuver)"
-    )
+    add = parser.add_argument
+    add("--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)")
+    add("--jobs", type=int, help="processes (default: one a core, at most one a maneuver)")
     options = parser.parse_args(words)
     table = comparison(options.seeds, jobs=options.jobs)
     print(markdown_table(frame_columns(table, ".3g"), frame_rows(table)))

@@ -74,10 +74,9 @@ FIT = 1.5  # joined 2σ within which two answers of one log agree
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Print what real logs give, and how it stands beside what is known of them."""
-    parser.add_argument(
-        "--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data"))
-    )
-    parser.add_argument("--terms", action="store_true", help="the terms of models alone")
+    add = parser.add_argument
+    add("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
+    add("--terms", action="store_true", help="the terms of models alone")
     options = parser.parse_args(words)
     data = options.data
     for name in LOGS if not options.terms else ():

@@ -205,11 +205,10 @@ def _card(flights: Sequence[Path], aircraft: str) -> str:
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Judge every case of a folder of logs, from the logs and the baseline aircraft alone."""
-    parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
-    parser.add_argument("--results", type=Path, default=OUT / "blind" / "results.jsonl")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument(
-        "--part", default="1/1", help="which part of the cards, for several machines: 2/3"
-    )
-    parser.add_argument("--aircraft", default="navajo")
+    add = parser.add_argument
+    add("--logs", type=Path, default=OUT / "blind" / "logs")
+    add("--results", type=Path, default=OUT / "blind" / "results.jsonl")
+    add("--jobs", type=int, default=2)
+    add("--part", default="1/1", help="which part of the cards, for several machines: 2/3")
+    add("--aircraft", default="navajo")
     analyze(**vars(parser.parse_args(words)))

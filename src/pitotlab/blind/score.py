@@ -357,12 +357,11 @@ def _miss(case: JudgedCase) -> str:
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Open the seal, hold the answers against the truth, print the table and write the page."""
-    parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
-    parser.add_argument("--observed", type=Path, default=PLACE / "observed.jsonl")
-    parser.add_argument(
-        "--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all"
-    )
-    parser.add_argument("--out", type=Path, default=OUT)
+    add = parser.add_argument
+    add("--results", type=Path, default=PLACE / "results.jsonl")
+    add("--observed", type=Path, default=PLACE / "observed.jsonl")
+    add("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
+    add("--out", type=Path, default=OUT)
     for line in score(**vars(parser.parse_args(words))):
         counted = (
             f"{line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"

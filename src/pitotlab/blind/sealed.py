@@ -105,9 +105,8 @@ def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Pack a judged set into one archive of the results, with its SHA-256."""
-    parser.add_argument("name", help="of the set: twelfth")
-    parser.add_argument(
-        "--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)"
-    )
+    add = parser.add_argument
+    add("name", help="of the set: twelfth")
+    add("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
     options = parser.parse_args(words)
     print(pack(options.name, options.folder))

@@ -313,12 +313,11 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Measure the signature and the strength of every effect in every setting, before a set is
     generated.
     """
-    parser.add_argument("--settings", default=",".join(SETTINGS))
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--place", type=Path, default=PLACE)
-    parser.add_argument(
-        "--only", type=int, default=0, help="number of effects drawn, for a quick development set"
-    )
+    add = parser.add_argument
+    add("--settings", default=",".join(SETTINGS))
+    add("--jobs", type=int, default=1)
+    add("--place", type=Path, default=PLACE)
+    add("--only", type=int, default=0, help="number of effects drawn, for a quick development set")
     options = parser.parse_args(words)
     letters = [x for x in options.settings.split(",") if not (options.place / f"{x}.npz").is_file()]
     spent = require_all(

@@ -149,16 +149,13 @@ def generate(cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str,
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Fly the diagnostic card with edited airplanes; write logs and, apart, the truth."""
-    parser.add_argument("--seed", type=int, default=60_000, help="of the set and its first case")
-    parser.add_argument("--airplanes", default=",".join(AIRPLANES))
-    parser.add_argument(
-        "--each", type=int, default=2, help="cases of each derivative (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--several", type=int, default=8, help="cases an airplane with three to six changes"
-    )
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=PLACE)
+    add = parser.add_argument
+    add("--seed", type=int, default=60_000, help="of the set and its first case")
+    add("--airplanes", default=",".join(AIRPLANES))
+    add("--each", type=int, default=2, help="cases of each derivative (default: %(default)s)")
+    add("--several", type=int, default=8, help="cases an airplane with three to six changes")
+    add("--jobs", type=int, default=1)
+    add("--out", type=Path, default=PLACE)
     options = parser.parse_args(words)
     airplanes = options.airplanes.split(",")
     unknown = [name for name in airplanes if name not in AIRPLANES]

@@ -69,11 +69,10 @@ def judge(logs: Path, answers: Path, jobs: int = 1, only: Sequence[str] = ()) ->
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Reconcile every log without an answer with the unchanged airplane; write the verdicts."""
-    parser.add_argument(
-        "--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs"
-    )
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--airplanes", default="", help="only logs of these, with commas")
+    add = parser.add_argument
+    add("--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs")
+    add("--jobs", type=int, default=1)
+    add("--airplanes", default="", help="only logs of these, with commas")
     options = parser.parse_args(words)
     only = [name for name in options.airplanes.split(",") if name]
     for line in judge(options.out / "logs", options.out / "answers", options.jobs, only):

@@ -289,12 +289,9 @@ CASE_COLUMNS: tuple[Column[ScoredCase], ...] = (
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Hold the answers against the truth and print the tables: single changes, and several at once."""
-    parser.add_argument(
-        "--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON document, with every case"
-    )
+    add = parser.add_argument
+    add("--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers")
+    add("--json", action="store_true", help="print one JSON document, with every case")
     options = parser.parse_args(words)
     cases = score(options.out)
     single = [case.terms[0] for case in cases if len(case.terms) == 1]

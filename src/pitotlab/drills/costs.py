@@ -140,11 +140,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Without `--flights` a measurement has the usual number of them.
     """
-    parser.add_argument("what", choices=[*MEASUREMENTS], help="the measurement")
-    parser.add_argument("--flights", type=int, help="number of flights or tasks")
-    parser.add_argument(
-        "--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)"
-    )
+    add = parser.add_argument
+    add("what", choices=[*MEASUREMENTS], help="the measurement")
+    add("--flights", type=int, help="number of flights or tasks")
+    add("--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)")
     options = parser.parse_args(words)
     measure, usual = MEASUREMENTS[options.what]
     with TemporaryDirectory(prefix="pitotbench-") as scratch:

@@ -284,10 +284,11 @@ def _mean(rows: Sequence[BuildRow], name: str) -> float:
 
 def compare_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Print two files of `outside judge` side by side, a line a kind."""
-    parser.add_argument("first", type=Path)
-    parser.add_argument("second", type=Path)
-    parser.add_argument("--word", default="", help="count the answers whose warnings hold it")
-    parser.add_argument(
+    add = parser.add_argument
+    add("first", type=Path)
+    add("second", type=Path)
+    add("--word", default="", help="count the answers whose warnings hold it")
+    add(
         "--options",
         nargs=2,
         default=("", ""),

@@ -341,17 +341,14 @@ def _stated(parser: argparse.ArgumentParser, text: str) -> dict[str, str]:
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Judge the calibration on flights of the independent generator, cell by cell; print the table."""
-    parser.add_argument("--cells", default="base", help=f"with commas, or all: {', '.join(CELLS)}")
-    parser.add_argument("--flights", type=int, default=60, help="a cell")
-    parser.add_argument("--seed", type=int, default=1, help="of the first flight")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument(
-        "--options", default="", help="choices of the calibration, NAME=VALUE with commas"
-    )
-    parser.add_argument("--format", choices=FORMS, default="text", help="of the table")
-    parser.add_argument(
-        "--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to"
-    )
+    add = parser.add_argument
+    add("--cells", default="base", help=f"with commas, or all: {', '.join(CELLS)}")
+    add("--flights", type=int, default=60, help="a cell")
+    add("--seed", type=int, default=1, help="of the first flight")
+    add("--jobs", type=int, default=1)
+    add("--options", default="", help="choices of the calibration, NAME=VALUE with commas")
+    add("--format", choices=FORMS, default="text", help="of the table")
+    add("--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to")
     choice = parser.parse_args(words)
     cells = list(CELLS) if choice.cells == "all" else choice.cells.split(",")
     unknown = [cell for cell in cells if cell not in CELLS]

@@ -47,10 +47,8 @@ from pitotlab.experiment import FIRST_SCORED_SEED, Row, Trial, random_case
 from pitotlab.tables import frame_columns, markdown_table
 
 BARTLETT_SECONDS = 20.0
-_FILTER_START, _FILTER_WALK = (
-    (10.0, 10.0, 0.1),
-    (0.02, 0.02, 1e-4),
-)  # 1σ: wind [m/s], scale [-]; walk a second
+# 1σ of wind north and east [m/s] and scale [-]: at the start, and of the walk in a second.
+_FILTER_START, _FILTER_WALK = (10.0, 10.0, 0.1), (0.02, 0.02, 1e-4)
 _FILTER_NOISE = 1.0  # m/s
 
 
@@ -157,13 +155,8 @@ def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
     if not points:
         return []
     error = compare_points(points, flight.case.pressure_error).error
-    return [
-        _row(
-            "per-point spread, fixed speed",
-            error,
-            np.array([point.spread for point in points]) ** 2,
-        )
-    ]
+    spread = np.array([point.spread for point in points])
+    return [_row("per-point spread, fixed speed", error, spread**2)]
 
 
 def _white_case(model: PredictionModel, obs: Observations) -> tuple[Array, PeerCase]:
@@ -191,9 +184,9 @@ def scale_filter(log: FlightLog, obs: Observations, speeds: Array) -> tuple[Arra
     [m²/s²].
     """
     step = max(1, round(1.0 / float(np.median(np.diff(obs.time)))))
-    measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, _air_temperature(obs))[
-        ::step
-    ]
+    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
+    temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
+    measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, temperature)[::step]
     north, east = obs.held_north[::step], obs.held_east[::step]
     state, spread = np.array([0.0, 0.0, 1.0]), np.diag(np.square(_FILTER_START))
     for v_north, v_east, speed in zip(north, east, measured, strict=True):
@@ -205,11 +198,6 @@ def scale_filter(log: FlightLog, obs: Observations, speeds: Array) -> tuple[Arra
         state = state + gain * -(through - state[2] * speed)
         spread = spread - np.outer(gain, slope @ spread)
     return (state[2] - 1.0) * speeds, np.full(len(speeds), spread[2, 2]) * speeds**2
-
-
-def _air_temperature(obs: Observations) -> Array:
-    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
-    return np.asarray(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,12 +218,8 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
     obs = observe(log, CalibrationOptions())
     fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
     curve = CurveMap(model, speeds)
-    return _Fitted(
-        fit,
-        _gradient(curve, fit.theta),
-        curve,
-        true_correction(flight.case.pressure_error, speeds),
-    )
+    truth = true_correction(flight.case.pressure_error, speeds)
+    return _Fitted(fit, _gradient(curve, fit.theta), curve, truth)
 
 
 def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
@@ -247,13 +231,8 @@ def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
         step, covariance = solve(each.fit.problem, each.fit.noise_of(noise))
         variance = np.einsum("cp,pq,cq->c", each.gradient, covariance, each.gradient)
         k = (each.fit.theta + step)[: each.curve.model.error_count]
-        rows.append(
-            _row(
-                "pitotbench, if the noise were known",
-                each.curve.correction(k) - each.truth,
-                variance,
-            )
-        )
+        error = each.curve.correction(k) - each.truth
+        rows.append(_row("pitotbench, if the noise were known", error, variance))
     return rows
 
 

@@ -51,10 +51,8 @@ ONE_AIRPLANE = 3.0  # kt, by which one airplane may differ from its handbook
 LAUNCH = 200.0  # m above sea level, from which the sondes' heights count
 ALOFT = 1500.0  # m, from which the gliders' pressure and temperature are held against the sonde's
 PAIRED = 120.0  # s between the middles of two recorders' windows of one wind
-KNOWN, AWAY = (
-    8.0,
-    25.0,
-)  # kt: 2σ of a wind that counts; a sonde of another hour and place in lee waves
+KNOWN = 8.0  # kt: 2σ of a wind that counts
+AWAY = 25.0  # kt: a sonde of another hour and place in lee waves
 # Δp/q_c of the jets by the balloon's pressure at GPS height, and 0.5 hPa as the balloon's own
 # doubt.
 BALLOON_KT = np.array([260.0, 300.0, 340.0, 380.0, 420.0])
@@ -64,10 +62,8 @@ BALLOON = {
 }
 BALLOON_PA = 50.0
 ONE_HEADING = np.radians(8.0)  # spread of the track within a deceleration
-TWIN_OTTER = (
-    "totter_lon_020213f1_018",
-    "totter_lon_020213f1_017",
-)  # of SIDPAC (NASA), in the folder sidpac
+# Of SIDPAC (NASA), in the folder sidpac.
+TWIN_OTTER = ("totter_lon_020213f1_018", "totter_lon_020213f1_017")
 CITATION_CLEAN = (46.0, 71.0)  # min, with flaps and gear up
 FIT = 1.5  # joined 2σ within which two answers of one log agree
 
@@ -78,24 +74,26 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     add("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
     add("--terms", action="store_true", help="the terms of models alone")
     options = parser.parse_args(words)
-    data = options.data
-    for name in LOGS if not options.terms else ():
-        _consistent(data / name)
-    found = {name: _against_sonde(data / "perlan", name) for name in GLIDERS if not options.terms}
-    for front, rear in zip(GLIDERS[::2], GLIDERS[1::2], strict=True) if found else ():
-        _front_and_rear(front, found[front], found[rear])
-    for name in JETS if not options.terms else ():
-        _against_balloon(data / "jmoss" / f"{name}.csv", name)
-    for fitted, held in (TWIN_OTTER, TWIN_OTTER[::-1]):
-        _terms(
-            "DHC6",
-            *([read_identification(data / "sidpac" / f"{each}.mat")] for each in (fitted, held)),
-        )
-    log = read_log(data / "citation/2019-03-12.parquet")
+    if not options.terms:
+        _calibrations(options.data)
+    one, two = ([read_identification(options.data / f"sidpac/{name}.mat")] for name in TWIN_OTTER)
+    _terms("DHC6", one, two)
+    _terms("DHC6", two, one)
+    log = read_log(options.data / "citation/2019-03-12.parquet")
     since = log.time - log.time[0]
     clean = log.select((since > CITATION_CLEAN[0] * 60.0) & (since < CITATION_CLEAN[1] * 60.0))
     maneuvers = maneuvers_of(clean, "citation")
     _terms("citation", maneuvers[::2], maneuvers[1::2])
+
+
+def _calibrations(data: Path) -> None:
+    for name in LOGS:
+        _consistent(data / name)
+    found = {name: _against_sonde(data / "perlan", name) for name in GLIDERS}
+    for front, rear in zip(GLIDERS[::2], GLIDERS[1::2], strict=True):
+        _front_and_rear(front, found[front], found[rear])
+    for name in JETS:
+        _against_balloon(data / "jmoss" / f"{name}.csv", name)
 
 
 def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]) -> None:
@@ -150,8 +148,8 @@ def _told(found: Calibration) -> str:
     curve = found.curve
     places = np.linspace(0, len(curve.correction) - 1, 5).astype(int)
     points = ", ".join(
-        f"{curve.correction[i] / KNOT:+.2f} ± {curve.two_sigma[i] / KNOT:.2f} at "
-        f"{curve.indicated_airspeed[i] / KNOT:.0f}"
+        f"{curve.correction_kt[i]:+.2f} ± {curve.two_sigma_kt[i]:.2f} at "
+        f"{curve.indicated_airspeed_kt[i]:.0f}"
         for i in places
     )
     said = ", ".join(each.kind for each in found.disagreements) or "none"
@@ -163,10 +161,8 @@ def _told(found: Calibration) -> str:
 
 def _difference(first: ErrorCurve, second: ErrorCurve) -> float:
     """The largest difference of two curves over their common airspeeds, in their joined 2σ."""
-    low, high = (
-        edge(float(each.indicated_airspeed[place]) for each in (first, second))
-        for edge, place in ((max, 0), (min, -1))
-    )
+    airspeeds = [each.indicated_airspeed for each in (first, second)]
+    low, high = max(each[0] for each in airspeeds), min(each[-1] for each in airspeeds)
     if high <= low:
         return 0.0
     at = np.linspace(low, high, 50)
@@ -219,18 +215,14 @@ def _against_sonde(folder: Path, name: str) -> Glider:
     known = [w for w in found.winds if max(w.north.two_sigma, w.east.two_sigma) <= KNOWN * KNOT]
     inside = 0
     for window in known:
-        true = [float(sonde.at(axis, window.altitude)) for axis in ("north", "east")]
-        parts = (window.north, window.east)
-        good = all(
-            abs(e.value - t) <= np.hypot(e.two_sigma, AWAY * KNOT)
-            for e, t in zip(parts, true, strict=True)
-        )
+        good, told = True, []
+        for e, axis in ((window.north, "north"), (window.east, "east")):
+            true = float(sonde.at(axis, window.altitude))
+            good &= abs(e.value - true) <= np.hypot(e.two_sigma, AWAY * KNOT)
+            found_kt = f"{e.value / KNOT:+.0f} ± {e.two_sigma / KNOT:.0f}"
+            told.append(f"{e.name} {found_kt} (sonde {true / KNOT:+.0f})")
         inside += good
-        told = ", ".join(
-            f"{e.name} {e.value / KNOT:+.0f} ± {e.two_sigma / KNOT:.0f} (sonde {t / KNOT:+.0f})"
-            for e, t in zip(parts, true, strict=True)
-        )
-        print(f"  {window.altitude:6,.0f} m: {told} kt{'' if good else ' OUTSIDE'}")
+        print(f"  {window.altitude:6,.0f} m: {', '.join(told)} kt{'' if good else ' OUTSIDE'}")
     print(
         f"{name}: {seconds:.1f} CPU s, {len(known)} of {len(found.winds)} winds known, {inside} "
         "inside the sonde's"

@@ -54,9 +54,7 @@ PARTIAL = (  # effects that may act in a part of the flight only
     "static_source_change", "static_zero_offset", "temperature_bias", "total_pressure_loss", "trim_offset",
     "turn_drag", "water_in_line",
 )  # fmt: skip
-INVISIBLE = (
-    "nonstandard_temperature",
-)  # a gap only where the header tells the day, which no header here does
+INVISIBLE = ("nonstandard_temperature",)  # a gap only where the header tells the day
 COUNTED = {  # sizes of what is counted or shows in the spread only
     "dropped_samples": {"fraction": (0.02, 0.12)},
     "quantization": {"step_pa": (30.0, 80.0)},

@@ -31,9 +31,7 @@ from pitotlab.blind.signatures import PLACE, layout_of, matched, noise_of, read,
 NONE = "none"
 PRIOR = {NONE: 0.3, "table": 0.6, "outside": 0.1}
 WEAKEST, STRONGEST, POINTS = 2.0, 600.0, 6000  # σ, of the prior of a strength
-LEAST_SEEN = (
-    0.02  # share of a signature that wind, curve and biases must leave for it to be a candidate
-)
+LEAST_SEEN = 0.02  # share of a signature that wind, curve and biases must leave
 TOLD = 8  # causes in a line of the results
 
 

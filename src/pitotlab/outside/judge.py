@@ -27,13 +27,7 @@ from pitotlab.outside.written import checked_seeds
 
 TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
 FORMS = ("text", "markdown")
-_SHORT = {
-    "step_decrease": "step",
-    "rapid_decel": "rapid",
-    "circle": "circle",
-    "race_track": "race",
-    "four_leg": "four",
-}
+_SHOWN = ("step_decrease", "rapid_decel", "circle", "race_track", "four_leg")
 
 
 def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
@@ -103,15 +97,12 @@ def standard_error(values: Array) -> float:
 
 
 def _by_maneuver(rows: Sequence[Mapping[str, Any]]) -> str:
-    shares = {
-        short: 100.0
-        * _mean(_column([row for row in rows if row["maneuver"] == name], "curve_coverage"))
-        for name, short in _SHORT.items()
-    }
-    return (
-        ", ".join(f"{name} {share:.0f}" for name, share in shares.items() if np.isfinite(share))
-        or "–"
-    )
+    told = []
+    for name in _SHOWN:
+        flown = _column([row for row in rows if row["maneuver"] == name], "curve_coverage")
+        if len(flown):
+            told.append(f"{name.partition('_')[0]} {100.0 * _mean(flown):.0f}")
+    return ", ".join(told) or "–"
 
 
 def _column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
@@ -135,9 +126,7 @@ def text_of(value: float, digits: int) -> str:
 
 # Where the command's defaults are not those of CalibrationOptions.
 COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked", "model": "smooth"}
-LONG_LOG = (
-    600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
-)
+LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save its time
 NAN = float("nan")
 AnyRow = TypeVar("AnyRow")
 
@@ -161,9 +150,7 @@ class Row:
     wind_error_kt: float = NAN
     oracle_two_sigma_kt: float = NAN  # the triangle alone
     joined_two_sigma_kt: float = NAN  # with the height and the vertical velocity
-    coverage_ft: float = (
-        NAN  # share of the points at which the position error is inside its bound; NaN without one
-    )
+    coverage_ft: float = NAN  # share of the points whose position error is inside its bound
     two_sigma_ft: float = NAN  # mean over the curve
     rms_error_ft: float = NAN
     warned: float = NAN  # 1 where there was any warning

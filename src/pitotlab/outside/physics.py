@@ -177,19 +177,16 @@ def draw_inverse_plus(low: float, high: float, dice: np.random.Generator) -> Inv
     """A light airplane's source between two airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to 2 %."""
     at_low, at_high = dice.uniform(0.025, 0.05), dice.uniform(0.005, 0.02)
     at_middle = at_high + dice.uniform(0.3, 0.5) * (at_low - at_high)
-    return through(
-        np.array([low, (low + high) / 2.0, high]), np.array([at_low, at_middle, at_high])
-    )
+    shares = np.array([at_low, at_middle, at_high])
+    return through(np.array([low, (low + high) / 2.0, high]), shares)
 
 
 def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSlopes:
     """A source whose error falls to a kink near the middle of the range and is then nearly flat."""
     kink = low + dice.uniform(0.35, 0.65) * (high - low)
     at_low, at_kink = dice.uniform(0.035, 0.05), dice.uniform(0.005, 0.012)
-    return TwoSlopes(
-        (low, kink, high),
-        (float(at_low), float(at_kink), float(at_kink + dice.uniform(0.0, 0.006))),
-    )
+    at_high = at_kink + dice.uniform(0.0, 0.006)
+    return TwoSlopes((low, kink, high), (float(at_low), float(at_kink), float(at_high)))
 
 
 def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
@@ -246,9 +243,7 @@ def indicated_from_impact(error: SourceError, impact: Array) -> Array:
     """q_ci [Pa] from q_c [Pa], by fixed point: each turn gains a digit."""
     indicated = impact * (1.0 - error.share(impact))
     for _ in range(60):
-        better = impact * (1.0 - error.share(indicated))
-        done = bool(np.all(np.abs(better - indicated) <= 1e-12 * impact))
-        indicated = better
-        if done:
+        before, indicated = indicated, impact * (1.0 - error.share(indicated))
+        if np.all(np.abs(indicated - before) <= 1e-12 * impact):
             break
     return indicated

@@ -22,10 +22,7 @@ from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
 LEVEL_SPEED = 130.0 * KNOT  # m/s, of the bare loop
-SHIPPED, SHIPPED_SPEED = (
-    "c172x",
-    100.0,
-)  # JSBSim's own airplane, and its speed in the bare loop [KCAS]
+SHIPPED, SHIPPED_SPEED = "c172x", 100.0  # JSBSim's own airplane, and its speed [KCAS]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,7 @@ PUBLISHED_TOOL_KT = {"CLASS55": (29.7, 5.3), "CLASS65": (34.2, 10.6)}
 
 @pytest.fixture(scope="module", params=balloon.FLIGHTS)
 def held(request):
-    found = balloon.hold(request.param)
-    print("\n" + "\n".join(balloon.lines_of(found)))
-    return found
+    return balloon.hold(request.param)
 
 
 def test_the_balloon_is_inside_at_every_airspeed(held):

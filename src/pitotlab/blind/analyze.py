@@ -66,15 +66,11 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
         made = _reconciled(paths, aircraft)
         told |= answer_in(made.verdict, made.account.formula)
     except BadInputError as error:
-        return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
+        told |= {"kind": "refused", "why": str(error)}
     except Exception as error:  # whatever it is, it is no answer
-        return {
-            **told,
-            "kind": "crash",
-            "why": f"{type(error).__name__}: {error}",
-            **_seconds(wall, processor),
-        }
-    told |= _seconds(wall, processor)
+        told |= {"kind": "crash", "why": f"{type(error).__name__}: {error}"}
+    told["wall_s"] = round(monotonic() - wall, 2)
+    told["processor_s"] = round(spent() - processor, 2)
     if told["kind"] in SURE and held is not None and held.is_file():
         try:
             model, first = aircraft_model(aircraft), made.logs[0]
@@ -130,10 +126,6 @@ def _share(closure: Closure) -> float:
     return round(closure.share, 4)
 
 
-def _seconds(wall: float, processor: float) -> dict[str, float]:
-    return {"wall_s": round(monotonic() - wall, 2), "processor_s": round(spent() - processor, 2)}
-
-
 FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
 
 
@@ -166,10 +158,8 @@ def analyze(
                 out.write(json.dumps(job.result()) + "\n")
                 out.flush()
                 finished += 1
-                print(
-                    f"judged: {finished} of {count}, {(monotonic() - begun) / 60.0:.1f} min",
-                    flush=True,
-                )
+                minutes = (monotonic() - begun) / 60.0
+                print(f"judged: {finished} of {count}, {minutes:.1f} min", flush=True)
                 for flights in waiting.pop(job):
                     waiting[pool.submit(work, flights)] = []
 

@@ -65,11 +65,8 @@ class JudgedCase:
     @property
     def wanted(self) -> set[str]:
         """The causes of the table to be named; none for a fault outside it."""
-        return (
-            set()
-            if self.kind == "outside"
-            else {model_of(e["name"]) for e in self.truth["effects"]}
-        )
+        effects = () if self.kind == "outside" else self.truth["effects"]
+        return {model_of(effect["name"]) for effect in effects}
 
     @property
     def verdict(self) -> str:
@@ -96,9 +93,7 @@ class JudgedCase:
     @property
     def in_set(self) -> bool:
         """Every hidden cause stands in a reported set, or is named."""
-        return bool(self.groups) and all(
-            any(c in group for group in self.groups) for c in self.wanted
-        )
+        return bool(self.groups) and self.wanted <= set().union(*self.groups)
 
     @property
     def wrong_name(self) -> bool:

@@ -59,11 +59,9 @@ def judged_in(seal: Path, *answers: Path | None) -> list[JudgedCase]:
     them all, none need be given.
     """
     given = files_of(seal) if not answers else {}
-    given |= {
-        name: path.read_bytes()
-        for name, path in zip(ANSWERS, answers, strict=False)
-        if path and path.is_file()
-    }
+    for name, path in zip(ANSWERS, answers, strict=False):
+        if path and path.is_file():
+            given[name] = path.read_bytes()
     results, observed, advised = (_by_name(given.get(name, b"")) for name in ANSWERS)
     return [
         JudgedCase(case, results[name], observed.get(name, {}), advised.get(name, {}))
@@ -91,15 +89,10 @@ def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
             entry.size = len(content)
             archive.addfile(entry, BytesIO(content))
     sums = into / SUMS
-    others = [
-        x
-        for x in (sums.read_text("utf-8") if sums.is_file() else "").splitlines()
-        if x.split()[1] != path.name
-    ]
-    sums.write_text(
-        "\n".join([*others, f"{sha256(path.read_bytes()).hexdigest()}  {path.name}", ""]),
-        encoding="utf-8",
-    )
+    lines = sums.read_text("utf-8").splitlines() if sums.is_file() else []
+    lines = [line for line in lines if line.split()[1] != path.name]
+    lines.append(f"{sha256(path.read_bytes()).hexdigest()}  {path.name}")
+    sums.write_text("\n".join([*lines, ""]), encoding="utf-8")
     return path
 
 

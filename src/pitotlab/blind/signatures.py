@@ -70,9 +70,7 @@ class SettingSignatures:
     segment: tuple[str, ...]
     values: Array
     strengths: Array
-    unit: (
-        Array  # strength of each instant alone, (e, n), so that a part of a flight can be reckoned
-    )
+    unit: Array  # strength of each instant alone, (e, n), for parts of a flight
 
 
 def all_effects() -> dict[str, Effect]:
@@ -141,9 +139,8 @@ def residuals_of(log: FlightLog) -> Residuals:
     assert model is not None
     rows = replay_rows(track, STEP)
     motion = motion_of(track, rows)
-    replay = Replay(
-        rows, motion, answer(lambda each: model.react(each, Overlay(), True), motion), {}
-    )
+    reacted = answer(lambda each: model.react(each, Overlay(), True), motion)
+    replay = Replay(rows, motion, reacted, {})
     grid = grid_of(track)
     found = channel_residuals(track, grid, Frame.of(track, grid), replay)
     return Residuals(found.names, found.values, segments_at(log, track.time[grid.rows]))
@@ -233,15 +230,13 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
                 else:
                     other, before = residuals_of(made), alone
                 columns = [other.names.index(name) for name in before.names]
-                values[name] = (
-                    matched(other.values[:, columns], other.segments, segments) - before.values
-                )
-        except (
-            Exception
-        ) as error:  # an effect that cannot be flown in a setting has no signature in it
+                there = matched(other.values[:, columns], other.segments, segments)
+                values[name] = there - before.values
+        except Exception as error:  # what cannot be flown in a setting has no signature in it
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)
     place.mkdir(parents=True, exist_ok=True)
+    learned_noise = (noise.coefficients, noise.deviations, noise.correlation)
     np.savez_compressed(
         place / f"{letter}.npz",
         names=np.array(list(values)),
@@ -251,17 +246,7 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
         values=np.stack(list(values.values())).astype(np.float32),
         strengths=strengths,
         unit=unit.astype(np.float32),
-        noise=np.array(
-            [
-                json.dumps(
-                    [
-                        noise.coefficients.tolist(),
-                        noise.deviations.tolist(),
-                        noise.correlation.tolist(),
-                    ]
-                )
-            ]
-        ),
+        noise=np.array([json.dumps([each.tolist() for each in learned_noise])]),
     )
     return process_time() - begun
 
@@ -276,13 +261,8 @@ def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> 
     for each in values.values():
         white = noise.whiten(each, *place)
         products = inner_products(free, white)
-        strengths.append(
-            np.sqrt(
-                max(
-                    0.0, equations_from(products, free.shape[2], base.free.deviations).inner[-1, -1]
-                )
-            )
-        )
+        equations = equations_from(products, free.shape[2], base.free.deviations)
+        strengths.append(np.sqrt(max(0.0, equations.inner[-1, -1])))
         rest = white.reshape(-1) - flat @ (normal @ (flat.T @ white.reshape(-1)))
         unit.append(np.sum(rest.reshape(white.shape) ** 2, axis=1))
     return np.array(strengths), np.array(unit)
@@ -320,7 +300,6 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     add("--only", type=int, default=0, help="number of effects drawn, for a quick development set")
     options = parser.parse_args(words)
     letters = [x for x in options.settings.split(",") if not (options.place / f"{x}.npz").is_file()]
-    spent = require_all(
-        run_tasks(partial(measure, place=options.place, only=options.only), letters, options.jobs)
-    )
+    work = partial(measure, place=options.place, only=options.only)
+    spent = require_all(run_tasks(work, letters, options.jobs))
     print({letter: round(each, 1) for letter, each in zip(letters, spent, strict=True)})

@@ -54,12 +54,8 @@ _WHOLE = {  # the function of each airplane; empty where its table holds another
     "Cn_r": ("moment/yaw-damping", "Cnr", "Cnr", "Cnr"),
     "Cn_dr": ("moment/yaw-rudder", "CnDr", "Cndr", "Cndr"),
     "CD_0": ("force/drag-parasite", "CDo", "CD0", "CDo"),
-    "CD_i": (
-        "force/drag-induced",
-        "CDalpha",
-        "CDi",
-        "CDwbh",
-    ),  # two of them are tables of the angle of attack
+    # Two of them are tables of the angle of attack.
+    "CD_i": ("force/drag-induced", "CDalpha", "CDi", "CDwbh"),
 }
 
 
@@ -140,10 +136,6 @@ def _edit(root: ET.Element, place: Place, share: float) -> None:
 def _table(text: str, headed: bool, changed: Callable[[str], str]) -> str:
     """The text of a table with its numbers changed, but not its first column or headings."""
     lines = [line.split() for line in text.splitlines() if line.strip()]
-    kept, rows = lines[: int(headed)], lines[int(headed) :]
-    return (
-        "\n".join(
-            " ".join(line) for line in [*kept, *([row[0], *map(changed, row[1:])] for row in rows)]
-        )
-        + "\n"
-    )
+    for row in lines[int(headed) :]:
+        row[1:] = map(changed, row[1:])
+    return "".join(" ".join(line) + "\n" for line in lines)

@@ -59,11 +59,8 @@ def judge(logs: Path, answers: Path, jobs: int = 1, only: Sequence[str] = ()) ->
     lost: list[str] = []
     for some in (firsts, [path for path in todo if path not in firsts]):
         results: list[Any] = run_tasks(partial(_judge, answers), some, jobs, label="judged")
-        lost += [
-            f"{p.stem}: {r.reason}"
-            for p, r in zip(some, results, strict=True)
-            if isinstance(r, Failure)
-        ]
+        for path, result in zip(some, results, strict=True):
+            lost += [f"{path.stem}: {result.reason}"] if isinstance(result, Failure) else []
     return lost
 
 

@@ -52,10 +52,8 @@ def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
     except (BadInputError, NoAnswerError) as error:
         return row | {"failed": " ".join(str(error).split())}
     judged = np.char.startswith(flight.segment, MANEUVERS[trial.maneuver].kind)
-    times = {
-        "minutes": flight.duration / 60.0,
-        "on_condition": float(flight.on_condition[judged].mean()),
-    }
+    on_condition = float(flight.on_condition[judged].mean())
+    times = {"minutes": flight.duration / 60.0, "on_condition": on_condition}
     wind = wind_toward(case.wind)[:2]
     return row | {"failed": "", **times, **lab.compared(found, case.pressure_error, wind)}
 
@@ -87,10 +85,8 @@ def speeds_of(aircraft: str) -> str:
     if found is None:
         return "the bench's own"
     limit = "Mach 0.7" if found.mach_limited else "level"
-    return (
-        f"{found.engines} × {found.engine_kind}, {found.stall_kt:.0f} to "
-        f"{found.fastest_kt:.0f} KCAS ({limit})"
-    )
+    speeds = f"{found.stall_kt:.0f} to {found.fastest_kt:.0f} KCAS ({limit})"
+    return f"{found.engines} × {found.engine_kind}, {speeds}"
 
 
 _FLOWN: tuple[Column[Any], ...] = (

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
+from itertools import chain, product
 from pathlib import Path
 from time import monotonic
 
@@ -65,12 +66,8 @@ class Experiment:
 
     def trials(self, seeds: Sequence[int]) -> list[Trial]:
         """Return all trials, seed by seed, so that each cell has had equally many at any time."""
-        return [
-            Trial(name, air, seed)
-            for seed in seeds
-            for name in self.maneuvers
-            for air in self.turbulences
-        ]
+        every = product(seeds, self.maneuvers, self.turbulences)
+        return [Trial(name, air, seed) for seed, name, air in every]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +111,7 @@ def run_experiment(
             for _ in range(len(trials) - len(tasks)):
                 step()
             measured = require_all(fleet.perform(partial(_measured, experiment), tasks, step))
-            table = _with_rows(
-                table, [row for of_trial in measured for row in of_trial], budget.rows
-            )
+            table = _with_rows(table, [*chain.from_iterable(measured)], budget.rows)
             if budget.minutes is not None and monotonic() - begun > 60.0 * budget.minutes:
                 break
     return _asked(experiment, seeds, table)
@@ -132,11 +127,9 @@ def _missing(experiment: Experiment, trials: Sequence[Trial], table: pd.DataFram
     known = set(table[columns].itertuples(index=False, name=None)) if len(table) else set()
     tasks = []
     for trial in trials:
-        cell = (trial.maneuver, trial.turbulence, trial.seed)
-        reductions = tuple(
-            reduction for reduction in experiment.reductions if (*cell, reduction) not in known
-        )
-        tasks += [(trial, reductions)] if reductions else []
+        cell = (*trial.cell.values(),)
+        lacking = tuple(each for each in experiment.reductions if (*cell, each) not in known)
+        tasks += [(trial, lacking)] if lacking else []
     return tasks
 
 
@@ -161,11 +154,14 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     """Return the rows of an experiment among all rows of a file."""
     if not len(table):
         return table
-    cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(
-        experiment.turbulences
-    )
-    reductions = table[experiment.reduction_column].isin(experiment.reductions)
-    return table[cells & reductions & table["seed"].isin(list(seeds))]
+    wanted = {
+        "maneuver": experiment.maneuvers,
+        "turbulence": experiment.turbulences,
+        experiment.reduction_column: experiment.reductions,
+        "seed": seeds,
+    }
+    asked = [table[column].isin(list(values)) for column, values in wanted.items()]
+    return table[np.all(asked, axis=0)]
 
 
 def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:
@@ -215,10 +211,9 @@ def random_case(trial: Trial) -> Case:
     In calm air 20 flights in different winds are reused: only the sensor noise and the pressure
     error are new.
     """
-    calm = trial.turbulence == "none"
-    flown = (
-        FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS if calm else trial.seed
-    )
+    flown = trial.seed
+    if trial.turbulence == "none":
+        flown = FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS
     rng = np.random.default_rng([trial.seed, 77])
     # The wind of the flight comes from the seed that is flown, below. This draw is not used: it
     # takes the first two numbers of the stream, so that the parameters are those with which the
@@ -252,8 +247,3 @@ def add_budget(parser: ArgumentParser) -> None:
 def budget_of(options: Namespace) -> Budget:
     """Return the budget that the flags of a command ask for."""
     return Budget(options.jobs, options.minutes, options.rows)
-
-
-# Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has
-# changed. The key of a flight is its case, without the pressure error and the sensors, and the
-# simulator's version. Only the channels that air data and GPS velocity need are kept.

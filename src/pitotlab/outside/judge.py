@@ -4,9 +4,11 @@ import argparse
 import csv
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
@@ -198,10 +200,9 @@ def _answer(flight: OutsideFlight, options: CalibrationOptions) -> Calibration |
 
 def _errors_of(found: Calibration, flight: OutsideFlight) -> dict[str, float | str]:
     curve, cell = found.curve, flight.cell
-    inside = (curve.indicated_airspeed > cell.low - 0.01) & (
-        curve.indicated_airspeed < cell.high + 0.01
-    )
-    error = (curve.correction - flight.correction(curve.indicated_airspeed))[inside]
+    airspeed = curve.indicated_airspeed
+    inside = (airspeed > cell.low - 0.01) & (airspeed < cell.high + 0.01)
+    error = (curve.correction - flight.correction(airspeed))[inside]
     parts = (found.known_wind.north, found.known_wind.east)
     wind_error = np.array([part.value for part in parts]) - flight.truth.mean_wind
     within = np.abs(wind_error) <= np.array([part.two_sigma for part in parts])
@@ -241,12 +242,10 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
     if not known_covariance(flight):
         return {}
     block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
+    known = partial(bound, flight, seconds=block, accuracy=USUAL_ONE_SIGMA)
     return {
-        name: float(np.mean(bound(flight, height, block, accuracy=USUAL_ONE_SIGMA).curve)) / KNOT
-        for name, height in (
-            ("oracle_two_sigma_kt", Height.NONE),
-            ("joined_two_sigma_kt", Height.WITH_VELOCITY),
-        )
+        "oracle_two_sigma_kt": float(np.mean(known(Height.NONE).curve)) / KNOT,
+        "joined_two_sigma_kt": float(np.mean(known(Height.WITH_VELOCITY).curve)) / KNOT,
     }
 
 
@@ -277,6 +276,22 @@ def read_rows(path: Path, kind: type[AnyRow]) -> list[AnyRow]:
     ]
 
 
+@contextmanager
+def append_to(path: Path, kind: type[AnyRow]) -> Iterator[Callable[[AnyRow], None]]:
+    """What appends a row to a file of the judge; a new file gets a line of names first."""
+    with path.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not file.tell():
+            writer.writerow([field.name for field in fields(kind)])  # type: ignore[arg-type]
+
+        def append(row: AnyRow) -> None:
+            cells = asdict(row).values()  # type: ignore[call-overload]
+            writer.writerow(" ".join(str(cell).split()) for cell in cells)
+            file.flush()
+
+        yield append
+
+
 def judge_all(
     cells: Sequence[str], seeds: Sequence[int], stated: Mapping[str, str], jobs: int, out: Path
 ) -> list[Row]:
@@ -284,14 +299,9 @@ def judge_all(
     held = {(row.cell, row.seed, row.options): row for row in read_rows(out, Row)}
     asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
     missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]
-    new = not out.exists() or out.stat().st_size == 0
-    with out.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        if new:
-            writer.writerow([field.name for field in fields(Row)])
+    with append_to(out, Row) as append:
         for count, row in enumerate(_judged(missing, stated, jobs), start=1):
-            writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
-            file.flush()
+            append(row)
             held[row.cell, row.seed, row.options] = row
             _progress(
                 f"[{count}/{len(missing)}] {row.cell} {row.maneuver} seed {row.seed}: {row.outcome}"
@@ -313,9 +323,8 @@ def _judged(
             yield judge(cell, seed, stated)
         return
     with ProcessPoolExecutor(jobs) as pool:
-        for done in as_completed(
-            [pool.submit(judge, cell, seed, stated) for cell, seed in missing]
-        ):
+        asked = [pool.submit(judge, cell, seed, stated) for cell, seed in missing]
+        for done in as_completed(asked):
             yield done.result()
 
 
@@ -341,11 +350,8 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     unknown = [cell for cell in cells if cell not in CELLS]
     if unknown:
         parser.error(f"unknown cell {unknown[0]!r}; known: {', '.join(CELLS)}")
-    seeds, stated = (
-        checked_seeds(parser, choice.seed, choice.flights),
-        _stated(parser, choice.options),
-    )
-    rows = judge_all(cells, seeds, stated, choice.jobs, choice.out)
+    seeds = checked_seeds(parser, choice.seed, choice.flights)
+    rows = judge_all(cells, seeds, _stated(parser, choice.options), choice.jobs, choice.out)
     if sys.stderr.isatty():
         print(file=sys.stderr)
     print(table([asdict(row) for row in rows], choice.format))

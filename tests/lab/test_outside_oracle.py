@@ -53,27 +53,20 @@ def test_the_bound_of_the_triangle_is_that_of_brute_force_over_all_rows(short_fl
     by_impact = -by_total + by_source * (impact_slope - 1.0)
     by_static = -by_total - by_source
     distance = np.concatenate([[0.0], np.cumsum(state.quiet_airspeed[rows][1:])]) / RATE
-    gust = (
-        np.exp(-np.abs(distance[:, None] - distance[None, :]) / 300.0)
-        * (direction @ direction.T)
-        * 0.25
-    )
+    memory = np.exp(-np.abs(distance[:, None] - distance[None, :]) / 300.0)
+    gust = 0.25 * memory * (direction @ direction.T)
     by_temperature = 0.5 * state.quiet_airspeed[rows] / temperature
-    white = (
-        (by_impact * 10.0) ** 2 + (by_static * 10.0) ** 2 + (by_temperature * 0.05) ** 2 + 0.05**2
-    )
+    pressures = (by_impact * 10.0) ** 2 + (by_static * 10.0) ** 2
+    white = pressures + (by_temperature * 0.05) ** 2 + 0.05**2
     covariance = mean @ (gust + np.diag(white)) @ mean.T
     spread = np.linalg.inv(jacobian.T @ np.linalg.inv(covariance) @ jacobian)
     points = physics.impact_pressure(short_flight.truth.indicated_airspeed)
     share, ratio = error.share(points), points / error.reference
     at_points = points / (1.0 - share) ** 2
     true_impact = points / (1.0 - share)
-    nudged = physics.calibrated_airspeed(true_impact + 0.5) - physics.calibrated_airspeed(
-        true_impact - 0.5
-    )
-    curve = (nudged * at_points)[:, None] * np.stack(
-        [np.ones(len(points)), ratio, 1.0 / ratio], axis=-1
-    )
+    above, below = (physics.calibrated_airspeed(true_impact + step) for step in (0.5, -0.5))
+    terms = np.stack([np.ones(len(points)), ratio, 1.0 / ratio], axis=-1)
+    curve = ((above - below) * at_points)[:, None] * terms
     expected = 2.0 * np.sqrt(np.einsum("ci,ij,cj->c", curve, spread[:3, :3], curve))
     found = oracle.bound(short_flight)
     np.testing.assert_allclose(found.curve, expected, rtol=0.01)
@@ -98,19 +91,13 @@ def _measured(flight, blocks, height):
         return values[: count * BLOCK].reshape(count, BLOCK).mean(axis=1)
 
     mach = physics.mach_number(flight.state.impact / flight.state.pressure)
-    recovered = 1.0 + 0.2 * mach**2 if "total_temperature_k" in log else 1.0
-    temperature = (
-        log["total_temperature_k" if "total_temperature_k" in log else "air_temperature_k"]
-        / recovered
-    )
-    inputs = np.stack(
-        [
-            mean(log["impact_pressure_pa"]),
-            mean(log["static_pressure_pa"]),
-            mean(temperature),
-            *(mean(log[f"velocity_{axis}_mps"]) for axis in ("north", "east", "down")),
-        ]
-    )
+    if "total_temperature_k" in log:
+        temperature = log["total_temperature_k"] / (1.0 + 0.2 * mach**2)
+    else:
+        temperature = log["air_temperature_k"]
+    pressures = (log["impact_pressure_pa"], log["static_pressure_pa"])
+    velocity = (log[f"velocity_{axis}_mps"] for axis in ("north", "east", "down"))
+    inputs = np.stack([mean(values) for values in (*pressures, temperature, *velocity)])
     theta = np.array([*blocks.error.k, *blocks.wind])
     rows = [oracle.triangle(blocks, theta, inputs)]
     if height is not Height.NONE:
@@ -206,8 +193,7 @@ def test_the_oracle_takes_the_accuracies_that_the_calibration_takes_for_usual():
     """
     stated = {"temperature_k": "temperature", "recovery_factor": "recovery", "static_pressure_pa": "static",
               "velocity_mps": "velocity"}  # fmt: skip
-    doubled = {
-        ours: 2.0 * getattr(oracle.USUAL_ONE_SIGMA, theirs) for ours, theirs in stated.items()
-    }
+    one_sigma = oracle.USUAL_ONE_SIGMA
+    doubled = {ours: 2.0 * getattr(one_sigma, theirs) for ours, theirs in stated.items()}
     usual = {name: value for name, value in USUAL_ACCURACIES.items() if name != "total_source"}
     assert doubled == pytest.approx(usual)

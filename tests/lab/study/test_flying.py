@@ -91,9 +91,8 @@ def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
     for alone in (True, False):
         pooled = []
         for down in (True, False):
-            reduction = Reduction(
-                options=replace(PAPER, use_down=down), given_down=alone, alone=alone, form="vector"
-            )
+            options, how = replace(PAPER, use_down=down), {"given_down": alone, "alone": alone}
+            reduction = Reduction(options=options, form="vector", **how)
             row, _ = fit(*sense_for(flight, reduction), reduction)
             pooled.append(row["pooled_two_sigma_kt"])
         fall[alone] = 1.0 - pooled[0] / pooled[1]
@@ -103,10 +102,8 @@ def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
 
 def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
     """Their mean minus the truth is the wind's error, their scatter the residual."""
-    flight, reduction = (
-        smooth_flights["race_track"],
-        Reduction("20/1", replace(PAPER, on_condition=True)),
-    )
+    flight = smooth_flights["race_track"]
+    reduction = Reduction("20/1", replace(PAPER, on_condition=True))
     _, log = sense_for(flight, reduction)
     result = calibrate(log, reduction.options)
     rows = measures.data_rows(log, reduction, result)

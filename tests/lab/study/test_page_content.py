@@ -65,12 +65,8 @@ def test_the_page_is_whole_and_self_contained(told):
 
 
 def test_every_picture_has_units_on_its_axes(page):
-    charts = [
-        chart
-        for parts in (page.claims, page.truth, page.questions)
-        for part in parts
-        for chart in part.charts
-    ]
+    parts = (*page.claims, *page.truth, *page.questions)
+    charts = [chart for part in parts for chart in part.charts]
     assert all("[" in chart.ylabel for chart in charts)
     assert all("[" in chart.xlabel for chart in charts if hasattr(chart, "xlabel"))
     names = [chart.name for chart in charts]

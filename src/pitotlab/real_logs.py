@@ -128,9 +128,8 @@ def _consistent(path: Path) -> None:
         "first half": _answer(log.select(np.arange(half))),
         "second half": _answer(log.select(np.arange(half, len(log)))),
     }
-    print(
-        f"{path.name}: {len(log):,} rows, {time.process_time() - began:.1f} CPU s for four answers"
-    )
+    spent = time.process_time() - began
+    print(f"{path.name}: {len(log):,} rows, {spent:.1f} CPU s for four answers")
     for name, found in answers.items():
         print(f"  {name}: {found if isinstance(found, str) else _told(found)}")
     given = {name: found.curve for name, found in answers.items() if not isinstance(found, str)}
@@ -153,10 +152,8 @@ def _told(found: Calibration) -> str:
         for i in places
     )
     said = ", ".join(each.kind for each in found.disagreements) or "none"
-    return (
-        f"{points} KIAS [kt]; {len(found.parts)} parts, {len(found.winds)} winds, "
-        f"disagreements: {said}"
-    )
+    counts = f"{len(found.parts)} parts, {len(found.winds)} winds"
+    return f"{points} KIAS [kt]; {counts}, disagreements: {said}"
 
 
 def _difference(first: ErrorCurve, second: ErrorCurve) -> float:
@@ -179,11 +176,10 @@ def _against_handbook(found: Calibration | str) -> None:
         if speed[0] - 1.5 <= indicated <= speed[-1] + 1.5:
             value = float(np.interp(indicated, speed, found.curve.correction_kt))
             bound = float(np.interp(indicated, speed, found.curve.two_sigma_kt))
-            inside = abs(value - (calibrated - indicated)) <= np.hypot(bound, ONE_AIRPLANE)
-            print(
-                f"  {indicated:.0f} KIAS: {value:+.2f} ± {bound:.2f} kt, handbook "
-                f"{calibrated - indicated:+.0f}: {'inside' if inside else 'OUTSIDE'}"
-            )
+            known = calibrated - indicated
+            said = "inside" if abs(value - known) <= np.hypot(bound, ONE_AIRPLANE) else "OUTSIDE"
+            told = f"{value:+.2f} ± {bound:.2f} kt, handbook {known:+.0f}"
+            print(f"  {indicated:.0f} KIAS: {told}: {said}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,16 +237,12 @@ def _against_sonde(folder: Path, name: str) -> Glider:
 
 def _spread(values: Array) -> str:
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
-    return (
-        f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms "
-        f"{np.sqrt(np.mean(values**2)):.2f}"
-    )
+    rms = np.sqrt(np.mean(values**2))
+    return f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms {rms:.2f}"
 
 
 def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
-    """The two recorders of one flight against each other: what they measured, and what is made of
-    it.
-    """
+    """The two recorders of one flight against each other, and what is made of them."""
     began = [datetime.fromisoformat(str(log.header["start"])) for log, _ in (front, rear)]
     shift = (began[1] - began[0]).total_seconds()
     (one, found), (other, also) = front, rear
@@ -277,11 +269,9 @@ def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
         and max(e.two_sigma for w in (a, b) for e in (w.north, w.east)) <= KNOWN * KNOT
     ]
     for axis in ("north", "east"):
-        apart = np.array([getattr(a, axis).value - getattr(b, axis).value for a, b in pairs]) / KNOT
-        joined = [
-            np.hypot(getattr(a, axis).two_sigma, getattr(b, axis).two_sigma) / KNOT
-            for a, b in pairs
-        ]
+        winds = [(getattr(a, axis), getattr(b, axis)) for a, b in pairs]
+        apart = np.array([a.value - b.value for a, b in winds]) / KNOT
+        joined = [np.hypot(a.two_sigma, b.two_sigma) / KNOT for a, b in winds]
         inside = int(np.sum(np.abs(apart) <= joined))
         rms = float(np.sqrt(np.mean(apart**2)))
         print(
@@ -300,16 +290,10 @@ def _sonde(path: Path) -> Sonde:
                 rows.append([float(cell) for cell in line.split()[:7]])
             except ValueError:
                 continue
-    table = np.array([row for row in rows if len(row) == 7])
-    toward = np.radians(table[:, 6] + 180.0)
-    speed = table[:, 5] * KNOT
-    return Sonde(
-        table[:, 0] * FOOT + LAUNCH,
-        speed * np.cos(toward),
-        speed * np.sin(toward),
-        100.0 * table[:, 2],
-        table[:, 3] + 273.15,
-    )
+    height, _, pressure, warmth, _, knots, degrees = np.array([r for r in rows if len(r) == 7]).T
+    toward, speed = np.radians(degrees + 180.0), knots * KNOT
+    wind = speed * np.cos(toward), speed * np.sin(toward)
+    return Sonde(height * FOOT + LAUNCH, *wind, 100.0 * pressure, warmth + 273.15)
 
 
 def _against_balloon(path: Path, name: str) -> None:
@@ -333,12 +317,8 @@ def _against_balloon(path: Path, name: str) -> None:
         bound = float(np.interp(at, speed, found.curve.normalized_two_sigma))
         dynamic = float(air.impact_pressure(at * KNOT))
         inside.append(abs(value - true) * dynamic <= np.hypot(bound * dynamic, BALLOON_PA))
-        print(
-            f"  {at:.0f} KIAS: Δp/q_c {value:.4f} ± {bound:.4f}, balloon {true:.3f}"
-            + ("" if inside[-1] else " OUTSIDE")
-        )
+        said = "" if inside[-1] else " OUTSIDE"
+        print(f"  {at:.0f} KIAS: Δp/q_c {value:.4f} ± {bound:.4f}, balloon {true:.3f}{said}")
     wind = "unknown" if found.wind is None else "known"
-    print(
-        f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {sum(inside)} of "
-        f"{len(inside)} inside"
-    )
+    told = f"{sum(inside)} of {len(inside)} inside"
+    print(f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {told}")

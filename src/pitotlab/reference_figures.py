@@ -54,16 +54,16 @@ class ReferenceRow:
     model: float
 
     @property
-    def difference_percent(self) -> float:
-        """Return the model's value over the published one, minus one [%]."""
-        return 100.0 * (self.model / self.figure.value - 1.0)
+    def difference(self) -> float:
+        """Return the model's value less the published one, in the unit of the tolerance."""
+        if self.figure.tolerance_unit == "%":
+            return 100.0 * (self.model / self.figure.value - 1.0)
+        return self.model - self.figure.value
 
     @property
     def within(self) -> bool:
         """Return whether the model is within the figure's tolerance."""
-        if self.figure.tolerance_unit == "%":
-            return abs(self.difference_percent) <= self.figure.tolerance
-        return abs(self.model - self.figure.value) <= self.figure.tolerance
+        return abs(self.difference) <= self.figure.tolerance
 
 
 def published_figures(aircraft: str = "navajo") -> list[Figure]:
@@ -85,24 +85,19 @@ def reference_table(aircraft: str = "navajo") -> str:
     Difference and tolerance are in one unit, so that they can be compared: percent of the figure,
     or its unit.
     """
-    lines = [
-        "| figure | published | model | difference | tolerance | within |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = ["| figure | published | model | difference | tolerance | within |", f"|{'---|' * 6}"]
     return "\n".join(lines + [_table_line(row) for row in fly_reference(aircraft)])
 
 
 def _table_line(row: ReferenceRow) -> str:
-    figure = row.figure
+    figure, unit = row.figure, row.figure.tolerance_unit
     digits = 0 if figure.value >= 300.0 else 1
     cells = (
         figure.name,
         f"{figure.value:,.{digits}f} {figure.unit}",
         f"{row.model:,.{digits}f}",
-        f"{row.difference_percent:+.1f} %"
-        if figure.tolerance_unit == "%"
-        else f"{row.model - figure.value:+.1f} {figure.tolerance_unit}",
-        f"{figure.tolerance:g} {figure.tolerance_unit}",
+        f"{row.difference:+.1f} {unit}",
+        f"{figure.tolerance:g} {unit}",
         "yes" if row.within else "**no**",
     )
     return f"| {' | '.join(cells)} |"
@@ -225,9 +220,8 @@ def hold_power(plant: Plant, fraction: float, seconds: float) -> None:
         hold_pressure(plant, pressure)
         plant.run(1.0)
         missing = fraction * RATED_POWER - plant.get("power_left") / HORSEPOWER
-        pressure = (
-            FULL_PRESSURE if fraction >= 1.0 else pressure + 0.3 * missing * PRESSURE_PER_POWER
-        )
+        if fraction < 1.0:
+            pressure += 0.3 * missing * PRESSURE_PER_POWER
 
 
 FLOWN: Catalog[Callable[[str, Figure], float]] = Catalog(

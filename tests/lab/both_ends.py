@@ -36,9 +36,7 @@ ENDS = ("low", "high")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one effect at one end: the verdict with the first cause of each gap, or the
-    error, or that the flight was refused.
-    """
+    """What came of one effect at one end: verdict and causes, or the error, or the refusal."""
 
     effect: str
     end: str

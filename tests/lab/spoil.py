@@ -127,9 +127,7 @@ def good_files(folder: Path) -> list[Path]:
 
 
 def bundled(path: Path, other: Path, rng: Random) -> tuple[Path, str]:
-    """Put a spoiled file into a folder, or into a .zip file that may be spoiled itself, beside a
-    good one; return what a user names, and in words what it is.
-    """
+    """Put a file into a folder or a .zip beside a good one; return it, and what it is in words."""
     folder = path.parent / "card"
     (folder / "older").mkdir(parents=True)
     path = path.rename(folder / path.name)

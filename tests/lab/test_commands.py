@@ -131,9 +131,7 @@ def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monke
 
 @pytest.fixture
 def few_null_flights(monkeypatch):
-    """Half of the null flights, whose thresholds include the error of so few, and as in the closing
-    of a loop the floor of the first ones for what follows.
-    """
+    """Half of the null flights, with the floor of the first ones for what follows."""
     first = cache(lambda: null_distribution_of(*asked[0]))
     asked = []
 

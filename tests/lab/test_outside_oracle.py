@@ -188,9 +188,7 @@ def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight,
 
 
 def test_the_oracle_takes_the_accuracies_that_the_calibration_takes_for_usual():
-    """The oracle shares no code with the product, and states half of its 2σ. It takes the total
-    source for exact: its bound with heights is that of a better pitot tube.
-    """
+    """Half of the product's 2σ, written again; the total source is exact for the oracle."""
     stated = {"temperature_k": "temperature", "recovery_factor": "recovery", "static_pressure_pa": "static",
               "velocity_mps": "velocity"}  # fmt: skip
     one_sigma = oracle.USUAL_ONE_SIGMA

@@ -48,9 +48,7 @@ def _setting(
     planned: float = 0.0,
     **day: Any,
 ) -> Setting:
-    """`planned` is the height [ft] of the header where it is not the one flown; `day` is what no
-    header tells.
-    """
+    """`planned`: the height [ft] of the header, if another; `day`: what no header tells."""
     told = Case(
         maneuver=maneuver,
         card=card,
@@ -93,9 +91,7 @@ STEP = 1.0  # m
 
 
 def longitudinal(number: Array) -> Array:
-    """The one-sided spectrum of the gust along the flight at a wave number [rad/m], of unit
-    variance.
-    """
+    """The one-sided spectrum of the gust along the flight over wave number [rad/m]."""
     return np.asarray(2.0 * LENGTH / np.pi / (1.0 + (1.339 * LENGTH * number) ** 2) ** (5.0 / 6.0))
 
 

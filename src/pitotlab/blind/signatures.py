@@ -162,9 +162,7 @@ def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Res
 
 
 def matched(values: Array, segments: Text, wanted: Text) -> Array:
-    """Values (n, …) of one flight at the instants of another with segments (m,): by place in each,
-    in order.
-    """
+    """Values (n, …) of one flight at the instants of another, (m,), by place in each segment."""
     out = np.zeros((len(wanted), *values.shape[1:]))
     runs = _runs(segments)
     names = [name for name, _ in runs]
@@ -290,9 +288,7 @@ def noise_of(letter: str, place: Path = PLACE) -> NoiseModel:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Measure the signature and the strength of every effect in every setting, before a set is
-    generated.
-    """
+    """Measure the signature and strength of every effect in every setting."""
     add = parser.add_argument
     add("--settings", default=",".join(SETTINGS))
     add("--jobs", type=int, default=1)

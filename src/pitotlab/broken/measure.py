@@ -172,9 +172,7 @@ def scaled(flight: OutsideFlight, factor: float) -> dict[str, Array]:
 
 
 def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
-    """Find a factor from 0.6 to 1.6 in each container; the true one holds the airplane's own error
-    at the airspeeds of the log.
-    """
+    """Find a factor from 0.6 to 1.6, the airplane's own error included, in each container."""
     cell = replace((BASE, LIGHT)[number % 2], temperature="air")
     flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
     given = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number * 0.618) % 1.0)

@@ -251,9 +251,7 @@ def _said_of(rows: Sequence[BuildRow]) -> str:
 
 
 def ranks_of(rows: Sequence[BuildRow]) -> str:
-    """The rms of z over all places, and whether the ranks Φ(z) are uniform: one place a flight,
-    since those of one flight hang together.
-    """
+    """The rms of z, and whether the ranks Φ(z) are uniform, by one place a flight."""
     z = np.array([[row.z1, row.z2, row.z3, row.z4, row.z5] for row in rows]).reshape(-1, len(Z_AT))
     if len(z) < RANKS:
         return f"rms z {np.sqrt(np.mean(z**2)) if len(z) else NAN:.2f}"

@@ -103,9 +103,7 @@ class OutsideFlight:
     truth: Truth
 
     def correction(self, indicated_airspeed: Array) -> Array:
-        """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s], as the log
-        shows them.
-        """
+        """True calibrated minus indicated airspeed [m/s] at airspeeds [m/s] of the log."""
         indicated = _impact_of_reading(self.cell, indicated_airspeed)
         impact = impact_from_indicated(self.error, indicated)
         return physics.calibrated_airspeed(impact) - indicated_airspeed

@@ -130,9 +130,7 @@ def wander(count: int, rms: float, seconds: float, dice: np.random.Generator) ->
 
 
 def levels(time: Array, step: float, dice: np.random.Generator) -> Array:
-    """Height [m] over the middle of two levels, `step` apart: the pilot goes to the other one at
-    500 ft/min after one to three minutes.
-    """
+    """Height [m] over the middle of two levels: the pilot climbs after one to three minutes."""
     level, now = float(dice.choice([-0.5, 0.5])), 0.0
     corners = [(now, level)]
     while now < time[-1]:

@@ -190,9 +190,7 @@ def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSl
 
 
 def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
-    """The source of an airplane whose handbook adds `corrections` [m/s] at indicated `airspeeds`
-    [m/s], smooth between them.
-    """
+    """The source of an airplane whose handbook adds `corrections` at `airspeeds` [m/s]."""
     at = np.linspace(airspeeds[0], airspeeds[-1], 201)
     indicated = impact_pressure(at)
     impact = impact_pressure(at + PchipInterpolator(airspeeds, corrections)(at))
@@ -200,9 +198,7 @@ def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
 
 
 def line_in_log(low: float, high: float, at_low: float, at_high: float) -> Tabulated:
-    """Δp/q_c from one value to another between two indicated airspeeds [m/s], straight in ln q_ci;
-    it goes on by half the range on either side.
-    """
+    """Δp/q_c from one value to another, straight in ln q_ci, half the range further on."""
     x = np.log(impact_pressure(np.array([low, high])))
     u = np.array([-2.0, 2.0])
     return Tabulated(

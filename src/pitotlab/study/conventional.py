@@ -50,9 +50,7 @@ class Points:
 
 
 def fit_points(points: Points, model: str = "inverse+") -> tuple[Array, Array]:
-    """Return the airspeed correction and its 2σ [m/s] at `AIRSPEEDS`, by generalized least squares
-    of Δp/q_c.
-    """
+    """Return the correction and its 2σ [m/s] at `AIRSPEEDS` by weighted least squares."""
     true_impact = points.impact_pressure + points.pressure_error
     reference = PressureErrorSpec().reference_pressure
     terms = MODELS[model]

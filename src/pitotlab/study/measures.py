@@ -146,9 +146,7 @@ def _outputs(fitted: OutputErrorFit) -> Row:
 
 
 def _scores(result: Calibration, flight: Flight) -> Row:
-    """Return the errors of curve and wind; `tilt_kt` is the mean error of the curve's lower half
-    minus that of its upper half.
-    """
+    """Return the errors of curve and wind; the tilt is the lower half's error less the upper's."""
     scores = score(result, flight)
     error = compare_curve(result.curve, flight.case.pressure_error).error
     slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT

@@ -55,9 +55,7 @@ def test_a_vane_that_is_off_leaves_no_force(
 
 
 def test_a_vane_that_is_off_beside_a_lift_slope_leaves_both_their_sizes() -> None:
-    """The force of a vane's error goes with the slope that the airplane has, not with the model's:
-    with the latter, the slope came out 5 % too steep, and the scale at 0.11.
-    """
+    """By the model's slope, not the airplane's, it came out 5 % too steep, the scale at 0.11."""
     slope, scale = -0.25, 0.14
     effects = (
         EffectSpec("lift_slope", {"change": slope, "zero_coefficient": 0.0625}),

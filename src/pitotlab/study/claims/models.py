@@ -104,9 +104,7 @@ def bias(evidence: StudyTables) -> Finding:
 
 
 def _other_errors(evidence: StudyTables) -> pd.DataFrame:
-    """Return the ratio of Bias to the other models, a row for each injected error, a column for
-    each maneuver.
-    """
+    """Return the ratio of Bias to the others: a row an injected error, a column a maneuver."""
     rows = []
     for name, error in {"the default error (chosen)": {}, **OTHER_ERRORS}.items():
         each = {NAMES[m]: text(_ratios(evidence, m, **error)) for m in PAPER_ORDER}

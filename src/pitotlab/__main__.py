@@ -44,16 +44,12 @@ COMMANDS = {
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command that the first words name; return its exit code."""
-    os.environ.setdefault(
-        "OPENBLAS_NUM_THREADS", "1"
-    )  # as the commands of the product, before NumPy is loaded
+    # As the commands of the product, before NumPy is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     given = list(sys.argv[1:] if words is None else words)
     name = next((" ".join(given[:n]) for n in (2, 1) if " ".join(given[:n]) in COMMANDS), None)
     if name is None:
-        print(
-            "usage: python -m pitotlab NAME [--help]\n\n"
-            + "\n".join(f"  {each}" for each in COMMANDS)
-        )
+        print("usage: python -m pitotlab NAME [--help]\n", *COMMANDS, sep="\n  ")
         return DONE if not given or given[0] in ("-h", "--help") else BAD_INPUT
     module, _, function = COMMANDS[name].partition(":")
     command = getattr(import_module(module), function)

@@ -52,10 +52,8 @@ def _flown_by(trial: lab.Trial, aircraft: str) -> lab.Row:
     except (BadInputError, NoAnswerError) as error:
         return row | {"failed": " ".join(str(error).split())}
     judged = np.char.startswith(flight.segment, MANEUVERS[trial.maneuver].kind)
-    times = {
-        "minutes": flight.duration / 60.0,
-        "on_condition": float(flight.on_condition[judged].mean()),
-    }
+    on_condition = float(flight.on_condition[judged].mean())
+    times = {"minutes": flight.duration / 60.0, "on_condition": on_condition}
     wind = wind_toward(case.wind)[:2]
     return row | {"failed": "", **times, **lab.compared(found, case.pressure_error, wind)}
 
@@ -87,10 +85,8 @@ def speeds_of(aircraft: str) -> str:
     if found is None:
         return "the bench's own"
     limit = "Mach 0.7" if found.mach_limited else "level"
-    return (
-        f"{found.engines} × {found.engine_kind}, {found.stall_kt:.0f} to "
-        f"{found.fastest_kt:.0f} KCAS ({limit})"
-    )
+    speeds = f"{found.stall_kt:.0f} to {found.fastest_kt:.0f} KCAS ({limit})"
+    return f"{found.engines} × {found.engine_kind}, {speeds}"
 
 
 _FLOWN: tuple[Column[Any], ...] = (
@@ -110,9 +106,7 @@ _FLOWN: tuple[Column[Any], ...] = (
 
 
 def verify_aircraft(seeds: range, names: tuple[str, ...], budget: lab.Budget, out: Path) -> str:
-    """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and
-    each failure.
-    """
+    """Fly airplanes, write aircraft-flights.csv into `out`; return the table and each failure."""
     rows = fly_foreign(seeds, names, budget)
     table = summarize_foreign(rows)
     lab.write_table(table, out / "aircraft-flights.csv", 4)
@@ -126,16 +120,11 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Writes aircraft-flights.csv and prints its table. About 80 CPU seconds a seed.
     """
-    parser.add_argument(
-        "--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=40_001, help="first seed (default: %(default)s, development)"
-    )
-    parser.add_argument(
-        "--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)"
-    )
-    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
+    add = parser.add_argument
+    add("--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)")
+    add("--first", type=int, default=40_001, help="first seed (default: %(default)s, development)")
+    add("--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)")
+    add("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)
     names = tuple(options.aircraft.split(","))

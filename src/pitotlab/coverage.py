@@ -96,17 +96,10 @@ def systematic(log: FlightLog, seed: int) -> FlightLog:
     )
 
 
+_AS_STATED = CalibrationOptions(accuracies=STATED)
 _ALL = (
-    Scoring(
-        "constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, against_paper=True
-    ),
-    Scoring(
-        "systematic errors",
-        tuple(SYSTEMS),
-        CalibrationOptions(accuracies=STATED),
-        steady,
-        systematic,
-    ),
+    Scoring("constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, True),
+    Scoring("systematic errors", tuple(SYSTEMS), _AS_STATED, steady, systematic),
     Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, as_sensed),
 )
 SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})
@@ -114,9 +107,7 @@ TURBULENCE = ("none", "light", "moderate")
 
 
 def score_trial(trial: lab.Trial, scorings: tuple[str, ...]) -> list[lab.Row]:
-    """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a
-    row for each.
-    """
+    """Fly a trial once; return a row for each scoring and data system."""
     case = lab.random_case(trial)
     flight = fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
@@ -127,13 +118,10 @@ def _rows(trial: lab.Trial, flight: Flight, scoring: Scoring) -> Iterator[lab.Ro
     for system in scoring.systems:
         log = scoring.with_errors(sense(flown, system), trial.seed)
         base = trial.cell | {"scoring": scoring.name, "das": system}
+        as_published = CalibrationOptions(method="paper")
         try:
             ours = calibrate(log, scoring.options)
-            paper = (
-                calibrate(log, CalibrationOptions(method="paper"))
-                if scoring.against_paper
-                else ours
-            )
+            paper = calibrate(log, as_published) if scoring.against_paper else ours
         except NoAnswerError as error:
             yield base | {"failed": str(error)}
             continue
@@ -180,21 +168,18 @@ def verify(
 
     A budget of 0 minutes flies nothing and writes the table from the kept rows.
     """
-    experiment = lab.Experiment(
-        score_trial, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring"
-    )
-    rows = lab.run_experiment(
-        experiment, range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds), budget
-    )
+    cells = (PAPER_MANEUVERS, TURBULENCE, tuple(scorings))
+    experiment = lab.Experiment(score_trial, *cells, "scoring")
+    scored_seeds = range(lab.FIRST_SCORED_SEED, lab.FIRST_SCORED_SEED + seeds)
+    rows = lab.run_experiment(experiment, scored_seeds, budget)
     _write(rows, out)
     return rows
 
 
 def _write(rows: pd.DataFrame, out: Path) -> None:
-    order = {name: place for place, name in enumerate(SCORINGS)}
-    cells = summarize(
-        rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable")
-    )
+    order = [*SCORINGS].index
+    rows = rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable")
+    cells = summarize(rows)
     lab.write_table(cells, out / "coverage.csv", 6)
     failures = int((rows["failed"] != "").sum())
     print(f"{len(rows):,} calibrations, {failures} without an answer")
@@ -217,13 +202,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Writes coverage.csv (one line a cell) and prints a line a scoring. About 25 CPU seconds a seed.
     """
-    parser.add_argument(
-        "--seeds", type=int, default=400, help="flights a cell (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)"
-    )
-    parser.add_argument("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
+    add = parser.add_argument
+    add("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
+    add("--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)")
+    add("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)
     scorings = [SCORINGS[name].name for name in options.scoring.split(",")]

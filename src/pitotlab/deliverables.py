@@ -17,7 +17,6 @@ from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
-from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import known_curve
 from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.sortie import fly, scaled_case
@@ -32,11 +31,8 @@ SYSTEM = DataSystem(
     altitude_noise=1.0, altitude_drift=2.0, velocity_noise=0.1, vertical_velocity="recorded",
 )  # fmt: skip
 CARD = {"speeds_kt": (76.0, 66.0, 56.0, 46.0)}  # slower circles stall in gusts
-GAIN, ZERO, DAY = (
-    0.05,
-    30.0,
-    5.0,
-)  # 1σ: of a scale [-], of a zero [Pa], of the day's temperature [K]
+# 1σ: of a scale [-], of a zero [Pa], of the day's temperature [K].
+GAIN, ZERO, DAY = 0.05, 30.0, 5.0
 # What the flights have: the error, the autopilots whose formulas are applied, and the model of the
 # calibration.
 KINDS = {
@@ -54,9 +50,8 @@ def shown(name: str, values: Mapping[str, float], sensor: Array) -> Array:
     `calc_CAS_from_IAS`.
     """
     if name == "ardupilot":
-        return np.asarray(
-            np.sqrt(np.maximum(sensor - values["ARSPD_OFFSET"], 0.0) * values["ARSPD_RATIO"])
-        )
+        pressure = np.maximum(sensor - values["ARSPD_OFFSET"], 0.0)
+        return np.asarray(np.sqrt(pressure * values["ARSPD_RATIO"]))
     pressure = np.maximum(sensor - values["SENS_DPRES_OFF"], 0.0)
     return np.asarray(values["ASPD_SCALE_1"] * np.sqrt(2.0 * pressure / 1.225))
 
@@ -87,12 +82,9 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
         log = sense(fly(case), SYSTEM)
     except SimulationError:  # the autopilot of the bench loses the small airplane in a gust
         return []
+    ratio = 2.0 / 1.225 * old_gain
     old = {
-        "ardupilot": {
-            "ARSPD_RATIO": 2.0 / 1.225 * old_gain,
-            "ARSPD_OFFSET": old_zero,
-            "ARSPD_TYPE": 1.0,
-        },
+        "ardupilot": {"ARSPD_RATIO": ratio, "ARSPD_OFFSET": old_zero, "ARSPD_TYPE": 1.0},
         "px4": {"ASPD_SCALE_1": float(np.sqrt(old_gain)), "SENS_DPRES_OFF": old_zero},
     }
     true_curve = known_curve(case.pressure_error)
@@ -100,26 +92,25 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
     for name in autopilots:
         held = old[name]
         speed = shown(name, held, scale * log.impact_pressure + zero)
-        flown = _as_logged(log, np.asarray(air.impact_pressure(speed)), held)
+        # The log as the autopilot would write it: what it measures, and its parameters.
+        flown = replace(
+            log,
+            impact_pressure=np.asarray(air.impact_pressure(speed)),
+            total_temperature=None,
+            header={PARAMETERS: dict(held)},
+        )
         row: Row = {"kind": kind, "seed": seed, "autopilot": name}
+        advised = {"latency": "checked", "wind": "checked", **find_mapping(name).calibrate}
         try:
-            choice = options_from(
-                {
-                    "latency": "checked",
-                    "wind": "checked",
-                    **find_mapping(name).calibrate,
-                    "model": model,
-                }
+            found = autopilot_settings(
+                calibrate(flown, options_from(advised | {"model": model})), name
             )
-            found = autopilot_settings(calibrate(flown, choice), name)
         except (BadInputError, NoAnswerError) as reason:
             rows.append(row | {"failed": " ".join(str(reason).split())})
             continue
         new = {each.name: each.value for each in found.settings}
-        indicated = true_curve.indicated_impact_pressure(
-            np.asarray(air.impact_pressure(found.calibrated_airspeed))
-        )
-        sensor = scale * indicated + zero
+        impact = np.asarray(air.impact_pressure(found.calibrated_airspeed))
+        sensor = scale * true_curve.indicated_impact_pressure(impact) + zero
         left = found.calibrated_airspeed - shown(name, new, sensor)
         before = found.calibrated_airspeed - shown(name, held, sensor)
         for place, (error_left, bound) in enumerate(zip(left, found.bound, strict=True)):
@@ -131,18 +122,6 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
                 }
             )  # fmt: skip
     return rows
-
-
-def _as_logged(log: FlightLog, impact_pressure: Array, held: Mapping[str, float]) -> FlightLog:
-    """Return the log as the autopilot would write it: nothing but what it measures, and its
-    parameters.
-    """
-    return replace(
-        log,
-        impact_pressure=impact_pressure,
-        total_temperature=None,
-        header={PARAMETERS: dict(held)},
-    )
 
 
 def parameters_table(rows: pd.DataFrame) -> str:
@@ -161,12 +140,10 @@ def parameters_table(rows: pd.DataFrame) -> str:
         before, left = (rms(good[column]) for column in ("before_kt", "left_kt"))
         lines.append(
             f"{kind} | {name}: {good['seed'].nunique()} flights, {failed} without an answer | in "
-            "the middle inside "
-            f"{int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | all airspeeds "
-            f"{inside.mean():.1%} "
-            f"of {len(inside)} | whole curve {int(whole.sum())} of {len(whole)} | rms before "
-            f"{before:.2f} kt, "
-            f"remaining {left:.2f} kt, mean bound {good['bound_kt'].mean():.2f} kt"
+            f"the middle inside {int(middle.sum())} of {len(middle)} ({low:.0%} to {high:.0%}) | "
+            f"all airspeeds {inside.mean():.1%} of {len(inside)} | whole curve {int(whole.sum())} "
+            f"of {len(whole)} | rms before {before:.2f} kt, remaining {left:.2f} kt, mean bound "
+            f"{good['bound_kt'].mean():.2f} kt"
         )
         lines += [f"  {r.seed}: {r.failed}" for r in group[group["failed"] != ""].itertuples()]
     return "\n".join(lines)
@@ -179,12 +156,9 @@ def parameters_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     Prints how often the correction that remains lies inside its bound. About 2 CPU seconds a
     flight.
     """
-    parser.add_argument(
-        "--flights", type=int, default=40, help="flights of each kind (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)"
-    )
+    add = parser.add_argument
+    add("--flights", type=int, default=40, help="flights of each kind (default: %(default)s)")
+    add("--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)")
     options = parser.parse_args(words)
     rows: list[Row] = []
     for kind in KINDS:

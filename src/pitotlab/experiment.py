@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
+from itertools import chain, product
 from pathlib import Path
 from time import monotonic
 
@@ -64,15 +65,9 @@ class Experiment:
     reduction_column: str
 
     def trials(self, seeds: Sequence[int]) -> list[Trial]:
-        """Return all trials, seed by seed, so that an interrupted experiment has every cell equally
-        often.
-        """
-        return [
-            Trial(name, air, seed)
-            for seed in seeds
-            for name in self.maneuvers
-            for air in self.turbulences
-        ]
+        """Return all trials, seed by seed, so that each cell has had equally many at any time."""
+        every = product(seeds, self.maneuvers, self.turbulences)
+        return [Trial(name, air, seed) for seed, name, air in every]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +83,7 @@ class Budget:
     rows: Path | None = None
 
     def rounds(self, seeds: Sequence[int]) -> Iterator[Sequence[int]]:
-        """Return the seeds in rounds. There is one round where no rows are saved and the time has
-        no limit.
-        """
+        """Return the seeds in rounds: one, where no rows are saved and the time has no limit."""
         limited = self.minutes is not None or self.rows is not None
         count = _SEEDS_A_ROUND if limited else max(len(seeds), 1)
         return (seeds[begin : begin + count] for begin in range(0, len(seeds), count))
@@ -118,9 +111,7 @@ def run_experiment(
             for _ in range(len(trials) - len(tasks)):
                 step()
             measured = require_all(fleet.perform(partial(_measured, experiment), tasks, step))
-            table = _with_rows(
-                table, [row for of_trial in measured for row in of_trial], budget.rows
-            )
+            table = _with_rows(table, [*chain.from_iterable(measured)], budget.rows)
             if budget.minutes is not None and monotonic() - begun > 60.0 * budget.minutes:
                 break
     return _asked(experiment, seeds, table)
@@ -136,11 +127,9 @@ def _missing(experiment: Experiment, trials: Sequence[Trial], table: pd.DataFram
     known = set(table[columns].itertuples(index=False, name=None)) if len(table) else set()
     tasks = []
     for trial in trials:
-        cell = (trial.maneuver, trial.turbulence, trial.seed)
-        reductions = tuple(
-            reduction for reduction in experiment.reductions if (*cell, reduction) not in known
-        )
-        tasks += [(trial, reductions)] if reductions else []
+        cell = (*trial.cell.values(),)
+        lacking = tuple(each for each in experiment.reductions if (*cell, each) not in known)
+        tasks += [(trial, lacking)] if lacking else []
     return tasks
 
 
@@ -165,17 +154,18 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     """Return the rows of an experiment among all rows of a file."""
     if not len(table):
         return table
-    cells = table["maneuver"].isin(experiment.maneuvers) & table["turbulence"].isin(
-        experiment.turbulences
-    )
-    reductions = table[experiment.reduction_column].isin(experiment.reductions)
-    return table[cells & reductions & table["seed"].isin(list(seeds))]
+    wanted = {
+        "maneuver": experiment.maneuvers,
+        "turbulence": experiment.turbulences,
+        experiment.reduction_column: experiment.reductions,
+        "seed": seeds,
+    }
+    asked = [table[column].isin(list(values)) for column, values in wanted.items()]
+    return table[np.all(asked, axis=0)]
 
 
 def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:
-    """Return the shares of curve and wind inside 2σ, whether the band holds the whole curve, 2σ and
-    error [kt].
-    """
+    """Return the shares of curve, band and wind inside 2σ, the 2σ and the error [kt]."""
     curve = compare_curve(found.curve, truth)
     band = replace(curve, two_sigma=found.curve.simultaneous_two_sigma[scored(found.curve)])
     return {
@@ -221,10 +211,9 @@ def random_case(trial: Trial) -> Case:
     In calm air 20 flights in different winds are reused: only the sensor noise and the pressure
     error are new.
     """
-    calm = trial.turbulence == "none"
-    flown = (
-        FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS if calm else trial.seed
-    )
+    flown = trial.seed
+    if trial.turbulence == "none":
+        flown = FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS
     rng = np.random.default_rng([trial.seed, 77])
     # The wind of the flight comes from the seed that is flown, below. This draw is not used: it
     # takes the first two numbers of the stream, so that the parameters are those with which the
@@ -249,20 +238,12 @@ def _random_wind(rng: np.random.Generator) -> Wind:
 
 def add_budget(parser: ArgumentParser) -> None:
     """Add the flags of a budget to a command."""
-    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument(
-        "--minutes", type=float, help="stop after so many minutes, with whole seeds only"
-    )
-    parser.add_argument(
-        "--rows", type=Path, help="Parquet file of rows measured before (delete it with a change)"
-    )
+    add = parser.add_argument
+    add("--jobs", type=int, help="processes (default: one a core)")
+    add("--minutes", type=float, help="stop after so many minutes, with whole seeds only")
+    add("--rows", type=Path, help="Parquet file of rows measured before (delete it with a change)")
 
 
 def budget_of(options: Namespace) -> Budget:
     """Return the budget that the flags of a command ask for."""
     return Budget(options.jobs, options.minutes, options.rows)
-
-
-# Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has
-# changed. The key of a flight is its case, without the pressure error and the sensors, and the
-# simulator's version. Only the channels that air data and GPS velocity need are kept.

@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 from argparse import ArgumentParser
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -79,10 +79,12 @@ def statements_in(*places: Path) -> int:
 
     Docstrings and imports do not count: neither wider lines nor files pasted together change the sum.
     """
-    nodes = [
-        n for f in files_of(*places) for n in ast.walk(ast.parse(f.read_text(encoding="utf-8")))
-    ]
-    return sum(isinstance(n, ast.stmt) and not _is_free(n) for n in nodes)
+    return sum(isinstance(n, ast.stmt) and not _is_free(n) for n in _nodes(*places))
+
+
+def _nodes(*places: Path) -> Iterator[ast.AST]:
+    for file in files_of(*places):
+        yield from ast.walk(ast.parse(file.read_text(encoding="utf-8")))
 
 
 def _is_free(statement: ast.stmt) -> bool:
@@ -97,14 +99,9 @@ def numbers_in(*places: Path) -> int:
 
     Every literal counts but 0, 1 and 2, those of fields and defaults included.
     """
-    nodes = [
-        n for f in files_of(*places) for n in ast.walk(ast.parse(f.read_text(encoding="utf-8")))
-    ]
-    values = [node.value for node in nodes if isinstance(node, ast.Constant)]
-    return sum(
-        isinstance(v, (int, float)) and not isinstance(v, bool) and v not in (0, 1, 2)
-        for v in values
-    )
+    values = [node.value for node in _nodes(*places) if isinstance(node, ast.Constant)]
+    numbers = [v for v in values if isinstance(v, (int, float)) and not isinstance(v, bool)]
+    return sum(number not in (0, 1, 2) for number in numbers)
 
 
 def long_lines(*places: Path) -> int:
@@ -151,21 +148,17 @@ _LEGS_AND_CARDS = (
 
 
 def entered(arguments: Sequence[str], folder: Path) -> list[str]:
-    """Run a program below a profiler in a folder; return the files of the product that it enters,
-    sorted.
+    """Run a program below a profiler in a folder; return the product's files that it enters.
 
     `arguments`: a script of this checkout or a module, then its own arguments. Raises
-    CalledProcessError where the
-    program cannot be started or fails; what it says of that goes to standard error.
+    CalledProcessError where the program cannot be started or fails.
     """
     out = folder / "entered.json"
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     program = [sys.executable, "-c", _PROFILE, str(PRODUCT), str(out), *arguments]
     subprocess.run(program, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
-    return [
-        Path(file).relative_to(PRODUCT).as_posix()
-        for file in json.loads(out.read_text(encoding="utf-8"))
-    ]
+    files = map(Path, json.loads(out.read_text(encoding="utf-8")))
+    return [file.relative_to(PRODUCT).as_posix() for file in files]
 
 
 def reach_of_jobs(folder: Path, reconcile: bool = True) -> dict[str, list[str]]:
@@ -185,9 +178,7 @@ _CAMPAIGN = ("--maneuver", "circle", "--das", "20/1", "--jobs", "1", "--out", "o
 
 
 def behind(modules: Iterable[str]) -> int:
-    """Return the number of modules of the product that some modules import, directly or not, with
-    these.
-    """
+    """Return how many modules of the product some modules import, directly or not, with these."""
     import grimp
 
     graph = grimp.build_graph("pitotbench")
@@ -195,9 +186,7 @@ def behind(modules: Iterable[str]) -> int:
 
 
 def with_one_reader() -> list[str]:
-    """Return modules that one module of the same folder imports and no other. An `__init__` is no
-    reader.
-    """
+    """Return modules that only one module of the same folder imports. `__init__` is no reader."""
     import grimp
 
     graph = grimp.build_graph("pitotbench")
@@ -215,22 +204,13 @@ def with_one_reader() -> list[str]:
 
 def documents() -> tuple[int, int, int, int]:
     """Return pages, words and bytes of the documentation, and the bytes of the README."""
-    listed = subprocess.run(
-        ["git", "ls-files", "docs", "README.md"],
-        cwd=ROOT,
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    files = [ROOT / name for name in listed.stdout.split()]
+    command = ["git", "ls-files", "docs", "README.md"]
+    listed = subprocess.check_output(command, cwd=ROOT, text=True)
+    files = [ROOT / name for name in listed.split()]
     pages = [f for f in files if f.suffix == ".md"]
     words = sum(len(f.read_text(encoding="utf-8").split()) for f in pages)
-    return (
-        len(pages),
-        words,
-        sum(f.stat().st_size for f in files),
-        (ROOT / "README.md").stat().st_size,
-    )
+    size, readme = sum(f.stat().st_size for f in files), (ROOT / "README.md").stat().st_size
+    return len(pages), words, size, readme
 
 
 PARTS: dict[str, Callable[[], list[Path]]] = {
@@ -262,7 +242,5 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         print(f"files behind {job}: {behind(modules)}")
     with TemporaryDirectory() as folder:
         for job, files in reach_of_jobs(Path(folder)).items():
-            print(
-                f"files entered by {job}: {len(files)}"
-                + (f": {' '.join(files)}" if options.list else "")
-            )
+            named = f": {' '.join(files)}" if options.list else ""
+            print(f"files entered by {job}: {len(files)}{named}")

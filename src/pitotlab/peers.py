@@ -47,10 +47,8 @@ from pitotlab.experiment import FIRST_SCORED_SEED, Row, Trial, random_case
 from pitotlab.tables import frame_columns, markdown_table
 
 BARTLETT_SECONDS = 20.0
-_FILTER_START, _FILTER_WALK = (
-    (10.0, 10.0, 0.1),
-    (0.02, 0.02, 1e-4),
-)  # 1σ: wind [m/s], scale [-]; walk a second
+# 1σ of wind north and east [m/s] and scale [-]: at the start, and of the walk in a second.
+_FILTER_START, _FILTER_WALK = (10.0, 10.0, 0.1), (0.02, 0.02, 1e-4)
 _FILTER_NOISE = 1.0  # m/s
 
 
@@ -64,9 +62,7 @@ def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) 
 
 @dataclass(frozen=True, slots=True)
 class PeerCase:
-    """A fit of one log as if residuals were white: Jacobian (n, p), residual (n,) [m/s], sample
-    interval [s].
-    """
+    """A fit with white residuals: Jacobian (n, p), residual (n,) [m/s], sample interval [s]."""
 
     jacobian: Array
     residual: Array
@@ -74,16 +70,12 @@ class PeerCase:
 
 
 def white(case: PeerCase) -> Array:
-    """Return the Cramér-Rao bound for white residuals: σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6),
-    (p, p).
-    """
+    """Return the Cramér-Rao bound σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6), (p, p)."""
     return np.asarray(np.var(case.residual) * np.linalg.inv(case.jacobian.T @ case.jacobian))
 
 
 def colored(case: PeerCase) -> Array:
-    """Return the bound for colored residuals of Morelli and Klein (1997): unbiased autocorrelation,
-    all lags.
-    """
+    """Return the bound of Morelli and Klein (1997): unbiased autocorrelation, all lags."""
     n = len(case.residual)
     lags = np.arange(-(n - 1), n)
     correlation = fftconvolve(case.residual, case.residual[::-1]) / (n - np.abs(lags))
@@ -91,8 +83,7 @@ def colored(case: PeerCase) -> Array:
 
 
 def bartlett(case: PeerCase) -> Array:
-    """Return the heteroscedasticity- and autocorrelation-consistent bound of Newey and West (1987),
-    with Bartlett weights over 20 s."""
+    """Return the bound of Newey and West (1987), with Bartlett weights over 20 s."""
     n, width = len(case.residual), BARTLETT_SECONDS / case.interval
     lags = np.arange(-(n - 1), n)
     weight = np.clip(1.0 - np.abs(lags) / width, 0.0, None)
@@ -128,9 +119,7 @@ def _gradient(curve: CurveMap, theta: Array) -> Array:
 
 
 def peer_rows(flight: Flight, das: str) -> list[Row]:
-    """Return the coverage and the bound of each peer and of our fit on one flight: one row each,
-    speeds in m/s.
-    """
+    """Return coverage and bound of each peer and of our fit on one flight: a row each, in m/s."""
     log = sense(flight, das)
     ours = calibrate(log)
     speeds, inside = ours.curve.indicated_airspeed, scored(ours.curve)
@@ -166,13 +155,8 @@ def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
     if not points:
         return []
     error = compare_points(points, flight.case.pressure_error).error
-    return [
-        _row(
-            "per-point spread, fixed speed",
-            error,
-            np.array([point.spread for point in points]) ** 2,
-        )
-    ]
+    spread = np.array([point.spread for point in points])
+    return [_row("per-point spread, fixed speed", error, spread**2)]
 
 
 def _white_case(model: PredictionModel, obs: Observations) -> tuple[Array, PeerCase]:
@@ -200,9 +184,9 @@ def scale_filter(log: FlightLog, obs: Observations, speeds: Array) -> tuple[Arra
     [m²/s²].
     """
     step = max(1, round(1.0 / float(np.median(np.diff(obs.time)))))
-    measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, _air_temperature(obs))[
-        ::step
-    ]
+    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
+    temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
+    measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, temperature)[::step]
     north, east = obs.held_north[::step], obs.held_east[::step]
     state, spread = np.array([0.0, 0.0, 1.0]), np.diag(np.square(_FILTER_START))
     for v_north, v_east, speed in zip(north, east, measured, strict=True):
@@ -216,16 +200,9 @@ def scale_filter(log: FlightLog, obs: Observations, speeds: Array) -> tuple[Arra
     return (state[2] - 1.0) * speeds, np.full(len(speeds), spread[2, 2]) * speeds**2
 
 
-def _air_temperature(obs: Observations) -> Array:
-    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
-    return np.asarray(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
-
-
 @dataclass(frozen=True, slots=True)
 class _Fitted:
-    """A covering fit of one log with the data for its score: gradient (c, p), curve (c,) and truth
-    (c,) [m/s].
-    """
+    """A covering fit of one log with its gradient (c, p), curve (c,) and truth (c,) [m/s]."""
 
     fit: CoveringFit
     gradient: Array
@@ -241,18 +218,12 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
     obs = observe(log, CalibrationOptions())
     fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
     curve = CurveMap(model, speeds)
-    return _Fitted(
-        fit,
-        _gradient(curve, fit.theta),
-        curve,
-        true_correction(flight.case.pressure_error, speeds),
-    )
+    truth = true_correction(flight.case.pressure_error, speeds)
+    return _Fitted(fit, _gradient(curve, fit.theta), curve, truth)
 
 
 def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
-    """Return the rows of our estimator with known noise: the mean noise estimated from the cell's
-    flights.
-    """
+    """Return the rows of our estimator with the noise known: the mean over the cell's flights."""
     modes = [max(each.fit.nodes, key=lambda node: node.weight).noise for each in fitted]
     noise = np.mean(modes, axis=0)
     rows = []
@@ -260,13 +231,8 @@ def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
         step, covariance = solve(each.fit.problem, each.fit.noise_of(noise))
         variance = np.einsum("cp,pq,cq->c", each.gradient, covariance, each.gradient)
         k = (each.fit.theta + step)[: each.curve.model.error_count]
-        rows.append(
-            _row(
-                "pitotbench, if the noise were known",
-                each.curve.correction(k) - each.truth,
-                variance,
-            )
-        )
+        error = each.curve.correction(k) - each.truth
+        rows.append(_row("pitotbench, if the noise were known", error, variance))
     return rows
 
 
@@ -319,12 +285,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in development.
     """
-    parser.add_argument(
-        "--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--jobs", type=int, help="processes (default: one a core, at most one a maneuver)"
-    )
+    add = parser.add_argument
+    add("--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)")
+    add("--jobs", type=int, help="processes (default: one a core, at most one a maneuver)")
     options = parser.parse_args(words)
     table = comparison(options.seeds, jobs=options.jobs)
     print(markdown_table(frame_columns(table, ".3g"), frame_rows(table)))

@@ -51,10 +51,8 @@ ONE_AIRPLANE = 3.0  # kt, by which one airplane may differ from its handbook
 LAUNCH = 200.0  # m above sea level, from which the sondes' heights count
 ALOFT = 1500.0  # m, from which the gliders' pressure and temperature are held against the sonde's
 PAIRED = 120.0  # s between the middles of two recorders' windows of one wind
-KNOWN, AWAY = (
-    8.0,
-    25.0,
-)  # kt: 2σ of a wind that counts; a sonde of another hour and place in lee waves
+KNOWN = 8.0  # kt: 2σ of a wind that counts
+AWAY = 25.0  # kt: a sonde of another hour and place in lee waves
 # Δp/q_c of the jets by the balloon's pressure at GPS height, and 0.5 hPa as the balloon's own
 # doubt.
 BALLOON_KT = np.array([260.0, 300.0, 340.0, 380.0, 420.0])
@@ -64,39 +62,38 @@ BALLOON = {
 }
 BALLOON_PA = 50.0
 ONE_HEADING = np.radians(8.0)  # spread of the track within a deceleration
-TWIN_OTTER = (
-    "totter_lon_020213f1_018",
-    "totter_lon_020213f1_017",
-)  # of SIDPAC (NASA), in the folder sidpac
+# Of SIDPAC (NASA), in the folder sidpac.
+TWIN_OTTER = ("totter_lon_020213f1_018", "totter_lon_020213f1_017")
 CITATION_CLEAN = (46.0, 71.0)  # min, with flaps and gear up
 FIT = 1.5  # joined 2σ within which two answers of one log agree
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Print what real logs give, and how it stands beside what is known of them."""
-    parser.add_argument(
-        "--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data"))
-    )
-    parser.add_argument("--terms", action="store_true", help="the terms of models alone")
+    add = parser.add_argument
+    add("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
+    add("--terms", action="store_true", help="the terms of models alone")
     options = parser.parse_args(words)
-    data = options.data
-    for name in LOGS if not options.terms else ():
-        _consistent(data / name)
-    found = {name: _against_sonde(data / "perlan", name) for name in GLIDERS if not options.terms}
-    for front, rear in zip(GLIDERS[::2], GLIDERS[1::2], strict=True) if found else ():
-        _front_and_rear(front, found[front], found[rear])
-    for name in JETS if not options.terms else ():
-        _against_balloon(data / "jmoss" / f"{name}.csv", name)
-    for fitted, held in (TWIN_OTTER, TWIN_OTTER[::-1]):
-        _terms(
-            "DHC6",
-            *([read_identification(data / "sidpac" / f"{each}.mat")] for each in (fitted, held)),
-        )
-    log = read_log(data / "citation/2019-03-12.parquet")
+    if not options.terms:
+        _calibrations(options.data)
+    one, two = ([read_identification(options.data / f"sidpac/{name}.mat")] for name in TWIN_OTTER)
+    _terms("DHC6", one, two)
+    _terms("DHC6", two, one)
+    log = read_log(options.data / "citation/2019-03-12.parquet")
     since = log.time - log.time[0]
     clean = log.select((since > CITATION_CLEAN[0] * 60.0) & (since < CITATION_CLEAN[1] * 60.0))
     maneuvers = maneuvers_of(clean, "citation")
     _terms("citation", maneuvers[::2], maneuvers[1::2])
+
+
+def _calibrations(data: Path) -> None:
+    for name in LOGS:
+        _consistent(data / name)
+    found = {name: _against_sonde(data / "perlan", name) for name in GLIDERS}
+    for front, rear in zip(GLIDERS[::2], GLIDERS[1::2], strict=True):
+        _front_and_rear(front, found[front], found[rear])
+    for name in JETS:
+        _against_balloon(data / "jmoss" / f"{name}.csv", name)
 
 
 def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]) -> None:
@@ -131,9 +128,8 @@ def _consistent(path: Path) -> None:
         "first half": _answer(log.select(np.arange(half))),
         "second half": _answer(log.select(np.arange(half, len(log)))),
     }
-    print(
-        f"{path.name}: {len(log):,} rows, {time.process_time() - began:.1f} CPU s for four answers"
-    )
+    spent = time.process_time() - began
+    print(f"{path.name}: {len(log):,} rows, {spent:.1f} CPU s for four answers")
     for name, found in answers.items():
         print(f"  {name}: {found if isinstance(found, str) else _told(found)}")
     given = {name: found.curve for name, found in answers.items() if not isinstance(found, str)}
@@ -151,23 +147,19 @@ def _told(found: Calibration) -> str:
     curve = found.curve
     places = np.linspace(0, len(curve.correction) - 1, 5).astype(int)
     points = ", ".join(
-        f"{curve.correction[i] / KNOT:+.2f} ± {curve.two_sigma[i] / KNOT:.2f} at "
-        f"{curve.indicated_airspeed[i] / KNOT:.0f}"
+        f"{curve.correction_kt[i]:+.2f} ± {curve.two_sigma_kt[i]:.2f} at "
+        f"{curve.indicated_airspeed_kt[i]:.0f}"
         for i in places
     )
     said = ", ".join(each.kind for each in found.disagreements) or "none"
-    return (
-        f"{points} KIAS [kt]; {len(found.parts)} parts, {len(found.winds)} winds, "
-        f"disagreements: {said}"
-    )
+    counts = f"{len(found.parts)} parts, {len(found.winds)} winds"
+    return f"{points} KIAS [kt]; {counts}, disagreements: {said}"
 
 
 def _difference(first: ErrorCurve, second: ErrorCurve) -> float:
     """The largest difference of two curves over their common airspeeds, in their joined 2σ."""
-    low, high = (
-        edge(float(each.indicated_airspeed[place]) for each in (first, second))
-        for edge, place in ((max, 0), (min, -1))
-    )
+    airspeeds = [each.indicated_airspeed for each in (first, second)]
+    low, high = max(each[0] for each in airspeeds), min(each[-1] for each in airspeeds)
     if high <= low:
         return 0.0
     at = np.linspace(low, high, 50)
@@ -184,19 +176,15 @@ def _against_handbook(found: Calibration | str) -> None:
         if speed[0] - 1.5 <= indicated <= speed[-1] + 1.5:
             value = float(np.interp(indicated, speed, found.curve.correction_kt))
             bound = float(np.interp(indicated, speed, found.curve.two_sigma_kt))
-            inside = abs(value - (calibrated - indicated)) <= np.hypot(bound, ONE_AIRPLANE)
-            print(
-                f"  {indicated:.0f} KIAS: {value:+.2f} ± {bound:.2f} kt, handbook "
-                f"{calibrated - indicated:+.0f}: "
-                f"{'inside' if inside else 'OUTSIDE'}"
-            )
+            known = calibrated - indicated
+            said = "inside" if abs(value - known) <= np.hypot(bound, ONE_AIRPLANE) else "OUTSIDE"
+            told = f"{value:+.2f} ± {bound:.2f} kt, handbook {known:+.0f}"
+            print(f"  {indicated:.0f} KIAS: {told}: {said}")
 
 
 @dataclass(frozen=True, slots=True)
 class Sonde:
-    """A sounding: height above sea level [m], wind toward north and east [m/s], pressure [Pa],
-    temperature [K].
-    """
+    """A sounding: height [m], wind toward north and east [m/s], pressure [Pa], temperature [K]."""
 
     height: Array
     north: Array
@@ -223,18 +211,14 @@ def _against_sonde(folder: Path, name: str) -> Glider:
     known = [w for w in found.winds if max(w.north.two_sigma, w.east.two_sigma) <= KNOWN * KNOT]
     inside = 0
     for window in known:
-        true = [float(sonde.at(axis, window.altitude)) for axis in ("north", "east")]
-        parts = (window.north, window.east)
-        good = all(
-            abs(e.value - t) <= np.hypot(e.two_sigma, AWAY * KNOT)
-            for e, t in zip(parts, true, strict=True)
-        )
+        good, told = True, []
+        for e, axis in ((window.north, "north"), (window.east, "east")):
+            true = float(sonde.at(axis, window.altitude))
+            good &= abs(e.value - true) <= np.hypot(e.two_sigma, AWAY * KNOT)
+            found_kt = f"{e.value / KNOT:+.0f} ± {e.two_sigma / KNOT:.0f}"
+            told.append(f"{e.name} {found_kt} (sonde {true / KNOT:+.0f})")
         inside += good
-        told = ", ".join(
-            f"{e.name} {e.value / KNOT:+.0f} ± {e.two_sigma / KNOT:.0f} (sonde {t / KNOT:+.0f})"
-            for e, t in zip(parts, true, strict=True)
-        )
-        print(f"  {window.altitude:6,.0f} m: {told} kt{'' if good else ' OUTSIDE'}")
+        print(f"  {window.altitude:6,.0f} m: {', '.join(told)} kt{'' if good else ' OUTSIDE'}")
     print(
         f"{name}: {seconds:.1f} CPU s, {len(known)} of {len(found.winds)} winds known, {inside} "
         "inside the sonde's"
@@ -253,16 +237,12 @@ def _against_sonde(folder: Path, name: str) -> Glider:
 
 def _spread(values: Array) -> str:
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
-    return (
-        f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms "
-        f"{np.sqrt(np.mean(values**2)):.2f}"
-    )
+    rms = np.sqrt(np.mean(values**2))
+    return f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms {rms:.2f}"
 
 
 def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
-    """The two recorders of one flight against each other: what they measured, and what is made of
-    it.
-    """
+    """The two recorders of one flight against each other, and what is made of them."""
     began = [datetime.fromisoformat(str(log.header["start"])) for log, _ in (front, rear)]
     shift = (began[1] - began[0]).total_seconds()
     (one, found), (other, also) = front, rear
@@ -289,17 +269,14 @@ def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
         and max(e.two_sigma for w in (a, b) for e in (w.north, w.east)) <= KNOWN * KNOT
     ]
     for axis in ("north", "east"):
-        apart = np.array([getattr(a, axis).value - getattr(b, axis).value for a, b in pairs]) / KNOT
-        joined = [
-            np.hypot(getattr(a, axis).two_sigma, getattr(b, axis).two_sigma) / KNOT
-            for a, b in pairs
-        ]
+        winds = [(getattr(a, axis), getattr(b, axis)) for a, b in pairs]
+        apart = np.array([a.value - b.value for a, b in winds]) / KNOT
+        joined = [np.hypot(a.two_sigma, b.two_sigma) / KNOT for a, b in winds]
         inside = int(np.sum(np.abs(apart) <= joined))
         rms = float(np.sqrt(np.mean(apart**2)))
         print(
             f"  wind toward {axis}, {len(pairs)} windows: bias {np.mean(apart):+.2f} kt, rms "
-            f"{rms:.2f} kt, "
-            f"{inside} inside the joined 2σ"
+            f"{rms:.2f} kt, {inside} inside the joined 2σ"
         )
     print(f"  curves: at most {_difference(found.curve, also.curve):.2f} of the joined 2σ apart")
 
@@ -313,16 +290,10 @@ def _sonde(path: Path) -> Sonde:
                 rows.append([float(cell) for cell in line.split()[:7]])
             except ValueError:
                 continue
-    table = np.array([row for row in rows if len(row) == 7])
-    toward = np.radians(table[:, 6] + 180.0)
-    speed = table[:, 5] * KNOT
-    return Sonde(
-        table[:, 0] * FOOT + LAUNCH,
-        speed * np.cos(toward),
-        speed * np.sin(toward),
-        100.0 * table[:, 2],
-        table[:, 3] + 273.15,
-    )
+    height, _, pressure, warmth, _, knots, degrees = np.array([r for r in rows if len(r) == 7]).T
+    toward, speed = np.radians(degrees + 180.0), knots * KNOT
+    wind = speed * np.cos(toward), speed * np.sin(toward)
+    return Sonde(height * FOOT + LAUNCH, *wind, 100.0 * pressure, warmth + 273.15)
 
 
 def _against_balloon(path: Path, name: str) -> None:
@@ -346,12 +317,8 @@ def _against_balloon(path: Path, name: str) -> None:
         bound = float(np.interp(at, speed, found.curve.normalized_two_sigma))
         dynamic = float(air.impact_pressure(at * KNOT))
         inside.append(abs(value - true) * dynamic <= np.hypot(bound * dynamic, BALLOON_PA))
-        print(
-            f"  {at:.0f} KIAS: Δp/q_c {value:.4f} ± {bound:.4f}, balloon {true:.3f}"
-            + ("" if inside[-1] else " OUTSIDE")
-        )
+        said = "" if inside[-1] else " OUTSIDE"
+        print(f"  {at:.0f} KIAS: Δp/q_c {value:.4f} ± {bound:.4f}, balloon {true:.3f}{said}")
     wind = "unknown" if found.wind is None else "known"
-    print(
-        f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {sum(inside)} of "
-        f"{len(inside)} inside"
-    )
+    told = f"{sum(inside)} of {len(inside)} inside"
+    print(f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {told}")

@@ -54,16 +54,16 @@ class ReferenceRow:
     model: float
 
     @property
-    def difference_percent(self) -> float:
-        """Return the model's value over the published one, minus one [%]."""
-        return 100.0 * (self.model / self.figure.value - 1.0)
+    def difference(self) -> float:
+        """Return the model's value less the published one, in the unit of the tolerance."""
+        if self.figure.tolerance_unit == "%":
+            return 100.0 * (self.model / self.figure.value - 1.0)
+        return self.model - self.figure.value
 
     @property
     def within(self) -> bool:
         """Return whether the model is within the figure's tolerance."""
-        if self.figure.tolerance_unit == "%":
-            return abs(self.difference_percent) <= self.figure.tolerance
-        return abs(self.model - self.figure.value) <= self.figure.tolerance
+        return abs(self.difference) <= self.figure.tolerance
 
 
 def published_figures(aircraft: str = "navajo") -> list[Figure]:
@@ -85,24 +85,19 @@ def reference_table(aircraft: str = "navajo") -> str:
     Difference and tolerance are in one unit, so that they can be compared: percent of the figure,
     or its unit.
     """
-    lines = [
-        "| figure | published | model | difference | tolerance | within |",
-        "|---|---|---|---|---|---|",
-    ]
+    lines = ["| figure | published | model | difference | tolerance | within |", f"|{'---|' * 6}"]
     return "\n".join(lines + [_table_line(row) for row in fly_reference(aircraft)])
 
 
 def _table_line(row: ReferenceRow) -> str:
-    figure = row.figure
+    figure, unit = row.figure, row.figure.tolerance_unit
     digits = 0 if figure.value >= 300.0 else 1
     cells = (
         figure.name,
         f"{figure.value:,.{digits}f} {figure.unit}",
         f"{row.model:,.{digits}f}",
-        f"{row.difference_percent:+.1f} %"
-        if figure.tolerance_unit == "%"
-        else f"{row.model - figure.value:+.1f} {figure.tolerance_unit}",
-        f"{figure.tolerance:g} {figure.tolerance_unit}",
+        f"{row.difference:+.1f} {unit}",
+        f"{figure.tolerance:g} {unit}",
         "yes" if row.within else "**no**",
     )
     return f"| {' | '.join(cells)} |"
@@ -155,18 +150,14 @@ def climb_rate(aircraft: str, figure: Figure, altitude_ft: float) -> float:
 
 
 def ceiling(aircraft: str, figure: Figure) -> float:
-    """Return the height [ft] of a 100 ft/min climb at full power, on the line through two measured
-    rates.
-    """
+    """Return the height [ft] of a 100 ft/min climb at full power, from two measured rates."""
     low, high = figure.altitude_ft, figure.altitude_ft + 2500.0
     rate_low, rate_high = (climb_rate(aircraft, figure, height) for height in (low, high))
     return low + (rate_low - 100.0) / (rate_low - rate_high) * (high - low)
 
 
 def stall(aircraft: str, figure: Figure) -> float:
-    """Return the least calibrated airspeed [kt] at idle; the elevator slows the aircraft 1 kt/s (14
-    CFR 23.201).
-    """
+    """Return the least calibrated airspeed [kt] at idle, slowing 1 kt/s (14 CFR 23.201)."""
     plant = airborne(aircraft, figure, 85.0)
     plant.set("fcs/flap-cmd-norm", figure.flap)
     plant.run(15.0)
@@ -189,9 +180,7 @@ def level_power(aircraft: str, figure: Figure) -> float:
 
 
 def idle_deceleration(aircraft: str, figure: Figure) -> float:
-    """Return the mean deceleration [kt/s of calibrated airspeed] from 160 to 100 KCAS, level,
-    throttles closed.
-    """
+    """Return the mean deceleration [kt/s] from 160 to 100 KCAS, level, throttles closed."""
     plant = airborne(aircraft, figure, 160.0)
     hold_pressure(plant, IDLE_PRESSURE)
     begun, speed = plant.get("time"), plant.get("calibrated_airspeed")
@@ -225,17 +214,14 @@ def hold_pressure(plant: Plant, pressure_inhg: float) -> None:
 
 
 def hold_power(plant: Plant, fraction: float, seconds: float) -> None:
-    """Fly on for a time [s] at a fraction of the rated power. A fraction of 1 means full manifold
-    pressure.
-    """
+    """Fly on for a time [s] at a fraction of the rated power; 1 is full manifold pressure."""
     pressure = FULL_PRESSURE * fraction
     for _ in range(round(seconds)):
         hold_pressure(plant, pressure)
         plant.run(1.0)
         missing = fraction * RATED_POWER - plant.get("power_left") / HORSEPOWER
-        pressure = (
-            FULL_PRESSURE if fraction >= 1.0 else pressure + 0.3 * missing * PRESSURE_PER_POWER
-        )
+        if fraction < 1.0:
+            pressure += 0.3 * missing * PRESSURE_PER_POWER
 
 
 FLOWN: Catalog[Callable[[str, Figure], float]] = Catalog(

@@ -70,9 +70,7 @@ def short_sources(effects: Iterable[Effect]) -> dict[str, str]:
 
 
 def excitations() -> Iterator[tuple[str, Excitation]]:
-    """Yield the ways of flying that show several effects, each with the name that the records give
-    it.
-    """
+    """Yield the ways of flying that show several effects, each with its name."""
     for name, value in vars(effect_records).items():
         if isinstance(value, Excitation):
             yield name.replace("_", " ").lower(), value
@@ -81,11 +79,7 @@ def excitations() -> Iterator[tuple[str, Excitation]]:
 def excitation_rows() -> Rows:
     """Yield a row for each way of flying that shows several effects."""
     for name, excitation in excitations():
-        yield [
-            name,
-            excitation.text,
-            ", ".join(f"`{maneuver}`" for maneuver in excitation.maneuvers),
-        ]
+        yield [name, excitation.text, ", ".join(f"`{each}`" for each in excitation.maneuvers)]
 
 
 def card_numbers(card: Card) -> Numbers:
@@ -104,11 +98,8 @@ def card_rows() -> Rows:
     """Yield a row for each maneuver: the numbers that other cards lack, or have otherwise."""
     common = card_numbers(Card())
     for name, maneuver in MANEUVERS.items():
-        own = {
-            key: value
-            for key, value in card_numbers(maneuver.card).items()
-            if common.get(key) != value
-        }
+        numbers = card_numbers(maneuver.card)
+        own = {key: value for key, value in numbers.items() if common.get(key) != value}
         yield [f"`{name}`", ", ".join(f"`{key}` {_number(value)}" for key, value in own.items())]
 
 
@@ -134,10 +125,7 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
         for family, effects in FAMILIES.items()
     },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
-    (
-        "method.md",
-        "| prior | usual value | unit | usual range | why |",
-    ): prior_rows,
+    ("method.md", "| prior | usual value | unit | usual range | why |"): prior_rows,
 }
 
 
@@ -150,10 +138,8 @@ def pages() -> dict[str, str]:
     for (page, heading), rows in TABLES.items():
         text = texts.get(page) or (DOCS / page).read_text(encoding="utf-8")
         rule = "|" + "---|" * (heading.count("|") - 1)
-        table = "".join(
-            f"{line}\n"
-            for line in (heading, rule, *("| " + " | ".join(row) + " |" for row in rows()))
-        )
+        lines = (heading, rule, *(f"| {' | '.join(row)} |" for row in rows()))
+        table = "\n".join(lines) + "\n"
         before, found, after = text.partition(heading + "\n")
         if not found:
             raise ValueError(f"docs/{page} has no table with the heading {heading!r}")
@@ -181,9 +167,6 @@ def write_figures(figures: Mapping[str, str], page: Path = FIGURES) -> None:
             raise ValueError(f"{page} has no place for the number {name!r}")
         text = before + mark + number + end + after
     page.write_text(text, encoding="utf-8")
-
-
-# Tables of any columns, and of a frame, in Markdown.
 
 
 def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:

@@ -10,9 +10,10 @@ A flight that the simulator refuses is counted apart.
 """
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import product, starmap
 from typing import get_args
 
 import numpy as np
@@ -35,9 +36,7 @@ ENDS = ("low", "high")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one effect at one end: the verdict with the first cause of each gap, or the
-    error, or that the flight was refused.
-    """
+    """What came of one effect at one end: verdict and causes, or the error, or the refusal."""
 
     effect: str
     end: str
@@ -49,9 +48,8 @@ class Outcome:
 
 def at_end(name: str, end: str) -> EffectSpec:
     """Return an effect with every size at an end of its range; shapes are typical."""
-    return EffectSpec(
-        name, {p.name: p.typical if p.shape else getattr(p, end) for p in EFFECTS[name].parameters}
-    )
+    sizes = EFFECTS[name].parameters
+    return EffectSpec(name, {p.name: p.typical if p.shape else getattr(p, end) for p in sizes})
 
 
 @cache
@@ -61,9 +59,7 @@ def plain_flight() -> Flight:
 
 
 def log_with(spec: EffectSpec) -> FlightLog:
-    """Return the first minutes of a log with an effect in it, without a header: no card, so no null
-    flights.
-    """
+    """Return the first minutes of a log with an effect in it, without a header: no null flights."""
     case = replace(CARD, effects=(spec,))
     on_sensors = EFFECTS[spec.name].acts_on == "sensors"
     flight = replace(plain_flight(), case=case) if on_sensors else fly(case)
@@ -90,22 +86,13 @@ def judged(name: str, end: str, aircraft: str = "navajo") -> Outcome:
     return Outcome(name, end, kind, causes, "" if kind in get_args(Kind) else f"verdict {kind!r}")
 
 
-def outcomes(names: Sequence[str]) -> Iterator[Outcome]:
-    """Return the outcomes of some effects at both ends, one after the other."""
-    for name in names:
-        for end in ENDS:
-            yield judged(name, end)
-
-
 def main(names: Sequence[str]) -> int:
     """Print every outcome and the count; return 1 where any log has no answer."""
     done = []
-    for each in outcomes(names or list(EFFECTS)):
+    for each in starmap(judged, product(names or EFFECTS, ENDS)):
         done.append(each)
-        print(
-            f"{each.effect} {each.end}: {each.verdict or each.error or 'refused: ' + each.refused}",
-            flush=True,
-        )
+        came = each.verdict or each.error or f"refused: {each.refused}"
+        print(f"{each.effect} {each.end}: {came}", flush=True)
     failed, refused = sum(bool(o.error) for o in done), sum(bool(o.refused) for o in done)
     print(f"{failed} of {len(done)} without an answer; {refused} not flown, refused with a reason")
     return int(failed > 0)

@@ -1,17 +1,11 @@
 """One simulated flight as a file of every format, read back, calibrated and compared with its CSV.
 
-    python -m tests.lab.formats
-
-prints a table (Markdown): the largest difference of each quantity, also in steps of the file's
-digits, and how far the corrections are apart. A file whose clock shows whole seconds holds the rows
-of whole seconds, as does its CSV.
+A file whose clock shows whole seconds holds the rows of whole seconds, as does its CSV.
 """
 
-import argparse
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from tests.logbook import foreign_files as foreign
@@ -37,9 +31,7 @@ Flown = dict[str, Array]
 
 @dataclass(frozen=True)
 class Readings:
-    """Steps or differences: airspeed [kt], pressure altitude [ft], temperature [K], ground speed
-    [kt] and track.
-    """
+    """Steps or differences: airspeed [kt], altitude [ft], temperature [K], ground speed, track."""
 
     airspeed: float
     altitude: float
@@ -50,9 +42,7 @@ class Readings:
 
 @dataclass(frozen=True)
 class Format:
-    """How a format is written, the steps of its digits for a flight, and whether its clock shows
-    whole seconds.
-    """
+    """How a format is written, the steps of its digits, and whether its clock shows seconds."""
 
     write: Callable[[Path, Flown], Path]
     steps: Callable[[Flown], Readings]
@@ -62,12 +52,8 @@ class Format:
 
 @dataclass(frozen=True)
 class Result:
-    """What a format gave: rows, differences and steps, differences of the correction [kt] and their
-    share of 2σ.
-    """
+    """What a format gave: differences, steps, and those of the correction [kt] and its 2σ."""
 
-    name: str
-    rows: int
     difference: Readings
     steps: Readings
     correction_kt: Array
@@ -78,22 +64,13 @@ def flight() -> Flown:
     """The channels [SI] of a simulated flight in light turbulence, from the record of its sensors."""
     log = record(fly(CASE), data_system(SYSTEM), 1)
     assert log.total_temperature is not None
-    names = (
-        "impact_pressure",
-        "static_pressure",
-        "velocity_north",
-        "velocity_east",
-        "altitude",
-        "heading",
-    )
-    channels = {name: np.array(getattr(log, name)) for name in names}
+    names = ("impact_pressure", "static_pressure", "velocity_north", "velocity_east")
     down = np.zeros(len(log)) if log.velocity_down is None else np.array(log.velocity_down)
-    temperature = np.asarray(air.air_temperature(log.total_temperature, _mach(log)))
     return {
         "time": log.time - log.time[0],
-        "air_temperature": temperature,
+        "air_temperature": np.asarray(air.air_temperature(log.total_temperature, _mach(log))),
         "velocity_down": down,
-        **channels,
+        **{name: np.array(getattr(log, name)) for name in (*names, "altitude", "heading")},
     }
 
 
@@ -109,22 +86,15 @@ def shown(*steps: float) -> Callable[[Flown], Readings]:
 def binary32(flown: Flown) -> Readings:
     """The steps of 32-bit numbers."""
     names = ("impact_pressure", "static_pressure", "air_temperature", "velocity_north")
-    return measured(
-        flown,
-        *(float(np.max(np.spacing(np.abs(flown[name]).astype(np.float32)))) for name in names),
-    )
+    values = (np.abs(flown[name]).astype(np.float32) for name in names)
+    return measured(flown, *(float(np.max(np.spacing(each))) for each in values))
 
 
 def measured(
     flown: Flown, impact: float, static: float, temperature: float, velocity: float
 ) -> Readings:
-    """The steps of a file of pressures [Pa], a temperature [K] and velocities [m/s], where they
-    matter most.
-    """
-    slowest, lowest = (
-        float(np.min(flown["impact_pressure"])),
-        float(np.min(flown["static_pressure"])),
-    )
+    """The steps of a file of pressures [Pa], temperature [K] and velocities [m/s]."""
+    slowest, lowest = (float(np.min(flown[n])) for n in ("impact_pressure", "static_pressure"))
     ground_speed = np.hypot(flown["velocity_north"], flown["velocity_east"])
     return Readings(
         float(air.calibrated_airspeed(slowest + impact) - air.calibrated_airspeed(slowest)) / KNOT,
@@ -207,9 +177,8 @@ def corrections(found: Calibration) -> tuple[Array, Array]:
     """The corrections at three airspeeds and their 2σ [kt], (3,) each."""
     curve = found.curve
     at = curve.indicated_airspeed_kt
-    return np.interp(SPEEDS_KT, at, curve.correction_kt), np.interp(
-        SPEEDS_KT, at, curve.two_sigma_kt
-    )
+    values = (curve.correction_kt, curve.two_sigma_kt)
+    return tuple(np.interp(SPEEDS_KT, at, each) for each in values)
 
 
 def compare(name: str, flown: Flown, folder: Path) -> Result:
@@ -227,68 +196,9 @@ def compare(name: str, flown: Flown, folder: Path) -> Result:
     log = read_log(path, mapping if mapping.exists() else None)
     left = {key: values[len(rows["time"]) - len(log) :] for key, values in rows.items()}
     reference = read_log(foreign.plain(folder / "reference.csv", left))
-    reference = replace(
-        reference, **dict.fromkeys(reference.channels().keys() - log.channels().keys())
-    )
+    lacking = reference.channels().keys() - log.channels().keys()
+    reference = replace(reference, **dict.fromkeys(lacking))
     assert np.allclose(np.diff(log.time), np.diff(reference.time), atol=1e-5), name
     (ours, _), (theirs, two_sigma) = corrections(calibrate(log)), corrections(calibrate(reference))
     apart = np.abs(ours - theirs)
-    return Result(
-        name, len(log), difference(log, reference), form.steps(rows), apart, apart / two_sigma
-    )
-
-
-def compare_all(names: Iterable[str] = FORMATS) -> list[Result]:
-    """The results of formats, all of one flight."""
-    flown = flight()
-    found = []
-    for name in names:
-        with TemporaryDirectory() as folder:
-            found.append(compare(name, flown, Path(folder)))
-    return found
-
-
-def table(results: Sequence[Result]) -> str:
-    """The results as Markdown."""
-    speeds = ", ".join(f"{speed:.0f}" for speed in SPEEDS_KT)
-    names = [
-        "format",
-        "rows",
-        "airspeed [kt]",
-        "pressure altitude [ft]",
-        "temperature [°C]",
-        "ground speed [kt]",
-    ]
-    names += ["track [°]", f"correction at {speeds} KIAS [kt]", "in 2σ, at most"]
-    lines = [names, ["---"] * len(names)]
-    for r in results:
-        cells = [_cell(a, s) for a, s in zip(astuple(r.difference), astuple(r.steps), strict=True)]
-        exact = bool(np.max(r.correction_kt) < EXACT)
-        apart = "exact" if exact else ", ".join(_number(value) for value in r.correction_kt)
-        share = "–" if exact else _number(float(np.max(r.share)))
-        lines.append([r.name, f"{r.rows:,}", *cells, apart, share])
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def _cell(apart: float, step: float) -> str:
-    if np.isnan(apart):
-        return "not held"
-    if apart < EXACT:
-        return "exact"
-    return _number(apart) + (f" ({apart / step:.2f})" if step else "")
-
-
-def _number(value: float) -> str:
-    return f"{value:.1e}" if 0.0 < value < 1e-4 else f"{value:.2g}"
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the table of docs/log.md."""
-    argparse.ArgumentParser(prog="python -m tests.lab.formats", description=__doc__).parse_args(
-        arguments
-    )
-    print(table(compare_all()))
-
-
-if __name__ == "__main__":
-    main()
+    return Result(difference(log, reference), form.steps(rows), apart, apart / two_sigma)

@@ -15,9 +15,7 @@ from pitotbench.calibration.hand_card import reduce_card
 
 @dataclass(frozen=True)
 class Coverage:
-    """Errors and bounds [kt] of the points, (p,), and of the curves, (c, v); the number of legs
-    called a slip.
-    """
+    """Errors and bounds [kt] of points, (p,), and curves, (c, v); the legs called a slip."""
 
     point_errors: np.ndarray
     point_bounds: np.ndarray
@@ -50,9 +48,7 @@ def coverage(first: int, cards: int) -> Coverage:
         curve = found.curves["clean"]
         truth = np.array([card.correction_kt(v / KT) for v in curve.indicated_airspeed])
         curves.append((np.abs(curve.correction / KT - truth), curve.two_sigma / KT))
-    return Coverage(
-        *np.array(points).T, *(np.array(each) for each in zip(*curves, strict=True)), slips
-    )
+    return Coverage(*np.array(points).T, *map(np.array, zip(*curves, strict=True)), slips)
 
 
 @dataclass(frozen=True)
@@ -92,41 +88,26 @@ def slips_found(first: int, cards: int) -> Slips:
 
 def main() -> None:
     """Print the figures of docs/fixed-speed.md."""
-    made = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    made.add_argument("--first", type=int, default=4001, help="first seed")
-    made.add_argument("--cards", type=int, default=200)
-    options = made.parse_args()
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
+    parser.add_argument("--first", type=int, default=4001, help="first seed")
+    parser.add_argument("--cards", type=int, default=200)
+    options = parser.parse_args()
     found = coverage(options.first, options.cards)
-    for what, inside, errors, bounds in (
-        (
-            f"{len(found.point_errors):,} points",
-            found.points_inside,
-            found.point_errors,
-            found.point_bounds,
-        ),
-        (
-            f"{len(found.curve_errors):,} curves",
-            found.curves_inside,
-            found.curve_errors,
-            found.curve_bounds,
-        ),
+    spoiled = slips_found(options.first, options.cards // 5)
+    for what, errors, bounds in (
+        ("points", found.point_errors, found.point_bounds),
+        ("curves", found.curve_errors, found.curve_bounds),
+        ("curves of spoiled cards", spoiled.errors, spoiled.bounds),
     ):
         rms = float(np.sqrt(np.mean(errors**2)))
-        print(
-            f"{what}: {inside:.1%} inside 2σ, mean 2σ {np.mean(bounds):.2f} kt, rms error "
-            f"{rms:.2f} kt"
-        )
+        inside = f"{np.mean(errors < bounds):.1%} inside 2σ"
+        sizes = f"mean 2σ {np.mean(bounds):.2f} kt, rms error {rms:.2f} kt"
+        print(f"{len(errors):,} {what}: {inside}, {sizes}")
     print(f"legs called a slip: {found.slips}")
-    spoiled = slips_found(options.first, options.cards // 5)
-    inside = float(np.mean(spoiled.errors < spoiled.bounds))
-    print(
-        f"{options.cards // 5} cards of 81 rows with six slips: {spoiled.found} of "
-        f"{spoiled.written} found, {spoiled.false} of {spoiled.right} right legs called one, "
-        f"{spoiled.lost} points lost; curves {inside:.1%} inside 2σ, "
-        f"mean 2σ {np.mean(spoiled.bounds):.2f} kt"
-    )
+    slips = f"{spoiled.found} of {spoiled.written} slips found"
+    false = f"{spoiled.false} of {spoiled.right} right legs called one"
+    print(f"cards of 81 rows with six slips: {slips}, {false}, {spoiled.lost} points lost")
 
 
 if __name__ == "__main__":

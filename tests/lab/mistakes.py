@@ -12,11 +12,10 @@ which a log often cannot show.
 
 import argparse
 import sys
-import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -40,6 +39,7 @@ from pitotbench.units import KNOT
 
 Columns = dict[str, NDArray[Any]]
 Change = Callable[[Columns], Columns]
+Rows = Iterator[tuple[tuple[str, ...], str, Change]]  # what a message may name, mistake, change
 
 OUTCOMES = ("refused", "warned", "hidden", "silent", "unharmed", "no log can show it", "crashed")
 _WRONG = 2.0  # times 2σ: an error of curve or wind above it makes the answer wrong
@@ -57,19 +57,20 @@ SPEEDS = {
 FREEZING, RANKINE = 273.15, 1.8
 NORTH, EAST = "velocity_north_mps", "velocity_east_mps"
 IMPACT, STATIC, PROBE = "impact_pressure_pa", "static_pressure_pa", "total_temperature_k"
+TOTAL = "total_pressure_pa"
 
 ZERO = "a zero offset of a few percent looks like the pressure error that is sought"
-WARM_DAY = (
-    "a day so much warmer or colder than standard exists, and a probe may be off by as "
-    "much in any log"
-)
-MACH_SMALL = "the two formulas differ by 1.5 % at this speed"
-ONE_RECEIVER = "nothing else in a log measures the ground speed to a few percent"
-
-
+WARM_DAY = "a day so much off the standard exists, and a probe may be off by as much in any log"
+UNKNOWABLE = {  # by the name of the mistake: why no log can show it
+    "impact +50 Pa": ZERO,
+    "impact +200 Pa": ZERO,
+    "impact as ½ρV²": "the two formulas differ by 1.5 % at this speed",
+    "temperature +10 K": WARM_DAY,
+    "temperature -20 K": WARM_DAY,
+    "velocity x 1.02": "nothing else in a log measures the ground speed to a few percent",
+}
 UNUSED = "no reduction of speeds uses it"
 FEW_ROWS = "the calibration refuses it: too few rows are usable"
-
 PASSES = {  # by the name of the mistake: why reading lets it through, though the log could show it
     "clock: row number as s": "the curve uses the clock for the noise alone",
     "clock: x 2": "the curve uses the clock for the noise alone",
@@ -187,243 +188,206 @@ def swapped(one: str, other: str) -> Change:
 def with_total(t: Columns) -> Columns:
     """A log with total pressure in the place of impact pressure."""
     total = t[IMPACT] + t[STATIC]
-    return {
-        "total_pressure_pa" if k == IMPACT else k: total if k == IMPACT else v for k, v in t.items()
-    }
+    return {TOTAL if k == IMPACT else k: total if k == IMPACT else v for k, v in t.items()}
 
 
-def reduced_to_sea_level(t: Columns) -> Columns:
+def computed(column: str, value: Callable[[Columns], NDArray[Any]]) -> Change:
+    """Write what other columns give in the place of a column."""
+    return lambda t: {**t, column: value(t)}
+
+
+def mach(t: Columns) -> NDArray[Any]:
+    return air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
+
+
+def sea_level(t: Columns) -> NDArray[Any]:
     """Static pressure as a weather service reports it (QNH)."""
-    factor = air.SEA_LEVEL_PRESSURE / air.standard_pressure(t["altitude_m"])
-    return {**t, STATIC: t[STATIC] * factor}
+    return t[STATIC] * air.SEA_LEVEL_PRESSURE / air.standard_pressure(t["altitude_m"])
 
 
-def incompressible(t: Columns) -> Columns:
-    mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
-    return {**t, IMPACT: 0.7 * t[STATIC] * mach**2}
+def track(t: Columns) -> NDArray[Any]:
+    return np.arctan2(t[EAST], t[NORTH])
 
 
-def air_as_probe(t: Columns) -> Columns:
-    mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
-    return {**t, PROBE: air.air_temperature(t[PROBE], mach)}
+def turned(angle: Callable[[Columns], Any]) -> Change:
+    """Axes turned by an angle [rad]."""
 
+    def run(t: Columns) -> Columns:
+        c, s = np.cos(angle(t)), np.sin(angle(t))
+        return {**t, NORTH: c * t[NORTH] + s * t[EAST], EAST: c * t[EAST] - s * t[NORTH]}
 
-def speed_and_track(t: Columns) -> Columns:
-    """Ground speed [m/s] and track [deg] in the columns of north and east."""
-    track = np.degrees(np.arctan2(t[EAST], t[NORTH])) % 360.0
-    return {**t, NORTH: np.hypot(t[NORTH], t[EAST]), EAST: track}
-
-
-def turned(degrees: float) -> Change:
-    """Axes turned, as by the magnetic variation."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return lambda t: {**t, NORTH: c * t[NORTH] + s * t[EAST], EAST: c * t[EAST] - s * t[NORTH]}
+    return run
 
 
 def second_half(column: str, factor: float) -> Change:
     return of(column, lambda v: v * np.where(np.arange(len(v)) < len(v) // 2, 1.0, factor))
 
 
+def constant(column: str, value: float) -> Change:
+    return of(column, lambda v: np.full_like(v, value))
+
+
 def rows(choose: Callable[[int], NDArray[Any]]) -> Change:
     return lambda t: {k: v[choose(len(v))] for k, v in t.items()}
 
 
-def _pressures() -> list[Mistake]:
-    """Pressures in one unit under the suffix of another; the suffixes are those that a log has long
-    known.
-    """
-    found = []
+def celsius(v: NDArray[Any]) -> NDArray[Any]:
+    return v - FREEZING
+
+
+def fahrenheit(v: NDArray[Any]) -> NDArray[Any]:
+    return celsius(v) * 1.8 + 32.0
+
+
+def restarted(v: NDArray[Any]) -> NDArray[Any]:
+    return np.where(np.arange(len(v)) < len(v) // 2, v, v - v[len(v) // 2])
+
+
+def _pressures() -> Rows:
+    """Pressures in one unit under the suffix of another that a log has long known."""
     exchanges = [(unit, "pa") for unit in PRESSURES if unit != "pa"]
-    exchanges += [
-        ("pa", "hpa"),
-        ("pa", "psf"),
-        ("pa", "inhg"),
-        ("pa", "psi"),
-        ("hpa", "psf"),
-        ("psf", "hpa"),
-    ]
-    exchanges += [("inhg", "psi"), ("psi", "inhg"), ("mmhg", "hpa"), ("inh2o", "hpa")]
-    for column in (IMPACT, STATIC, "total_pressure_pa"):
-        first: tuple[Change, ...] = (with_total,) if column.startswith("total") else ()
+    exchanges += [("pa", unit) for unit in ("hpa", "psf", "inhg", "psi")]
+    exchanges += [("hpa", "psf"), ("psf", "hpa"), ("inhg", "psi"), ("psi", "inhg")]
+    exchanges += [("mmhg", "hpa"), ("inh2o", "hpa")]
+    for column in (IMPACT, STATIC, TOTAL):
+        quantity = column.removesuffix("_pa")
         for unit, suffix in exchanges:
-            change = both(
-                *first, scaled(column, 1.0 / PRESSURES[unit], column.replace("_pa", f"_{suffix}"))
-            )
-            quantity = column.removesuffix("_pa")
-            found.append(Mistake(f"{quantity}: {unit} written as {suffix}", change, (quantity,)))
-    return found
+            change = scaled(column, 1.0 / PRESSURES[unit], f"{quantity}_{suffix}")
+            change = both(with_total, change) if column == TOTAL else change
+            yield (quantity,), f"{quantity}: {unit} written as {suffix}", change
 
 
-def _pressure_columns() -> list[Mistake]:
-    impact, static, total = ("impact_pressure",), ("static_pressure",), ("total_pressure",)
-    return [
-        Mistake("impact x 0.5", scaled(IMPACT, 0.5), impact),
-        Mistake("impact x 2", scaled(IMPACT, 2.0), impact),
-        Mistake("impact x 1.1", scaled(IMPACT, 1.1), impact),
-        Mistake("impact +50 Pa", shifted(IMPACT, 50.0), impact, ZERO),
-        Mistake("impact +200 Pa", shifted(IMPACT, 200.0), impact, ZERO),
-        Mistake("impact x 1.2 in the second half", second_half(IMPACT, 1.2), impact),
-        Mistake("impact in 12-bit counts", of(IMPACT, lambda v: np.round(v / 3.3665)), impact),
-        Mistake("impact as ½ρV²", incompressible, impact, MACH_SMALL),
-        Mistake("impact with the wrong sign", scaled(IMPACT, -1.0), impact),
-        Mistake(
-            "total in the impact column", lambda t: {**t, IMPACT: t[IMPACT] + t[STATIC]}, impact
-        ),
-        Mistake(
-            "airspeed (kt) in the impact column",
-            of(IMPACT, lambda v: air.calibrated_airspeed(v) / KNOT),
-            impact,
-        ),
-        Mistake("impact and static exchanged", swapped(IMPACT, STATIC), impact + static),
-        Mistake(
-            "total and static exchanged",
-            both(with_total, swapped("total_pressure_pa", STATIC)),
-            total,
-        ),
-        Mistake("total +5 hPa", both(with_total, shifted("total_pressure_pa", 500.0)), total),
-        Mistake("static as total", lambda t: {**t, STATIC: t[STATIC] + t[IMPACT]}, static),
-        Mistake("static x 1.05", scaled(STATIC, 1.05), static),
-        Mistake("static reduced to sea level", reduced_to_sea_level, static),
-        Mistake(
-            "static constant, 1013.25 hPa", of(STATIC, lambda v: np.full_like(v, 101325.0)), static
-        ),
-        Mistake(
-            "altitude (m) in the static column", lambda t: {**t, STATIC: t["altitude_m"]}, static
-        ),
-        Mistake(
-            "altitude (ft) in the static column",
-            lambda t: {**t, STATIC: t["altitude_m"] / 0.3048},
-            static,
-        ),
-    ]
-
-
-def _temperatures() -> list[Mistake]:
-    from_kelvin = partial(rewrite, PROBE)
-    degc, degf, degr = "total_temperature_degc", "total_temperature_degf", "total_temperature_degr"
-
-    def celsius(v: NDArray[Any]) -> NDArray[Any]:
-        return v - FREEZING
-
-    def fahrenheit(v: NDArray[Any]) -> NDArray[Any]:
-        return celsius(v) * 1.8 + 32.0
-
-    table: list[tuple[str, Change, str]] = [
-        ("°C as K", from_kelvin(PROBE, celsius), ""),
-        ("°F as K", from_kelvin(PROBE, fahrenheit), ""),
-        ("°R as K", scaled(PROBE, RANKINE), ""),
-        ("K as °C", scaled(PROBE, 1.0, degc), ""),
-        ("K as °R", scaled(PROBE, 1.0, degr), ""),
-        ("K as °F", scaled(PROBE, 1.0, degf), ""),
-        ("°C as °R", from_kelvin(degr, celsius), ""),
-        ("°F as °R", from_kelvin(degr, fahrenheit), ""),
-        ("°F as °C", from_kelvin(degc, fahrenheit), ""),
-        ("°C as °F", from_kelvin(degf, celsius), ""),
-        ("+10 K", shifted(PROBE, 10.0), WARM_DAY),
-        ("-20 K", shifted(PROBE, -20.0), WARM_DAY),
-        ("constant 288.15 K", from_kelvin(PROBE, lambda v: np.full_like(v, 288.15)), ""),
-        ("constant 250 K", from_kelvin(PROBE, lambda v: np.full_like(v, 250.0)), ""),
-        ("of the air as total", air_as_probe, ""),
-        ("total as of the air", rewrite(PROBE, "air_temperature_k", lambda v: v), ""),
-    ]
-    names = ("total_temperature", "air_temperature")
-    return [Mistake(f"temperature {name}", change, names, why) for name, change, why in table]
-
-
-def _velocities() -> list[Mistake]:
+def _velocities() -> Rows:
     units = [(unit, "mps") for unit in SPEEDS if unit not in ("mps", "fpm")]
     units += [(unit, "kt") for unit in ("mps", "mph", "kmh", "fps")]
     units += [(unit, "fps") for unit in ("mps", "kt", "kmh")]
-    found = [(f"velocity {a} as {b}", velocity(a, b), "") for a, b in units]
-    found += [
-        ("north alone in kt", scaled(NORTH, 1.0 / SPEEDS["kt"]), ""),
-        ("east alone in kt", scaled(EAST, 1.0 / SPEEDS["kt"]), ""),
-        ("velocity in kt from the middle on", level(second_half, 1.0 / SPEEDS["kt"]), ""),
-        ("ground speed and track in north and east", speed_and_track, ""),
-        ("velocity x 1.02", level(scaled, 1.02), ONE_RECEIVER),
-        ("north without sign", of(NORTH, np.abs), ""),
-        ("north with the wrong sign", scaled(NORTH, -1.0), ""),
-        ("east with the wrong sign", scaled(EAST, -1.0), ""),
-        ("north and east with the wrong sign", level(scaled, -1.0), ""),
-        ("north and east exchanged", swapped(NORTH, EAST), ""),
-        ("axes turned by 12°", turned(12.0), ""),
-        ("east 0 in every row", scaled(EAST, 0.0), ""),
-        ("altitude in velocity down", lambda t: {**t, "velocity_down_mps": t["altitude_m"]}, ""),
-    ]
-    names = ("velocity_north", "velocity_east", "velocity_down", "heading")
-    return [Mistake(name, change, names, why) for name, change, why in found]
+    for one, other in units:
+        yield V_NAMES, f"velocity {one} as {other}", velocity(one, other)
 
 
-def _clocks() -> list[Mistake]:
-    clock = "time_s"
-
-    def restarted(v: NDArray[Any]) -> NDArray[Any]:
-        return np.where(np.arange(len(v)) < len(v) // 2, v, v - v[len(v) // 2])
-
-    shuffle = np.random.default_rng(5)
-    table: list[tuple[str, Change]] = [
-        ("row number as s", of(clock, lambda v: np.arange(1.0, len(v) + 1.0))),
-        ("min as s", scaled(clock, 1.0 / 60.0)),
-        ("h as s", scaled(clock, 1.0 / 3600.0)),
-        ("s as ms", scaled(clock, 1.0, "time_ms")),
-        ("ms as s", scaled(clock, 1e3)),
-        ("µs as s", scaled(clock, 1e6)),
-        ("x 2", scaled(clock, 2.0)),
-        ("rounded to 1 s", of(clock, np.round)),
-        ("epoch in single precision", of(clock, lambda v: np.float64(np.float32(v + 1.7e9)))),
-        ("restarted in the middle", of(clock, restarted)),
-        ("rows reversed", rows(lambda n: np.arange(n)[::-1])),
-        ("rows doubled", rows(lambda n: np.repeat(np.arange(n), 2))),
-        ("rows shuffled", rows(shuffle.permutation)),
-        ("every tenth row", rows(lambda n: np.arange(0, n, 10))),
-        (
-            "gps_fresh never true",
-            lambda t: {**t, "gps_fresh": np.zeros(len(t[clock]), dtype=np.bool_)},
-        ),
-    ]
-    return [Mistake(f"clock: {name}", change, ("time", "gps_fresh")) for name, change in table]
-
-
-def _others() -> list[Mistake]:
+def _angles() -> Rows:
     """What the calibration does not use: harmless to its curve."""
-    found: list[Mistake] = []
     for name in ("roll", "pitch", "heading", "angle_of_attack", "sideslip"):
         column = f"{name}_rad"
-        degrees = 180.0 / np.pi
-        found.append(Mistake(f"{name}: ° written as rad", scaled(column, degrees), (name,)))
-        found.append(
-            Mistake(f"{name}: rad written as °", scaled(column, 1.0, f"{name}_deg"), (name,))
-        )
+        yield (name,), f"{name}: ° written as rad", scaled(column, 180.0 / np.pi)
+        yield (name,), f"{name}: rad written as °", scaled(column, 1.0, f"{name}_deg")
     for name in ("roll", "pitch", "angle_of_attack"):
-        found.append(Mistake(f"{name} with the wrong sign", scaled(f"{name}_rad", -1.0), (name,)))
-    magnetic = of("heading_rad", lambda v: (v - np.radians(12.0)) % (2.0 * np.pi))
-    found.append(Mistake("heading magnetic, 12° off", magnetic, ("heading",)))
-    found.append(
-        Mistake(
-            "heading is the track",
-            lambda t: {**t, "heading_rad": np.arctan2(t[EAST], t[NORTH]) % (2.0 * np.pi)},
-            ("heading",),
-        )
-    )
-    found.append(Mistake("altitude ft as m", scaled("altitude_m", 1.0 / 0.3048), ("altitude",)))
-    found.append(
-        Mistake("altitude m as ft", scaled("altitude_m", 1.0, "altitude_ft"), ("altitude",))
-    )
-    found.append(Mistake("mass lb as kg", scaled("mass_kg", 2.20462), ("mass",)))
-    return found
+        yield (name,), f"{name} with the wrong sign", scaled(f"{name}_rad", -1.0)
 
 
-MISTAKES: Mapping[str, Mistake] = {
-    m.name: m
-    for m in (
-        *_pressures(),
-        *_pressure_columns(),
-        *_temperatures(),
-        *_velocities(),
-        *_clocks(),
-        *_others(),
-    )
-}
+Q, S, T = ("impact_pressure",), ("static_pressure",), ("total_temperature", "air_temperature")
+V_NAMES = ("velocity_north", "velocity_east", "velocity_down", "heading")
+CLOCK, HEIGHT, HEADING = "time_s", "altitude_m", "heading_rad"
+DEGC, DEGF, DEGR = (f"total_temperature_deg{scale}" for scale in "cfr")
+# By the quantities that a message may name: what people do, and its change.
+TABLES: Mapping[tuple[str, ...], Mapping[str, Change]] = {
+    Q: {
+        "impact x 0.5": scaled(IMPACT, 0.5),
+        "impact x 2": scaled(IMPACT, 2.0),
+        "impact x 1.1": scaled(IMPACT, 1.1),
+        "impact +50 Pa": shifted(IMPACT, 50.0),
+        "impact +200 Pa": shifted(IMPACT, 200.0),
+        "impact x 1.2 in the second half": second_half(IMPACT, 1.2),
+        "impact in 12-bit counts": of(IMPACT, lambda v: np.round(v / 3.3665)),
+        "impact as ½ρV²": computed(IMPACT, lambda t: 0.7 * t[STATIC] * mach(t) ** 2),
+        "impact with the wrong sign": scaled(IMPACT, -1.0),
+        "total in the impact column": computed(IMPACT, lambda t: t[IMPACT] + t[STATIC]),
+        "airspeed (kt) in the impact column": of(
+            IMPACT, lambda v: air.calibrated_airspeed(v) / KNOT
+        ),
+    },
+    Q + S: {"impact and static exchanged": swapped(IMPACT, STATIC)},
+    ("total_pressure",): {
+        "total and static exchanged": both(with_total, swapped(TOTAL, STATIC)),
+        "total +5 hPa": both(with_total, shifted(TOTAL, 500.0)),
+    },
+    S: {
+        "static as total": computed(STATIC, lambda t: t[STATIC] + t[IMPACT]),
+        "static x 1.05": scaled(STATIC, 1.05),
+        "static reduced to sea level": computed(STATIC, sea_level),
+        "static constant, 1013.25 hPa": constant(STATIC, 101325.0),
+        "altitude (m) in the static column": computed(STATIC, lambda t: t[HEIGHT]),
+        "altitude (ft) in the static column": computed(STATIC, lambda t: t[HEIGHT] / 0.3048),
+    },
+    T: {
+        "temperature °C as K": of(PROBE, celsius),
+        "temperature °F as K": of(PROBE, fahrenheit),
+        "temperature °R as K": scaled(PROBE, RANKINE),
+        "temperature K as °C": scaled(PROBE, 1.0, DEGC),
+        "temperature K as °R": scaled(PROBE, 1.0, DEGR),
+        "temperature K as °F": scaled(PROBE, 1.0, DEGF),
+        "temperature °C as °R": rewrite(PROBE, DEGR, celsius),
+        "temperature °F as °R": rewrite(PROBE, DEGR, fahrenheit),
+        "temperature °F as °C": rewrite(PROBE, DEGC, fahrenheit),
+        "temperature °C as °F": rewrite(PROBE, DEGF, celsius),
+        "temperature +10 K": shifted(PROBE, 10.0),
+        "temperature -20 K": shifted(PROBE, -20.0),
+        "temperature constant 288.15 K": constant(PROBE, 288.15),
+        "temperature constant 250 K": constant(PROBE, 250.0),
+        "temperature of the air as total": computed(
+            PROBE, lambda t: air.air_temperature(t[PROBE], mach(t))
+        ),
+        "temperature total as of the air": scaled(PROBE, 1.0, "air_temperature_k"),
+    },
+    V_NAMES: {
+        "north alone in kt": scaled(NORTH, 1.0 / SPEEDS["kt"]),
+        "east alone in kt": scaled(EAST, 1.0 / SPEEDS["kt"]),
+        "velocity in kt from the middle on": level(second_half, 1.0 / SPEEDS["kt"]),
+        "ground speed and track in north and east": lambda t: {
+            **t, NORTH: np.hypot(t[NORTH], t[EAST]), EAST: np.degrees(track(t)) % 360.0,
+        },
+        "velocity x 1.02": level(scaled, 1.02),
+        "north without sign": of(NORTH, np.abs),
+        "north with the wrong sign": scaled(NORTH, -1.0),
+        "east with the wrong sign": scaled(EAST, -1.0),
+        "north and east with the wrong sign": level(scaled, -1.0),
+        "north and east exchanged": swapped(NORTH, EAST),
+        "axes turned by 12°": turned(lambda t: np.radians(12.0)),
+        "east 0 in every row": scaled(EAST, 0.0),
+        "altitude in velocity down": computed("velocity_down_mps", lambda t: t[HEIGHT]),
+    },
+    ("time", "gps_fresh"): {
+        "clock: row number as s": of(CLOCK, lambda v: np.arange(1.0, len(v) + 1.0)),
+        "clock: min as s": scaled(CLOCK, 1.0 / 60.0),
+        "clock: h as s": scaled(CLOCK, 1.0 / 3600.0),
+        "clock: s as ms": scaled(CLOCK, 1.0, "time_ms"),
+        "clock: ms as s": scaled(CLOCK, 1e3),
+        "clock: µs as s": scaled(CLOCK, 1e6),
+        "clock: x 2": scaled(CLOCK, 2.0),
+        "clock: rounded to 1 s": of(CLOCK, np.round),
+        "clock: epoch in single precision": of(
+            CLOCK, lambda v: np.float64(np.float32(v + 1.7e9))
+        ),
+        "clock: restarted in the middle": of(CLOCK, restarted),
+        "clock: rows reversed": rows(lambda n: np.arange(n)[::-1]),
+        "clock: rows doubled": rows(lambda n: np.repeat(np.arange(n), 2)),
+        "clock: rows shuffled": rows(np.random.default_rng(5).permutation),
+        "clock: every tenth row": rows(lambda n: np.arange(0, n, 10)),
+        "clock: gps_fresh never true": computed(
+            "gps_fresh", lambda t: np.zeros(len(t[CLOCK]), dtype=np.bool_)
+        ),
+    },
+    ("heading",): {
+        "heading magnetic, 12° off": of(
+            HEADING, lambda v: (v - np.radians(12.0)) % (2.0 * np.pi)
+        ),
+        "heading is the track": computed(HEADING, lambda t: track(t) % (2.0 * np.pi)),
+    },
+    ("altitude",): {
+        "altitude ft as m": scaled(HEIGHT, 1.0 / 0.3048),
+        "altitude m as ft": scaled(HEIGHT, 1.0, "altitude_ft"),
+    },
+    ("mass",): {"mass lb as kg": scaled("mass_kg", 2.20462)},
+}  # fmt: skip
+
+
+def _mistakes() -> Iterator[Mistake]:
+    written = [(names, *row) for names, table in TABLES.items() for row in table.items()]
+    for names, name, change in (*_pressures(), *_velocities(), *_angles(), *written):
+        yield Mistake(name, change, names, UNKNOWABLE.get(name, ""))
+
+
+MISTAKES: Mapping[str, Mistake] = {mistake.name: mistake for mistake in _mistakes()}
 
 
 # Sensors and recorders that fail in flight, each at a size that harms. What a message may name is a
@@ -497,20 +461,11 @@ def from_heading(north: float, east: float) -> Change:
     """The velocity made of airspeed and heading, with a wind that someone typed."""
 
     def run(t: Columns) -> Columns:
-        mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
-        speed = mach * air.sound_speed(air.air_temperature(t[PROBE], mach))
-        return {
-            **t,
-            NORTH: speed * np.cos(t["heading_rad"]) + north,
-            EAST: speed * np.sin(t["heading_rad"]) + east,
-        }
+        speed = mach(t) * air.sound_speed(air.air_temperature(t[PROBE], mach(t)))
+        toward = {NORTH: np.cos(t[HEADING]), EAST: np.sin(t[HEADING])}
+        return {**t, NORTH: speed * toward[NORTH] + north, EAST: speed * toward[EAST] + east}
 
     return run
-
-
-def in_body_axes(t: Columns) -> Columns:
-    c, s = np.cos(t["heading_rad"]), np.sin(t["heading_rad"])
-    return {**t, NORTH: c * t[NORTH] + s * t[EAST], EAST: c * t[EAST] - s * t[NORTH]}
 
 
 def in_turns(column: str, factor: float) -> Change:
@@ -518,11 +473,9 @@ def in_turns(column: str, factor: float) -> Change:
 
 
 def pasted_twice(t: Columns) -> Columns:
-    clock = "time_s"
-    lasting = t[clock][-1] - t[clock][0] + 1.0
-    both = {k: np.concatenate([v, v]) for k, v in t.items()}
-    both[clock] = np.concatenate([t[clock], t[clock] + lasting])
-    return both
+    lasting = t[CLOCK][-1] - t[CLOCK][0] + 1.0
+    twice = {k: np.concatenate([v, v]) for k, v in t.items()}
+    return twice | {CLOCK: np.concatenate([t[CLOCK], t[CLOCK] + lasting])}
 
 
 Q_WORDS = ("impact_pressure", "impact pressure", "samples near")
@@ -531,10 +484,7 @@ T_WORDS = ("temperature", "recovery")
 V_WORDS = ("velocity", "GPS", "latency", "wind", "axes", "heading", "ground")
 C_WORDS = ("clock", "time", "latency", "trail", *V_WORDS)
 
-LEVEL_SCALE = (
-    "in level flight a factor of the airspeed is a factor of q_c, which is the pressure "
-    "error that is sought"
-)
+LEVEL_SCALE = "in level flight a factor of the airspeed is one of q_c: the error that is sought"
 EACH_ONCE = "each speed is flown once: an error that goes with time is one that goes with speed"
 A_LEAK = "a share of q_c that goes with time, on a card that goes through its speeds in time"
 WEATHER = "the pressure of the day, and the static error that the altitude cannot tell from it"
@@ -599,7 +549,7 @@ _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ("east x 0.94", scaled(EAST, 0.94), V_WORDS, ""),
     ("velocity frozen for 30 s", level(frozen, 0.4, 30.0), V_WORDS, ""),
     ("velocity in steps of 5 m/s", level(coarse, 5.0), V_WORDS, ""),
-    ("axes turned by 7°", turned(7.0), V_WORDS, ""),
+    ("axes turned by 7°", turned(lambda t: np.radians(7.0)), V_WORDS, ""),
     ("east drifts by 4 m/s", ramp(EAST, 4.0), V_WORDS, A_WIND),
     (
         "velocity x 0.97 from the middle on", level(gain, 0.97, 0.97, 0.5),
@@ -607,7 +557,7 @@ _FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
     ),
     ("velocity of airspeed and heading", from_heading(0.0, 0.0), V_WORDS, ""),
     ("velocity of airspeed, heading and a typed wind", from_heading(5.0, -3.0), V_WORDS, ""),
-    ("velocity in body axes", in_body_axes, V_WORDS, ""),
+    ("velocity in body axes", turned(lambda t: t[HEADING]), V_WORDS, ""),
     ("east ends at 55 m/s", of(EAST, lambda v: np.clip(v, -55.0, 55.0)), V_WORDS, ""),
     ("the log pasted twice", pasted_twice, C_WORDS, ""),
     (
@@ -673,36 +623,22 @@ def _kind(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a
-    warning.
-    """
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0]
-    )
-    parser.add_argument("--each", action="store_true", help="one line a mistake")
-    parser.add_argument(
-        "--faults",
-        action="store_true",
-        help="sensors that fail in flight, as the command calibrates",
-    )
-    parser.add_argument(
-        "--maneuver", default="circle", help="of the good log (default: %(default)s)"
-    )
+    """Judge; return 0 where nothing is accepted wrong in silence or hidden below a warning."""
+    parser = argparse.ArgumentParser(prog="python -m tests.lab.mistakes", description=__doc__)
+    add = parser.add_argument
+    add("--each", action="store_true", help="one line a mistake")
+    add("--faults", action="store_true", help="sensors that fail in flight")
+    add("--maneuver", default="circle", help="of the good log (default: %(default)s)")
     choice = parser.parse_args(arguments)
-    found = []
+    count: Counter[str] = Counter()
     for mistake in (FAULTS if choice.faults else MISTAKES).values():
-        begun = time.perf_counter()
-        outcome = judge(mistake, choice.maneuver, "checked" if choice.faults else "constant")
-        found.append(outcome)
+        found = judge(mistake, choice.maneuver, "checked" if choice.faults else "constant")
+        count[found.kind] += 1
         if choice.each:
-            numbers = f"{outcome.error_kt:8.2f} kt {outcome.ratio:8.1f} {outcome.wind_ratio:8.1f}"
-            lasted = time.perf_counter() - begun
-            print(
-                f"{outcome.kind:<18} {numbers} {lasted:5.1f} s  {mistake.name}: {outcome.says}",
-                flush=True,
-            )
-    count = Counter(outcome.kind for outcome in found)
-    print(f"{len(found)} mistakes: " + ", ".join(f"{kind} {count[kind]}" for kind in OUTCOMES))
+            numbers = f"{found.error_kt:8.2f} kt {found.ratio:8.1f} {found.wind_ratio:8.1f}"
+            print(f"{found.kind:<18} {numbers}  {mistake.name}: {found.says}", flush=True)
+    told = ", ".join(f"{kind} {count[kind]}" for kind in OUTCOMES)
+    print(f"{count.total()} mistakes: {told}")
     return 1 if count["silent"] or count["hidden"] or count["crashed"] else 0
 
 

@@ -50,31 +50,21 @@ class Rows:
 
     @property
     def indicated_airspeed(self) -> Array:
-        """Indicated airspeed: the speed at which a standard sea level gives the same impact
-        pressure.
-        """
-        sea = 101325.0
-        return (
-            mach_number(
-                sea + self.total_pressure - self.static_pressure, np.full(len(self.time), sea)
-            )
-            * 340.294
-        )
+        """The speed at which a standard sea level gives the same impact pressure."""
+        sea = np.full(len(self.time), 101325.0)
+        return 340.294 * mach_number(sea + self.total_pressure - self.static_pressure, sea)
 
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What the equations give.
-
-    Wind toward north, east and down; recovery factor; error of heading less sideslip; root mean
-    square of the residual velocity, a component; Δp/q_c in every row.
+    """What the equations give: wind toward north, east and down, recovery factor, error of heading
+    less sideslip, root mean square of the residual velocity, a component.
     """
 
     wind: Array
     recovery: float
     direction: float
     residual: float
-    normalized_error: Array
 
 
 def read(path: Path) -> Rows:
@@ -99,9 +89,7 @@ def read(path: Path) -> Rows:
 
 
 def mach_number(total: Array, static: Array) -> Array:
-    """Mach number of total and static pressure: isentropic below 1, behind a normal shock above
-    (Rayleigh).
-    """
+    """Mach number of total and static pressure, behind a normal shock above 1 (Rayleigh)."""
     ratio = total / static
     mach = np.sqrt(5.0 * (ratio ** (2.0 / 7.0) - 1.0))
     fast = mach > 1.0
@@ -119,38 +107,30 @@ def survey(rows: Rows, free_direction: bool = False) -> Survey:
     direction = _through_the_air(rows)
 
     def residual(unknown: Array) -> Array:
-        mach, _, temperature = _ambient(rows, unknown[0], unknown[4])
+        mach, temperature = _ambient(rows, unknown[0], unknown[4])
         speed = mach * np.sqrt(_GAMMA * _GAS * temperature)
         turned = _turned(direction, unknown[5]) if free_direction else direction
         return np.asarray((speed[:, None] * turned + unknown[1:4] - rows.velocity).ravel())
 
     start = np.array([0.0, 0.0, 0.0, 0.0, 1.0, *([0.0] if free_direction else [])])
     fit = least_squares(residual, start, method="lm")
-    _, ambient, _ = _ambient(rows, fit.x[0], fit.x[4])
     return Survey(
         wind=fit.x[1:4],
         recovery=float(fit.x[4]),
         direction=float(fit.x[5]) if free_direction else 0.0,
         residual=float(np.sqrt(np.mean(fit.fun**2))),
-        normalized_error=(rows.static_pressure - ambient) / (rows.total_pressure - ambient),
     )
 
 
 def _turned(direction: Array, angle: float) -> Array:
     """Directions (n, 3) turned to the right by an angle."""
     north, east, down = direction.T
-    return np.stack(
-        [
-            np.cos(angle) * north - np.sin(angle) * east,
-            np.sin(angle) * north + np.cos(angle) * east,
-            down,
-        ],
-        axis=1,
-    )
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.stack([cosine * north - sine * east, sine * north + cosine * east, down], axis=1)
 
 
-def _ambient(rows: Rows, offset: float, recovery: float) -> tuple[Array, Array, Array]:
-    """Mach number, ambient pressure and temperature in every row.
+def _ambient(rows: Rows, offset: float, recovery: float) -> tuple[Array, Array]:
+    """Mach number and temperature in every row.
 
     The ambient pressure begins at the indicated static one times exp(`offset`) and follows the
     height.
@@ -162,7 +142,7 @@ def _ambient(rows: Rows, offset: float, recovery: float) -> tuple[Array, Array, 
         lightness = _GRAVITY / (_GAS * temperature)
         fall = np.cumsum(np.diff(rows.height, prepend=rows.height[0]) * lightness)
         ambient = rows.static_pressure[0] * np.exp(offset - fall)
-    return mach, ambient, temperature
+    return mach, temperature
 
 
 def _through_the_air(rows: Rows) -> Array:

@@ -25,6 +25,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import astuple, dataclass, fields
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -41,18 +42,16 @@ FAULTS = ("traceback", "exit 1", "hang", "memory", "stray output", "invalid JSON
 SECONDS, BYTES = 60, 2 << 30  # s of the processor, and of the clock ten times as many
 TEXT = (".csv", ".toml", ".txt", ".igc")
 BUNDLED = 0.15  # share of the inputs that lie in a folder or in a .zip file
-COMMANDS = (
-    ("inspect", ("inspect", "{log}")),
-    ("map", ("map", "{log}")),
-    ("inspect json", ("inspect", "{log}", "--json")),
-    ("calibrate", ("calibrate", "{log}")),
-    ("calibrate json", ("calibrate", "{log}", "--json", "--model", "bias")),
-    ("fixed-speed", ("fixed-speed", "{log}")),
-    ("a mapping", ("inspect", "{log}", "--mapping", "{mapping}")),
-)
-USUAL = np.array(
-    [0.3, 0.3, 0.1, 0.07, 0.05, 0.08, 0.1]
-)  # shares of the commands: a calibration takes longest
+COMMANDS = {  # the words and the share of each: a calibration takes longest
+    "inspect": ("inspect {log}", 0.3),
+    "map": ("map {log}", 0.3),
+    "inspect json": ("inspect {log} --json", 0.1),
+    "calibrate": ("calibrate {log}", 0.07),
+    "calibrate json": ("calibrate {log} --json --model bias", 0.05),
+    "fixed-speed": ("fixed-speed {log}", 0.08),
+    "a mapping": ("inspect {log} --mapping {mapping}", 0.1),
+}
+USUAL = [share for _, share in COMMANDS.values()]
 MAPPING = """\
 [log]
 delimiter = ","
@@ -128,9 +127,7 @@ def good_files(folder: Path) -> list[Path]:
 
 
 def bundled(path: Path, other: Path, rng: Random) -> tuple[Path, str]:
-    """Put a spoiled file into a folder, or into a .zip file that may be spoiled itself, beside a
-    good one; return what a user names, and in words what it is.
-    """
+    """Put a file into a folder or a .zip beside a good one; return it, and what it is in words."""
     folder = path.parent / "card"
     (folder / "older").mkdir(parents=True)
     path = path.rename(folder / path.name)
@@ -277,9 +274,8 @@ def _names(lines: list[str], rng: Random) -> list[str]:
     elif kind == 1:
         names[a] = names[b]
     elif kind == 2:
-        names[a] = names[a].rsplit("_", 1)[0] + str(
-            rng.choice(["_kt", "_mps", "_hpa", "_degf", "_ft", "_ms", ""])
-        )
+        suffix = rng.choice(["_kt", "_mps", "_hpa", "_degf", "_ft", "_ms", ""])
+        names[a] = names[a].rsplit("_", 1)[0] + str(suffix)
     else:
         names[a] = str(rng.choice(CELLS))
     lines[row] = mark.join(names)
@@ -288,11 +284,9 @@ def _names(lines: list[str], rng: Random) -> list[str]:
 
 def _endings(lines: list[str], rng: Random) -> list[str]:
     ending = str(rng.choice(["\r", "\r\n", "\r\r\n", "\x0b", "\u2028", "\x00"]))
-    return (
-        [ending.join(lines)]
-        if rng.random() < 0.5
-        else [line + ending.strip("\n") for line in lines]
-    )
+    if rng.random() < 0.5:
+        return [ending.join(lines)]
+    return [line + ending.strip("\n") for line in lines]
 
 
 def _marks(lines: list[str], rng: Random) -> list[str]:
@@ -301,19 +295,12 @@ def _marks(lines: list[str], rng: Random) -> list[str]:
 
 
 def recoded(data: bytes, rng: Random) -> bytes:
-    text = data.decode("utf-8", "replace")
-    return text.encode(
-        str(rng.choice(["utf-16", "utf-16-le", "utf-32", "latin-1", "utf-7", "cp037"])), "replace"
-    )
+    code = rng.choice(["utf-16", "utf-16-le", "utf-32", "latin-1", "utf-7", "cp037"])
+    return data.decode("utf-8", "replace").encode(str(code), "replace")
 
 
-TEXT_DAMAGE = (
-    *(
-        of_lines(each)
-        for each in (_cells, _cells, _column, _rows_moved, _line_added, _names, _endings, _marks)
-    ),
-    recoded,
-)
+_OF_LINES = (_cells, _cells, _column, _rows_moved, _line_added, _names, _endings, _marks)
+TEXT_DAMAGE = (*map(of_lines, _OF_LINES), recoded)
 
 
 def _mapping(rng: Random) -> tuple[str, bytes]:
@@ -322,11 +309,8 @@ def _mapping(rng: Random) -> tuple[str, bytes]:
     for _ in range(int(rng.integers(1, 4))):
         row = int(rng.integers(len(lines)))
         key, equals, _ = lines[row].partition("=")
-        lines[row] = (
-            f"{key}= {rng.choice(VALUES)}"
-            if equals
-            else str(rng.choice(["[log", "[[columns]]", "[x]", "="]))
-        )
+        value = rng.choice(VALUES if equals else ["[log", "[[columns]]", "[x]", "="])
+        lines[row] = f"{key}= {value}" if equals else str(value)
     data = "\n".join(lines).encode("utf-8", "replace")
     return ("values", data) if rng.random() < 0.7 else ("bytes", flipped(data, rng))
 
@@ -338,7 +322,8 @@ def spoil(seed: int, files: Sequence[Path], folder: Path) -> tuple[Path, str, st
     """Write the input of a seed; return its file, its damage, and the command's name and words."""
     rng = np.random.default_rng([seed, 1031])
     good = files[int(rng.integers(len(files)))]
-    name, words = COMMANDS[int(rng.choice(len(COMMANDS), p=USUAL))]
+    name = [*COMMANDS][int(rng.choice(len(COMMANDS), p=USUAL))]
+    words = COMMANDS[name][0].split()
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     path, mapping = folder / good.name, folder / "mapping.toml"
@@ -348,14 +333,11 @@ def spoil(seed: int, files: Sequence[Path], folder: Path) -> tuple[Path, str, st
         mapping.write_bytes(spoiled)
         damages.append(f"mapping {kind}")
         if rng.random() < 0.5:
-            words = ("calibrate", *words[1:])
+            words[0] = "calibrate"
     else:
+        of_text = (*BYTES_DAMAGE[:5], *TEXT_DAMAGE, *TEXT_DAMAGE)
+        kinds = of_text if good.suffix in TEXT else BYTES_DAMAGE
         for _ in range(1 if rng.random() < 0.7 else 2):
-            kinds = (
-                (*BYTES_DAMAGE[:5], *TEXT_DAMAGE, *TEXT_DAMAGE)
-                if good.suffix in TEXT
-                else BYTES_DAMAGE
-            )
             change = kinds[int(rng.integers(len(kinds)))]
             data = change(data, rng) if data else data
             damages.append(change.__name__)
@@ -380,14 +362,11 @@ def judge(seed: int, files: Sequence[Path], folder: Path) -> Result:
     said, told = (path.read_bytes().decode("utf-8", "replace") for path in (out, err))
     code = os.waitstatus_to_exitcode(status)
     fault = _fault(name, code, said, told, used.ru_maxrss * 1024)
-    at_fault = f"{said[:200]} | {told[:400]}" if fault else told[:120]
     if fault:
         shutil.copytree(folder / "input", folder / f"kept-{seed}", dirs_exist_ok=True)
-    file, megabytes, says = (
-        f"{good.parent.name}/{good.name}",
-        used.ru_maxrss // 1024,
-        " ".join(at_fault.split()),
-    )
+        told = f"{said[:200]} | {told[:400]}"
+    says, file = " ".join(told[: 603 if fault else 120].split()), f"{good.parent.name}/{good.name}"
+    megabytes = used.ru_maxrss // 1024
     return Result(seed, file, damage, name, code, round(lasted, 2), megabytes, fault, says)
 
 
@@ -420,14 +399,8 @@ def _become(words: Sequence[str], out: Path, err: Path) -> None:
 
 
 def _load(files: Sequence[Path]) -> None:
-    """Run commands once on good files, so that a fork has the modules loaded: most of the time of
-    an input.
-    """
-    with (
-        open(os.devnull, "w", encoding="utf-8") as nowhere,
-        redirect_stdout(nowhere),
-        redirect_stderr(nowhere),
-    ):
+    """Run commands once on good files, so that a fork has the modules loaded."""
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
         for path in files:
             run_command(["inspect", str(path)])
         run_command(["calibrate", str(files[-3])])
@@ -451,17 +424,19 @@ def _fault(name: str, code: int, said: str, told: str, used: int) -> str:
     if used > BYTES:
         return "memory"
     lines = [line for line in told.splitlines() if not _OF_FOLDER.fullmatch(line)]
-    if code and (said or not lines or not lines[0].startswith("pitotbench: ")):
+    if "Warning" in told:
         return "stray output"
-    if "Warning" in told or (code == 0 and "json" not in name and not said):
+    if code:
+        refused = lines and lines[0].startswith("pitotbench: ") and not said
+        return "" if refused else "stray output"
+    if not all(line.startswith(("written", "#")) for line in lines):
         return "stray output"
-    if code == 0 and not all(line.startswith(("written", "#")) for line in lines):
-        return "stray output"
-    if code == 0 and "json" in name:
-        try:
-            json.loads(said, parse_constant=_no_json)
-        except ValueError:
-            return "invalid JSON"
+    if "json" not in name:
+        return "" if said else "stray output"
+    try:
+        json.loads(said, parse_constant=_no_json)
+    except ValueError:
+        return "invalid JSON"
     return ""
 
 
@@ -470,20 +445,17 @@ def _no_json(text: str) -> None:
 
 
 def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
-    """Judge the inputs of seeds that the results of a folder do not hold yet; return those of all
-    the seeds.
-    """
+    """Judge the seeds that the results of a folder do not hold yet; return all that were asked."""
     out.mkdir(parents=True, exist_ok=True)
     files, table = good_files(out / "good"), out / "results.csv"
-    kinds = {"seed": int, "code": int, "seconds": float, "megabytes": int}
     names = [field.name for field in fields(Result)]
     found: dict[int, Result] = {}
     _load(files)
     if table.exists():
         with table.open(newline="", encoding="utf-8") as file:
             for row in csv.DictReader(file):
-                cells = {name: kinds.get(name, str)(row[name]) for name in names}
-                found[int(row["seed"])] = Result(**cells)
+                cells = (field.type(row[field.name]) for field in fields(Result))
+                found[int(row["seed"])] = Result(*cells)
     with table.open("a", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         if file.tell() == 0:
@@ -498,9 +470,7 @@ def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 1 where an input brought a fault about."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.lab.spoil", description=__doc__.split("\n")[0]
-    )
+    parser = argparse.ArgumentParser(prog="python -m tests.lab.spoil", description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--first", type=int, default=1, help="the first seed")
     parser.add_argument("--count", type=int, default=1000)
@@ -508,10 +478,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = judge_all(range(choice.first, choice.first + choice.count), choice.out)
     for each in found:
         if each.fault:
-            print(
-                f"{each.fault}: seed {each.seed}, {each.file}, {each.damage}, {each.command}: "
-                f"{each.says[:300]}"
-            )
+            what = f"seed {each.seed}, {each.file}, {each.damage}, {each.command}"
+            print(f"{each.fault}: {what}: {each.says[:300]}")
     faults, codes = Counter(each.fault for each in found), Counter(each.code for each in found)
     print(f"{len(found):,} inputs: " + ", ".join(f"{name} {faults[name]}" for name in FAULTS))
     print("exit codes: " + ", ".join(f"{code} {codes[code]:,}" for code in sorted(codes)))

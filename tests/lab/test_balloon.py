@@ -12,9 +12,7 @@ PUBLISHED_TOOL_KT = {"CLASS55": (29.7, 5.3), "CLASS65": (34.2, 10.6)}
 
 @pytest.fixture(scope="module", params=balloon.FLIGHTS)
 def held(request):
-    found = balloon.hold(request.param)
-    print("\n" + "\n".join(balloon.lines_of(found)))
-    return found
+    return balloon.hold(request.param)
 
 
 def test_the_balloon_is_inside_at_every_airspeed(held):
@@ -35,9 +33,7 @@ def test_the_published_equations_give_what_the_published_tool_gives(held):
 
 
 def test_with_the_direction_unknown_they_give_the_wind_of_the_answer(held):
-    """On CLASS65 the direction is 1.3 degrees off; the residual says so, and the wind moves by 4
-    kt.
-    """
+    """On CLASS65 the direction is 1.3 degrees off, and the wind moves by 4 kt."""
     apart = held.freed.wind[:2] - held.wind
     assert np.all(np.abs(apart) <= np.hypot(held.wind_two_sigma, 1.0 * KNOT))
     assert held.freed.residual < 0.85 * held.survey.residual
@@ -47,8 +43,6 @@ def test_with_the_direction_unknown_they_give_the_wind_of_the_answer(held):
 
 
 def test_mach_number_of_published_tables():
-    """NACA Report 1135 (1953): p_t/p 1.8929 at Mach 1, 5.640 behind the shock at Mach 2; p/p_t
-    0.8430 at 0.5.
-    """
+    """NACA Report 1135 (1953): p_t/p 1.8929 at Mach 1, 5.640 at 2; p/p_t 0.8430 at 0.5."""
     found = self_survey.mach_number(np.array([1.0 / 0.8430, 1.8929, 5.640]), np.ones(3))
     assert found == pytest.approx([0.5, 1.0, 2.0], abs=2e-4)

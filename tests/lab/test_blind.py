@@ -4,6 +4,7 @@ score counts.
 
 import ast
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,9 +60,8 @@ def test_a_flight_that_its_effect_ends_is_told_and_has_no_log(tmp_path, monkeypa
         raise SimulationError("the aircraft departed")
 
     monkeypatch.setattr("pitotlab.blind.drawn.log_of", departs)
-    generator.write_cases(
-        tmp_path, SEED, [generator.HiddenCase("none", ("C",), (), Environment())], [False], 1
-    )
+    nothing = generator.HiddenCase("none", ("C",), (), Environment())
+    generator.write_cases(tmp_path, SEED, [nothing], [False], 1)
     assert "log-0000 cannot be flown: the aircraft departed" in capsys.readouterr().out
     assert not list(tmp_path.iterdir())
 
@@ -91,35 +91,22 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_logs_tell_nothing_of_the_truth_nor_of_day_pilot_and_loading(folder: Path) -> None:
     paths = sorted((folder / "logs").glob("*.parquet"))
     assert {p.stem[4:] for p in paths} == {"0000", "0001", "0002", "0002-held", "0003", "0003-b"}
-    hidden = {
-        "effects",
-        "wind",
-        "pressure_error",
-        "truth_seed",
-        "pilot",
-        "fuel",
-        "ballast_kg",
-        "temperature_offset_k",
-    }
+    hidden = {"effects", "wind", "pressure_error", "truth_seed", *generator.NOT_TOLD}
+    assert hidden > {"pilot", "fuel", "ballast_kg", "temperature_offset_k"}
     for path in paths:
         header = read_log(path).header
         assert set(header) <= {"format", "case"}
         assert not hidden & set(header["case"])
-    assert [p.stem for p in flights_of(folder / "logs" / "log-0003.parquet")] == [
-        "log-0003",
-        "log-0003-b",
-    ]
+    flights = flights_of(folder / "logs" / "log-0003.parquet")
+    assert [path.stem for path in flights] == ["log-0003", "log-0003-b"]
 
 
 def test_a_broken_seal_is_noticed(folder: Path, tmp_path: Path) -> None:
     assert len(opened(folder / "seal")["cases"]) == 4
-    text = (folder / "seal" / "truth.json").read_text("utf-8")
-    (tmp_path / "truth.json").write_text(
-        text.replace(f'"seed": {SEED}', '"seed": 1', 1), encoding="utf-8"
-    )
-    (tmp_path / "truth.sha256").write_text(
-        (folder / "seal" / "truth.sha256").read_text("utf-8"), encoding="utf-8"
-    )
+    shutil.copytree(folder / "seal", tmp_path, dirs_exist_ok=True)
+    truth = tmp_path / "truth.json"
+    changed = truth.read_text("utf-8").replace(f'"seed": {SEED}', '"seed": 1', 1)
+    truth.write_text(changed, encoding="utf-8")
     with pytest.raises(ValueError, match="seal"):
         opened(tmp_path)
 
@@ -127,10 +114,9 @@ def test_a_broken_seal_is_noticed(folder: Path, tmp_path: Path) -> None:
 def test_a_packed_set_holds_what_its_folder_held_and_a_change_is_noticed(
     folder: Path, tmp_path: Path
 ) -> None:
-    answers = "".join(
-        json.dumps({"name": generator.name_of(i), "kind": "no_gap"}) + "\n" for i in range(3)
-    )
-    (tmp_path / "results.jsonl").write_text(answers, encoding="utf-8")
+    answers = [{"name": generator.name_of(i), "kind": "no_gap"} for i in range(3)]
+    lines = "".join(json.dumps(each) + "\n" for each in answers)
+    (tmp_path / "results.jsonl").write_text(lines, encoding="utf-8")
     (tmp_path / "seal").symlink_to(folder / "seal")
     packed = [pack("first", tmp_path, tmp_path / place) for place in ("kept", "again")]
     assert packed[0].read_bytes() == packed[1].read_bytes()
@@ -149,9 +135,8 @@ def test_the_sets_that_are_kept_are_those_that_were_sealed() -> None:
 
 def test_two_seals_of_one_truth_differ_by_their_salt(tmp_path: Path) -> None:
     cases, held = drawn(SEED, 0.01)
-    assert generator.seal(tmp_path / "a", SEED, cases, held) != generator.seal(
-        tmp_path / "b", SEED, cases, held
-    )
+    one, other = (generator.seal(tmp_path / name, SEED, cases, held) for name in "ab")
+    assert one != other
 
 
 def test_a_set_is_judged_again_where_it_was_stopped_and_scored(folder: Path) -> None:
@@ -202,9 +187,8 @@ def test_most_settings_are_not_those_that_a_header_tells() -> None:
 
 
 def test_the_product_does_not_know_the_forms_and_the_forms_do_not_know_the_reconciler() -> None:
-    product = "\n".join(
-        p.read_text("utf-8") for p in Path(pitotbench.__file__).parent.rglob("*.py")
-    )
+    files = Path(pitotbench.__file__).parent.rglob("*.py")
+    product = "\n".join(file.read_text("utf-8") for file in files)
     assert [name for name in (*OWN_FORMS, *OUTSIDERS) if f'"{name}"' in product] == []
     for module in ("forms", "outsiders", "flown"):
         tree = ast.parse((GENERATOR / f"{module}.py").read_text("utf-8"))
@@ -290,9 +274,8 @@ def test_a_part_of_the_flight_is_as_before_outside_it_and_gusts_and_steps_are_th
     assert np.median(np.diff(flight["time"])) == pytest.approx(1.0 / 60.0)
     assert 0.08 < np.std(flight["wind_down"]) < 0.4
     part = {"temperature_bias": Part(40.0, 90.0)}
-    with_it, without = (
-        recorded(f, None, part) for f in (flight, replace(flight, case=replace(case, effects=())))
-    )
+    bare = replace(flight, case=replace(case, effects=()))
+    with_it, without = (recorded(each, None, part) for each in (flight, bare))
     time = with_it.time - with_it.time[0]
     warmer = with_it.total_temperature - without.total_temperature
     assert np.all(warmer[(time < 40.0) | (time > 90.0)] == 0.0)
@@ -304,24 +287,18 @@ def test_own_gusts_have_the_deviation_and_the_spectrum_of_von_karman() -> None:
     assert np.trapezoid(longitudinal(number), number) == pytest.approx(1.0, abs=0.02)
     assert np.trapezoid(lateral(number), number) == pytest.approx(1.0, abs=0.04)
     # Kolmogorov's law for short waves, and 4/3 as much energy across the flight as along it.
-    assert longitudinal(np.array(2.0)) / longitudinal(np.array(1.0)) == pytest.approx(
-        2.0 ** (-5.0 / 3.0), rel=1e-3
-    )
-    assert lateral(np.array(1.0)) / longitudinal(np.array(1.0)) == pytest.approx(
-        4.0 / 3.0, rel=1e-3
-    )
+    one, two = longitudinal(np.array([1.0, 2.0]))
+    assert two / one == pytest.approx(2.0 ** (-5.0 / 3.0), rel=1e-3)
+    assert lateral(np.array(1.0)) / one == pytest.approx(4.0 / 3.0, rel=1e-3)
     fields = [gust_field(0.5, seed, 6_000.0).values for seed in range(16)]
     assert np.std(np.concatenate(fields), axis=0) == pytest.approx(0.5, rel=0.25)
     inside = np.geomspace(LEAST, MOST, 40_000)
     for spectrum, column in ((longitudinal, 0), (lateral, 1)):
         for apart in (5, 20, 80):
-            wanted = (
-                2.0 * 0.25 * np.trapezoid(spectrum(inside) * (1.0 - np.cos(apart * inside)), inside)
-            )
-            found = np.mean(
-                [np.mean((f[apart:, column] - f[:-apart, column]) ** 2) for f in fields]
-            )
-            assert found == pytest.approx(float(wanted), rel=0.15)
+            waves = spectrum(inside) * (1.0 - np.cos(apart * inside))
+            wanted = 2.0 * 0.25 * float(np.trapezoid(waves, inside))
+            steps = [f[apart:, column] - f[:-apart, column] for f in fields]
+            assert np.mean(np.square(steps)) == pytest.approx(wanted, rel=0.15)
 
 
 def test_flights_are_matched_by_their_place_in_each_segment() -> None:
@@ -336,15 +313,13 @@ def test_wilson_is_the_published_interval() -> None:
 
 
 def answer(kind: str, *groups: list[str], **more: object) -> dict[str, object]:
-    effects, others = [g[0] for g in groups], [g[1:] for g in groups]
     told = {
         "kind": kind,
-        "effects": effects,
-        "alternatives": others,
-        "sizes": {},
-        "probabilities": {},
+        "effects": [g[0] for g in groups],
+        "alternatives": [g[1:] for g in groups],
     }
-    return {**told, "wall_s": 1.0, "processor_s": 1.0, "warm": True, "name": "log-0001", **more}
+    usual = {"sizes": {}, "probabilities": {}, "warm": True, "name": "log-0001"}
+    return {**told, **usual, "wall_s": 1.0, "processor_s": 1.0, **more}
 
 
 def hidden(kind: str, *names: str, strength: float = 30.0) -> dict[str, object]:
@@ -356,19 +331,11 @@ def hidden(kind: str, *names: str, strength: float = 30.0) -> dict[str, object]:
 
 def test_answers_are_counted_as_they_are() -> None:
     truth = hidden("above 7", "second_order_line")
+    both, set_of = {"pitot_lag": 0.95, "wind_drift": 0.92}, {"static_lag": 0.5, "pitot_lag": 0.45}
     answers = [
         answer("named", ["pitot_lag"], probabilities={"pitot_lag": 0.95}, held_out=0.9),
-        answer(
-            "named",
-            ["pitot_lag"],
-            ["wind_drift"],
-            probabilities={"pitot_lag": 0.95, "wind_drift": 0.92},
-        ),
-        answer(
-            "one_of",
-            ["static_lag", "pitot_lag"],
-            probabilities={"static_lag": 0.5, "pitot_lag": 0.45},
-        ),
+        answer("named", ["pitot_lag"], ["wind_drift"], probabilities=both),
+        answer("one_of", ["static_lag", "pitot_lag"], probabilities=set_of),
         answer("named", ["belly_pod"], probabilities={"belly_pod": 0.99}),
         answer("unknown"),
         {"kind": "crash", "name": "log-0001", "why": "", "processor_s": 1.0},
@@ -388,15 +355,12 @@ def test_answers_are_counted_as_they_are() -> None:
 
 
 def test_pairs_outsiders_and_nothing_are_counted_as_they_are() -> None:
-    two = hidden("two", "pitot_lag", "gear_not_up")
+    two, outside = hidden("two", "pitot_lag", "gear_not_up"), hidden("outside", "loose_tube")
     cases = [
         JudgedCase(two, answer("named", ["belly_pod"], ["pitot_lag"])),
         JudgedCase(two, answer("one_of", ["belly_pod"], ["wind_drift", "static_lag"])),
-        JudgedCase(
-            hidden("outside", "loose_tube"),
-            answer("named", ["pitot_lag"], formula={"closure": 0.9}),
-        ),
-        JudgedCase(hidden("outside", "loose_tube"), answer("unknown", formula=None)),
+        JudgedCase(outside, answer("named", ["pitot_lag"], formula={"closure": 0.9})),
+        JudgedCase(outside, answer("unknown", formula=None)),
         JudgedCase(hidden("none"), answer("no_gap")),
         JudgedCase(hidden("none"), answer("unknown")),
     ]
@@ -425,14 +389,9 @@ def test_gusts_of_the_generator_are_no_cause_too_many(own: bool, named: bool, ve
     nothing = JudgedCase({**truth, "kind": "none", "effects": []}, {**told, **NOTHING_BUT_GUSTS})
     assert nothing.verdict == ("no_gap" if own else "one_of")
     advised = JudgedCase(truth, answer("unknown"), advised=told)
-    row = next(
-        r for r in table([advised]) if r.what == "above 7, with the flight advised: named cleanly"
-    )
+    rows = {r.what: r for r in table([advised])}
+    row = rows["above 7, with the flight advised: named cleanly"]
     assert (row.hits, row.cases) == (int(named), 1)
 
 
-NOTHING_BUT_GUSTS = {
-    "kind": "one_of",
-    "effects": ["turbulence_level"],
-    "alternatives": [["turbulence_scale"]],
-}
+NOTHING_BUT_GUSTS = answer("one_of", ["turbulence_level", "turbulence_scale"])

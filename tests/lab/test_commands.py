@@ -106,9 +106,7 @@ def test_what_is_named_in_a_string_exists(name):
 
 @pytest.mark.parametrize("name", sorted(PATCHED))
 def test_what_is_patched_is_read_where_it_is_patched(name):
-    """A name that only passes through its module, or is read elsewhere, would be patched without
-    any effect.
-    """
+    """A name that is read elsewhere would be patched without any effect."""
     module, _, attribute = name.rpartition(".")
     parsed = ast.parse(Path(import_module(module).__file__).read_text("utf-8"))
     functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
@@ -133,9 +131,7 @@ def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monke
 
 @pytest.fixture
 def few_null_flights(monkeypatch):
-    """Half of the null flights, whose thresholds include the error of so few, and as in the closing
-    of a loop the floor of the first ones for what follows.
-    """
+    """Half of the null flights, with the floor of the first ones for what follows."""
     first = cache(lambda: null_distribution_of(*asked[0]))
     asked = []
 

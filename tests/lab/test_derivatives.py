@@ -39,15 +39,9 @@ def numbers(folder, function):
     """The numbers of a function's tables, or of its value, by line."""
     root = ET.parse(folder / f"{folder.name}.xml").getroot()
     (found,) = [each for each in root.iter("function") if each.get("name") == function]
-    texts = [each.text for each in found.iter("tableData")] or [
-        each.text for each in found.iter("value")
-    ]
-    return [
-        [float(word) for word in line.split()]
-        for text in texts
-        for line in text.splitlines()
-        if line.strip()
-    ]
+    held = list(found.iter("tableData")) or list(found.iter("value"))
+    lines = [line for each in held for line in each.text.splitlines() if line.strip()]
+    return [[float(word) for word in line.split()] for line in lines]
 
 
 def edited(tmp_path, plane, *changes):
@@ -64,15 +58,13 @@ def test_a_change_scales_its_own_functions_alone(tmp_path, plane, name, pivot):
         for old, new in zip(before, after, strict=True):
             wanted = [v + SHARE * (place.scale * v + place.shift) for v in old]
             heads = len(old) < len(before[-1])  # the line of columns
-            assert new == pytest.approx(
-                old if heads else wanted if value else [old[0], *wanted[1:]]
-            )
+            kept = old if heads else [] if value else old[:1]
+            assert new == pytest.approx([*kept, *wanted[len(kept) :]])
     functions = {place.function for place in AIRPLANES[plane][name][pivot]}
     for each in ET.parse(base / f"{plane}.xml").getroot().find("aerodynamics").iter("function"):
-        if each.get("name") not in functions and (
-            list(each.iter("value")) or list(each.iter("tableData"))
-        ):
-            assert numbers(copy, each.get("name")) == numbers(base, each.get("name"))
+        name, held = each.get("name"), [*each.iter("value"), *each.iter("tableData")]
+        if held and name not in functions:
+            assert numbers(copy, name) == numbers(base, name)
 
 
 @pytest.mark.parametrize("plane", AIRPLANES)
@@ -93,13 +85,11 @@ def test_a_slope_is_scaled_about_its_pivot(tmp_path, plane, name, pivot):
         for number, place in enumerate(AIRPLANES[plane][name][pivot]):
             rows = numbers(folder, place.function)
             if number:  # a slope by angle in degrees; flaps up is the second table, no sideslip the middle column
-                rows = [row for row in rows if len(row) == len(rows[1])][21:42]
-                total += angle * np.interp(
-                    np.degrees(angle), [r[0] for r in rows], [r[7] for r in rows]
-                )
+                table = np.array([row for row in rows if len(row) == len(rows[1])][21:42])
+                total += angle * np.interp(np.degrees(angle), table[:, 0], table[:, 7])
             else:
-                rows = [row for row in rows if len(row) == len(rows[-1])]
-                total += np.interp(angle, [r[0] for r in rows], [r[1] for r in rows])
+                table = np.array([row for row in rows if len(row) == len(rows[-1])])
+                total += np.interp(angle, table[:, 0], table[:, 1])
         return total
 
     assert value(copy) == pytest.approx(value(base), abs=2e-4)
@@ -119,10 +109,8 @@ def test_cases_hold_every_derivative_as_often_with_both_pivots():
     assert cases == draw_cases(1, ["navajo", "c172x"], 2, 5)
     single = [case for case in cases if len(case.changes) == 1]
     assert len(single) == 2 * 2 * len(NAMES)
-    assert {c.changes[0].pivot for c in single if c.changes[0].derivative == "CL_alpha"} == {
-        "zero",
-        "trim",
-    }
+    slopes = [c.changes[0] for c in single if c.changes[0].derivative == "CL_alpha"]
+    assert {change.pivot for change in slopes} == {"zero", "trim"}
     several = [case for case in cases if len(case.changes) > 1]
     assert len(several) == 10
     for case in several:
@@ -167,9 +155,8 @@ def test_a_flight_that_fails_is_in_the_truth_and_in_the_score(flown):
     out, cases, failed = flown
     assert set(failed) == {"case-0001"}
     assert failed["case-0001"].startswith("navajo: ")
-    assert [
-        each["failed"] != "" for each in json.loads((out / "truth.json").read_text("utf-8"))
-    ] == [False, True]
+    told = json.loads((out / "truth.json").read_text("utf-8"))
+    assert [each["failed"] != "" for each in told] == [False, True]
     (scored,) = score(out)  # the other one has no answer yet
     assert scored.terms[0].outcome == "not flown"
     with pytest.raises(ValueError, match="other cases"):
@@ -197,10 +184,8 @@ def effect(name, score=9.0, **sizes):
 
 def answer(kind, *effects, others=(), **more):
     rivals = [[{"name": name} for name in others], *([] for _ in effects[1:])]
-    gaps = [
-        {"part": "lift", "causes": [each, *rest]}
-        for each, rest in zip(effects, rivals, strict=False)
-    ]
+    pairs = zip(effects, rivals, strict=False)
+    gaps = [{"part": "lift", "causes": [each, *rest]} for each, rest in pairs]
     return {"verdict": kind, "gaps": gaps, **more}
 
 
@@ -215,10 +200,7 @@ def truth(*changes):
         ("named alone", answer("named", effect("lift_slope", slope_change=0.25))),
         ("in the set", answer("one_of", effect("zero_lift"), others=["lift_slope"])),
         ("in the set", answer("named", effect("lift_slope"), effect("wind_change"))),
-        (
-            "in the set",
-            answer("named", effect("lift_slope"), effect("side_force")),
-        ),
+        ("in the set", answer("named", effect("lift_slope"), effect("side_force"))),
         ("wrong name", answer("named", effect("zero_lift"))),
         ("wrong name", answer("named", effect("lift_slope_from_a_time"))),
         ("wrong set", answer("one_of", effect("zero_lift"), others=["side_force"])),
@@ -250,22 +232,16 @@ def test_a_told_size_is_held_against_the_share_of_the_whole():
 
 
 def test_the_significance_is_that_of_the_true_effect_or_of_the_whole_gap():
-    given = answer(
-        "unknown", candidates=[effect("side_force", 8.0)], gap_before=400.0, gap_noise=300.0
-    )
+    gaps = {"gap_before": 400.0, "gap_noise": 300.0}
+    given = answer("unknown", candidates=[effect("side_force", 8.0)], **gaps)
     assert score_case(truth(("CY_beta", 0.2)), given).terms[0].significance == 8.0
     assert score_case(truth(("Cl_p", 0.2)), given).terms[0].significance == 10.0
     assert score_case(truth(("Cl_p", 0.2), ("Cn_r", 0.2)), given).terms[0].significance is None
 
 
 def test_several_changes_are_found_one_by_one():
-    given = answer(
-        "one_of",
-        effect("dihedral_effect"),
-        effect("roll_damping"),
-        effect("wind_change"),
-        others=["side_force"],
-    )
+    told = map(effect, ("dihedral_effect", "roll_damping", "wind_change"))
+    given = answer("one_of", *told, others=["side_force"])
     told = truth(("CY_beta", 0.2), ("Cl_p", 0.3), ("Cn_r", -0.4))
     found = score_case(told, given | {"closure": 0.9, "closure_holdout": 0.7})
     assert [term.outcome for term in found.terms] == ["in the set", "named alone", "wrong set"]
@@ -275,20 +251,15 @@ def test_several_changes_are_found_one_by_one():
 def test_terms_stand_in_groups_by_strength_derivative_and_airplane(tmp_path, capsys):
     cases = [truth(("CL_alpha", 0.2)), truth(("Cl_p", 0.2), ("Cn_r", 0.3), ("CD_0", 0.3))]
     cases[1]["name"] = "case-0001"
-    given = answer(
-        "named", effect("lift_slope", slope_change=0.25), closure=0.9, closure_holdout=0.6
-    )
+    closures = {"closure": 0.9, "closure_holdout": 0.6}
+    given = answer("named", effect("lift_slope", slope_change=0.25), **closures)
     (tmp_path / "truth.json").write_text(json.dumps(cases), "utf-8")
     (tmp_path / "answers").mkdir()
     for case in cases:
         (tmp_path / "answers" / f"{case['name']}.json").write_text(json.dumps(given), "utf-8")
     terms = [each.terms[0] for each in score(tmp_path)][:1]
-    assert [name for name, _ in rows_of(terms, "single")] == [
-        "single",
-        "single, 7σ or more",
-        "CL_alpha",
-        "navajo",
-    ]
+    names = [name for name, _ in rows_of(terms, "single")]
+    assert names == ["single", "single, 7σ or more", "CL_alpha", "navajo"]
     assert main(["derivatives", "score", "--out", str(tmp_path), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["single"][0]["named_alone"] == 1

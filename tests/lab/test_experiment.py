@@ -23,9 +23,8 @@ def measure(trial, reductions, factor=1.0, breaks_at=None):
 
 
 def experiment(reductions=("20/1",), **how):
-    return Experiment(
-        partial(measure, **how), ("circle", "four_leg"), ("light",), reductions, "das"
-    )
+    work = partial(measure, **how)
+    return Experiment(work, ("circle", "four_leg"), ("light",), reductions, "das")
 
 
 @pytest.fixture(autouse=True)
@@ -36,10 +35,7 @@ def _nothing_measured():
 def test_every_look_at_every_flight_is_one_row_or_more_seed_by_seed():
     table = run_experiment(experiment(("20/1", "50/50")), [5, 3], Budget(jobs=1))
     assert [(m, s) for m, s, _ in SEEN] == [
-        ("circle", 5),
-        ("four_leg", 5),
-        ("circle", 3),
-        ("four_leg", 3),
+        (maneuver, seed) for seed in (5, 3) for maneuver in ("circle", "four_leg")
     ]
     assert len(table) == 2 * 2 * 2 * 2
     assert table["seed"].tolist() == [5] * 8 + [3] * 8
@@ -50,10 +46,8 @@ def test_kept_rows_are_not_measured_again(tmp_path):
     run_experiment(experiment(), [1], budget)
     SEEN.clear()
     table = run_experiment(experiment(("20/1", "50/50")), [1, 2], budget)
-    assert {(s, reductions) for _, s, reductions in SEEN} == {
-        (1, ("50/50",)),
-        (2, ("20/1", "50/50")),
-    }
+    seen = {(seed, reductions) for _, seed, reductions in SEEN}
+    assert seen == {(1, ("50/50",)), (2, ("20/1", "50/50"))}
     assert table.groupby(["maneuver", "seed", "das"]).size().eq(2).all()
     assert len(table) == 2 * 2 * 2 * 2
 
@@ -83,9 +77,8 @@ def test_no_minutes_end_it_after_the_first_round():
 
 
 def test_processes_change_nothing():
-    alone, shared = (
-        run_experiment(experiment(factor=0.1), range(1, 5), Budget(jobs=jobs)) for jobs in (1, 2)
-    )
+    measured = partial(run_experiment, experiment(factor=0.1), range(1, 5))
+    alone, shared = (measured(Budget(jobs=jobs)) for jobs in (1, 2))
     pd.testing.assert_frame_equal(alone, shared, check_exact=True)
 
 

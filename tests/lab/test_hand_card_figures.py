@@ -1,5 +1,6 @@
 """The bounds of hand-written cards cover as often as they state, over two hundred cards."""
 
+import numpy as np
 from tests.lab.hand_card_figures import coverage
 
 
@@ -10,3 +11,8 @@ def test_coverage_on_two_hundred_cards():
     assert found.slips <= 2
     assert 0.92 <= found.points_inside <= 0.98
     assert 0.92 <= found.curves_inside <= 0.98
+    for errors, bounds in (
+        (found.point_errors, found.point_bounds),
+        (found.curve_errors, found.curve_bounds),
+    ):
+        assert 0.4 < np.sqrt(np.mean((errors / bounds) ** 2)) < 0.6  # 0.5 for a true 2σ

@@ -9,9 +9,7 @@ REACH = {"fly": 40, "calibrate": 59, "run_campaign.py": 74}  # files that a job 
 
 
 def test_jobs_enter_no_more_files_than_a_reader_can_hold(tmp_path: Path) -> None:
-    """The files of the campaigns in the digest of a flight are among those that a flown campaign
-    enters.
-    """
+    """The campaigns' files in the digest are among those that a campaign enters."""
     reach = reach_of_jobs(tmp_path, reconcile=False)
     assert {job: files for job, files in reach.items() if len(files) > REACH[job]} == {}
     assert set(_FLYING_CAMPAIGNS) <= set(reach["run_campaign.py"])

@@ -31,9 +31,7 @@ def reconciled(aircraft, fitted, held=()):
     ],
 )
 def test_the_citation_of_delft_is_corrected_on_maneuvers_held_out(minute):
-    """Its published lift slope is 5.74 per radian; the scale of the vane is not known. Estimates
-    from other flights are 4.25 to 5.1.
-    """
+    """Published: 5.74 per radian, the vane's scale unknown; from other flights 4.25 to 5.1."""
     log = read_log(real_log("citation", "2019-03-12.parquet"))
     since = log.time - log.time[0]
     cruise = log.select((since > 46 * 60.0) & (since < minute * 60.0))

@@ -35,28 +35,23 @@ def test_the_evidence_is_that_of_an_integral_over_sizes_and_free_parameters() ->
     # Sizes whose strengths are log-uniform, by the trapezoidal rule on a grid of its own.
     x = np.geomspace(WEAKEST, STRONGEST, 9001)
     for column, (value, unit) in enumerate(zip(found, strength, strict=True)):
-        moved = np.concatenate(
-            [sign * x[:, None] / unit * signatures[:, column] for sign in (1.0, -1.0)]
-        )
-        likelihood = np.exp(
-            multivariate_normal(np.zeros(14), covariance).logpdf(residual[None, :] - moved) - base
-        ).reshape(2, -1)
+        plus = x[:, None] / unit * signatures[:, column]
+        left = residual[None, :] - np.concatenate([plus, -plus])
+        scores = multivariate_normal(np.zeros(14), covariance).logpdf(left)
+        likelihood = np.exp(scores - base).reshape(2, -1)
         mean = np.trapezoid(likelihood.mean(axis=0), np.log(x)) / np.log(STRONGEST / WEAKEST)
         assert log_evidence(np.array([value]))[0] == pytest.approx(float(np.log(mean)), abs=0.01)
 
 
 def test_a_free_parameter_of_no_prior_takes_its_direction_out() -> None:
     _, free, _, signatures = toy(2)
-    inner = without_free(
-        np.column_stack([signatures, free @ [2.0, -5.0]]), free, np.array([1e6, 1e6])
-    )
+    columns = np.column_stack([signatures, free @ [2.0, -5.0]])
+    inner = without_free(columns, free, np.array([1e6, 1e6]))
     assert inner[-1] == pytest.approx(np.zeros(4), abs=1e-6)
 
 
 def test_its_probabilities_are_right_as_often_as_they_say() -> None:
-    """Cases drawn from the prior: the mean probability given to the truth's being a cause is the
-    share of it.
-    """
+    """Cases from the prior: the mean probability of being a cause is the share of it."""
     draw, free, deviations, signatures = toy(3)
     names = ["pitot_lag", "belly_pod", "loose_tube"]
     outside, inside = PRIOR["outside"], PRIOR["table"] / 2.0
@@ -68,9 +63,8 @@ def test_its_probabilities_are_right_as_often_as_they_say() -> None:
         residual = covariance @ draw.standard_normal(14)
         if truth != NONE:
             i = names.index(truth)
-            x = float(np.exp(draw.uniform(np.log(WEAKEST), np.log(STRONGEST)))) * draw.choice(
-                [-1.0, 1.0]
-            )
+            size = np.exp(draw.uniform(np.log(WEAKEST), np.log(STRONGEST)))
+            x = float(size) * draw.choice([-1.0, 1.0])
             residual = residual + x / strength[i] * signatures[:, i]
         values = log_evidence(filtered(signatures, residual, free, deviations)[0])
         told = probabilities({n: [float(v)] for n, v in zip(names, values, strict=True)})

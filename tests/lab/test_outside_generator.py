@@ -13,6 +13,7 @@ from pitotlab.outside import moving_air
 from pitotlab.outside import physics as physics
 from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.motion import MANEUVERS, NOISE, RATE
+from pitotlab.outside.moving_air import CELLS
 from pitotlab.outside.physics import FOOT, KNOT
 
 FOLDER = Path(physics.__file__).parent
@@ -30,10 +31,7 @@ JUDGE_MAY_IMPORT = {
 @pytest.fixture(scope="module")
 def flights():
     """A flight of each cell, all of one seed."""
-    return {
-        name: generate(cell, cell.maneuvers[name == "jet"], 4)
-        for name, cell in moving_air.CELLS.items()
-    }
+    return {n: generate(cell, cell.maneuvers[n == "jet"], 4) for n, cell in CELLS.items()}
 
 
 # The mean impact pressure, and static pressure, velocity north, height and temperature of the last
@@ -63,7 +61,7 @@ PUBLISHED = {
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_the_flights_of_a_cell_are_those_whose_scores_were_published(name):
-    columns = generate(moving_air.CELLS[name], "rapid_decel", 4).columns
+    columns = generate(CELLS[name], "rapid_decel", 4).columns
     last = ("static_pressure_pa", "velocity_north_mps", "altitude_m", "total_temperature_k")
     found = [np.mean(columns["impact_pressure_pa"]), *(columns[channel][-1] for channel in last)]
     np.testing.assert_allclose(found, PUBLISHED[name], rtol=1e-7)
@@ -96,18 +94,16 @@ def test_nothing_but_the_judges_imports_the_product_and_they_only_its_entry_poin
             assert not judges & reached, f"{path.name} reaches the product through a judge"
 
 
-@pytest.mark.parametrize("name", moving_air.CELLS)
+@pytest.mark.parametrize("name", CELLS)
 def test_the_wind_triangle_closes(flights, name):
     flight = flights[name]
     state = flight.state
     through_air = state.ground_velocity - flight.sky.wind - state.slow_wind - state.gust
     ratio = 1.0 + state.impact / state.pressure  # total over static pressure
-    enthalpy = (
-        1.4 / 0.4 * 287.053 * state.temperature * (ratio ** (0.4 / 1.4) - 1.0)
-    )  # J/kg, the rise to a stop
-    np.testing.assert_allclose(
-        np.sqrt(np.sum(through_air**2, axis=1)), state.true_airspeed, rtol=1e-12
-    )
+    # J/kg, the rise to a stop.
+    enthalpy = 1.4 / 0.4 * 287.053 * state.temperature * (ratio ** (0.4 / 1.4) - 1.0)
+    speed = np.linalg.norm(through_air, axis=1)
+    np.testing.assert_allclose(speed, state.true_airspeed, rtol=1e-12)
     np.testing.assert_allclose(np.sqrt(2.0 * enthalpy), state.true_airspeed, rtol=1e-9)
 
 
@@ -122,7 +118,7 @@ def test_the_pressure_is_the_integral_of_weight_over_the_warmth_of_the_day():
     np.testing.assert_allclose(day.pressure(heights), found, rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", moving_air.CELLS)
+@pytest.mark.parametrize("name", CELLS)
 def test_the_total_pressure_is_right_and_the_static_source_takes_its_error_from_the_impact_pressure(
     flights, name
 ):
@@ -133,57 +129,38 @@ def test_the_total_pressure_is_right_and_the_static_source_takes_its_error_from_
     excess = columns["static_pressure_pa"] - (state.pressure + source)
     assert abs(np.mean(excess)) < 5.0 * NOISE.static / np.sqrt(len(excess))
     if flight.cell.airspeed_step == 0.0:
-        total = (
-            columns["static_pressure_pa"]
-            + columns["impact_pressure_pa"]
-            - state.pressure
-            - state.impact
-        )
-        assert abs(np.mean(total)) < 5.0 * np.hypot(NOISE.static, NOISE.impact) / np.sqrt(
-            len(total)
-        )
-        assert np.std(total) == pytest.approx(np.hypot(NOISE.static, NOISE.impact), rel=0.05)
+        total = columns["static_pressure_pa"] + columns["impact_pressure_pa"]
+        error, noise = total - state.pressure - state.impact, np.hypot(NOISE.static, NOISE.impact)
+        assert abs(np.mean(error)) < 5.0 * noise / np.sqrt(len(error))
+        assert np.std(error) == pytest.approx(noise, rel=0.05)
 
 
 def test_the_wind_has_low_pressure_on_its_left_at_0_8_pascals_a_kilometer_for_15_kt(flights):
-    sky = replace(
-        flights["base"].sky, wind=np.array([15.0 * KNOT, 0.0, 0.0])
-    )  # toward north: its left is west
+    north_wind = np.array([15.0 * KNOT, 0.0, 0.0])  # toward north: its left is west
+    sky = replace(flights["base"].sky, wind=north_wind)
     here, west = sky.pressure(np.array(1828.8), np.zeros(2), np.array([0.0, -1000.0]))
     north = sky.pressure(np.array(1828.8), np.array(1000.0), np.array(0.0))
     assert 0.7 < here - west < 0.9
     assert north == pytest.approx(here, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", moving_air.CELLS)
+@pytest.mark.parametrize("name", CELLS)
 def test_no_gust_moves_the_height(flights, name):
-    state, calm = (
-        flights[name].state,
-        generate(
-            replace(moving_air.CELLS[name], gust_sigma=0.0, thermals=False),
-            flights[name].maneuver,
-            4,
-        ),
-    )
+    state, still = flights[name].state, replace(CELLS[name], gust_sigma=0.0, thermals=False)
+    calm = generate(still, flights[name].maneuver, 4)
     np.testing.assert_array_equal(state.height, calm.state.height)
     climbed = state.height[0] - np.cumsum(state.ground_velocity[:, 2]) / RATE
     assert np.max(np.abs(climbed - state.height)) < 0.1  # m: the error of the sum
     assert np.std(state.height) < 12.0
 
 
-@pytest.mark.parametrize(
-    ("maneuver", "minutes"),
-    [
-        ("rapid_decel", 5.0),
-        ("step_decrease", 6.0),
-        ("circle", 6.0),
-        ("race_track", 15.0),
-        ("four_leg", 21.0),
-    ],
-)
-def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second(maneuver, minutes):
-    state = generate(moving_air.CELLS["calm"], maneuver, 4).state
-    assert state.time[-1] / 60.0 == pytest.approx(minutes, rel=0.05)
+MINUTES = {"rapid_decel": 5, "step_decrease": 6, "circle": 6, "race_track": 15, "four_leg": 21}
+
+
+@pytest.mark.parametrize("maneuver", MINUTES)
+def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second(maneuver):
+    state = generate(CELLS["calm"], maneuver, 4).state
+    assert state.time[-1] / 60.0 == pytest.approx(MINUTES[maneuver], rel=0.05)
     airspeed = physics.calibrated_airspeed(state.indicated_impact) / KNOT
     assert np.quantile(airspeed, [0.01, 0.99]) == pytest.approx([100.0, 160.0], abs=1.5)
     over_five_seconds = np.abs(airspeed[100:] - airspeed[:-100]) / 5.0
@@ -195,33 +172,27 @@ def test_a_maneuver_lasts_as_long_as_the_paper_says_and_ramps_by_a_knot_a_second
 )
 def test_a_maneuver_turns_as_far_as_its_legs_ask(maneuver, turned):
     assert sum(leg.turn for leg in MANEUVERS[maneuver]) == turned
-    heading = generate(moving_air.CELLS["calm"], maneuver, 4).state.heading
-    assert np.degrees(abs(heading[-1] - heading[0])) == pytest.approx(
-        turned, abs=4.0 * turned / 180.0
-    )
+    heading = generate(CELLS["calm"], maneuver, 4).state.heading
+    found = np.degrees(abs(heading[-1] - heading[0]))
+    assert found == pytest.approx(turned, abs=4.0 * turned / 180.0)
 
 
 def test_the_true_curve_joins_what_was_indicated_with_what_was_true(flights):
     for name in ("base", "jet", "two_slope"):
         state = flights[name].state
         indicated = physics.calibrated_airspeed(state.indicated_impact)
-        np.testing.assert_allclose(
-            indicated + flights[name].correction(indicated),
-            physics.calibrated_airspeed(state.impact),
-            rtol=1e-10,
-        )
+        found, true = indicated + flights[name].correction(indicated), state.impact
+        np.testing.assert_allclose(found, physics.calibrated_airspeed(true), rtol=1e-10)
 
 
 def test_the_position_error_in_feet_is_the_source_error_over_the_weight_of_the_air(flights):
     flight = flights["base"]
     truth, pressure = flight.truth, float(flight.sky.day.pressure(np.array(flight.cell.height)))
     assert list(np.round(truth.indicated_airspeed / KNOT)) == list(range(100, 161, 5))
-    source = physics.impact_pressure(truth.calibrated_airspeed) - physics.impact_pressure(
-        truth.indicated_airspeed
-    )
-    standard = (
-        288.15 * (pressure / 101325.0) ** 0.190263
-    )  # K, of the standard atmosphere at that pressure
+    speeds = (truth.indicated_airspeed, truth.calibrated_airspeed)
+    indicated, true = map(physics.impact_pressure, speeds)
+    source = true - indicated
+    standard = 288.15 * (pressure / 101325.0) ** 0.190263  # K, at that pressure
     feet = source * 287.053 * standard / (pressure * 9.80665) / FOOT
     assert np.all(truth.position_error > 0.0)
     np.testing.assert_allclose(truth.position_error, feet, rtol=0.01)
@@ -232,7 +203,7 @@ def test_one_seed_draws_one_day_and_one_source_in_all_cells(flights):
     for name in ("calm", "front", "probe_5k", "von_karman", "carried", "late"):
         assert flights[name].sky.day == base.sky.day
         assert flights[name].error == base.error
-    assert generate(moving_air.CELLS["base"], "circle", 5).error != base.error
+    assert generate(CELLS["base"], "circle", 5).error != base.error
 
 
 def test_ou_gusts_have_their_size_and_forget_within_their_length():
@@ -246,15 +217,13 @@ def test_ou_gusts_have_their_size_and_forget_within_their_length():
 
 def test_von_karman_gusts_have_their_size_and_the_closed_correlation_along_the_path():
     distance = np.arange(0.0, 400_000.0, 4.0)
-    gust = moving_air.von_karman_gusts(
-        distance, np.zeros_like(distance), 0.5, 533.0, np.random.default_rng(3)
-    )
+    path = distance, np.zeros_like(distance)
+    gust = moving_air.von_karman_gusts(*path, 0.5, 533.0, np.random.default_rng(3))
     assert np.std(gust, axis=0) == pytest.approx([0.5] * 3, rel=0.1)
     for apart in (20, 100, 300):
         found = np.mean(gust[apart:, 0] * gust[:-apart, 0]) / np.mean(gust[:, 0] ** 2)
-        assert found == pytest.approx(
-            moving_air.von_karman_correlation(np.array(4.0 * apart), 533.0), abs=0.08
-        )
+        known = moving_air.von_karman_correlation(np.array(4.0 * apart), 533.0)
+        assert found == pytest.approx(known, abs=0.08)
 
 
 def test_the_slow_winds_are_as_large_as_their_cells_say():
@@ -268,20 +237,19 @@ def test_the_slow_winds_are_as_large_as_their_cells_say():
     np.testing.assert_allclose(wave[:6001], wave[6000:], atol=1e-9)  # 300 s
     for slow in (jump, change):
         assert np.linalg.norm(slow[-1] - slow[0]) == pytest.approx(3.0, abs=1e-9)
-    assert np.sum(np.linalg.norm(np.diff(jump, axis=0), axis=1) > 1e-9) / RATE == pytest.approx(
-        20.0, abs=0.2
-    )
+    moving = np.linalg.norm(np.diff(jump, axis=0), axis=1) > 1e-9
+    assert np.sum(moving) / RATE == pytest.approx(20.0, abs=0.2)
 
 
 def test_a_late_receiver_reports_what_was_half_a_second_ago(flights):
-    flight = generate(moving_air.CELLS["late"], "circle", 4)
+    flight = generate(CELLS["late"], "circle", 4)
     rows, late = flight.state.ground_velocity[:, 0], round(0.5 * RATE)
     error = flight.columns["velocity_north_mps"][late:] - rows[:-late]
     assert np.std(error) == pytest.approx(NOISE.velocity, rel=0.05)
 
 
 def test_rows_between_two_fixes_repeat_the_first():
-    columns = generate(moving_air.CELLS["base"], "circle", 5).columns  # an odd seed: 1 Hz
+    columns = generate(CELLS["base"], "circle", 5).columns  # an odd seed: 1 Hz
     fresh = columns["gps_fresh"] == 1.0
     assert np.all(np.flatnonzero(fresh) % 20 == 0)
     for name in ("velocity_north_mps", "velocity_east_mps", "velocity_down_mps", "altitude_m"):
@@ -297,9 +265,8 @@ def test_an_airspeed_in_steps_reads_whole_knots(flights):
 def test_a_probe_is_off_by_what_its_cell_says(flights):
     base = flights["base"].columns["total_temperature_k"]
     for name, offset in (("probe_2k", 2.0), ("probe_5k", 5.0)):
-        np.testing.assert_allclose(
-            np.abs(flights[name].columns["total_temperature_k"] - base), offset, atol=1e-9
-        )
+        off = np.abs(flights[name].columns["total_temperature_k"] - base)
+        np.testing.assert_allclose(off, offset, atol=1e-9)
 
 
 def test_the_file_holds_the_columns_and_no_truth(flights, tmp_path):

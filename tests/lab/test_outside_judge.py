@@ -12,21 +12,14 @@ from pitotlab.__main__ import main
 from pitotlab.outside import judge
 from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.moving_air import CELLS
-from pitotlab.outside.physics import FOOT, KNOT
+from pitotlab.outside.physics import FOOT
 
 
 def _row(seed, cell="base", **entries):
     speeds = {"two_sigma_kt": 0.6, "rms_error_kt": 0.3, "oracle_two_sigma_kt": 0.5}
-    usual = {
-        "maneuver": "circle",
-        "outcome": "answered",
-        "curve_coverage": 1.0,
-        "coverage_ft": 0.5,
-        "warned": 0.0,
-    }
-    return judge.Row(
-        cell=cell, seed=seed, options="defaults", gps_hz=20.0, **(usual | speeds | entries)
-    )
+    usual = {"maneuver": "circle", "outcome": "answered", "options": "defaults", "gps_hz": 20.0}
+    shares = {"curve_coverage": 1.0, "coverage_ft": 0.5, "warned": 0.0}
+    return judge.Row(cell=cell, seed=seed, **(usual | shares | speeds | entries))
 
 
 def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsys):
@@ -38,12 +31,9 @@ def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsy
     curve = printed["curve"]
     found = judge.calibrate(judge.read_log(tmp_path / "log.csv"), judge.options_for({}))
     assert printed["warnings"] == list(found.warnings) != []
-    np.testing.assert_allclose(
-        [p["correction_kt"] for p in curve], found.curve.correction / KNOT, atol=1e-6
-    )
-    np.testing.assert_allclose(
-        [p["two_sigma_kt"] for p in curve], found.curve.two_sigma / KNOT, atol=1e-6
-    )
+    for name in ("correction_kt", "two_sigma_kt"):
+        told = [point[name] for point in curve]
+        np.testing.assert_allclose(told, getattr(found.curve, name), atol=1e-6)
 
 
 def test_a_second_run_flies_only_what_is_missing(tmp_path, monkeypatch):
@@ -69,7 +59,7 @@ def test_other_options_are_other_rows(tmp_path, monkeypatch):
 
     def fly(cell, seed, stated):
         flown.append(dict(stated))
-        return judge.Row(**{**asdict(_row(seed, cell)), "options": judge.options_text(stated)})
+        return _row(seed, cell, options=judge.options_text(stated))
 
     monkeypatch.setattr(judge, "judge", fly)
     for stated in ({}, {"wind": "drifting"}, {}):
@@ -81,18 +71,9 @@ def test_other_options_are_other_rows(tmp_path, monkeypatch):
     ("seed", "flights"), [(50_000, 1), (49_999, 2), (599_999, 5), (-1, 3), (1, 0)]
 )
 def test_seeds_are_either_of_development_or_scored(seed, flights, tmp_path, capsys):
+    words = f"outside --seed {seed} --flights {flights} --out {tmp_path}/rows.csv"
     with pytest.raises(SystemExit) as ended:
-        main(
-            [
-                "outside",
-                "--seed",
-                str(seed),
-                "--flights",
-                str(flights),
-                "--out",
-                str(tmp_path / "rows.csv"),
-            ]
-        )
+        main(words.split())
     assert ended.value.code == 2
     assert "600000" in capsys.readouterr().err
 
@@ -128,9 +109,7 @@ def test_a_crash_is_a_row_with_its_words(monkeypatch):
 
 
 def test_the_position_error_is_held_against_the_truth_of_the_generator():
-    """A curve that is right has no error in feet, and one that is 20 ft off is outside a bound of
-    10 ft.
-    """
+    """A right curve has no error in feet; one 20 ft off is outside a bound of 10 ft."""
     flight = generate(CELLS["calm"], "circle", 1)
     truth, exact = flight.truth, np.ones(len(flight.truth.indicated_airspeed))
     for off, inside in ((0.0, 1.0), (20.0, 0.0)):

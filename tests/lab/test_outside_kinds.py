@@ -199,17 +199,15 @@ def test_a_cockpit_shows_whole_units_of_what_its_sensors_read(raw):
 
 def test_a_barometric_height_is_that_of_the_static_pressure(raw):
     columns = generate(KINDS["barometric"], "rapid_decel", SEED).columns
-    np.testing.assert_allclose(
-        101325.0 * (1.0 - 0.0065 / 288.15 * columns["altitude_m"]) ** (9.80665 / 287.053 / 0.0065),
-        columns["static_pressure_pa"],
-    )
+    lightness = 1.0 - 0.0065 / 288.15 * columns["altitude_m"]
+    pressure = 101325.0 * lightness ** (9.80665 / 287.053 / 0.0065)
+    np.testing.assert_allclose(pressure, columns["static_pressure_pa"])
 
 
 def test_scale_flies_the_flights_of_its_twin_and_a_third_has_a_zero(raw):
+    one, twin = raw["scale"].columns, raw["scale_none"].columns
     for channel in ("static_pressure_pa", "velocity_north_mps"):
-        np.testing.assert_array_equal(
-            raw["scale"].columns[channel], raw["scale_none"].columns[channel]
-        )
+        np.testing.assert_array_equal(one[channel], twin[channel])
     dice = np.random.default_rng(1)
     drawn = [kinds.draw_scale(BASE, dice) for _ in range(3000)]
     factors = np.array([cell.impact_scale for cell in drawn])

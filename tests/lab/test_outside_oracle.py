@@ -26,9 +26,7 @@ def short_flight(monkeypatch):
 
 
 def test_the_bound_of_the_triangle_is_that_of_brute_force_over_all_rows(short_flight):
-    """Slopes by hand, the covariance of every single row by its definition, blocks by a matrix of
-    means.
-    """
+    """Slopes by hand, covariance of every row by definition, blocks by a matrix."""
     state, error = short_flight.state, short_flight.error
     count = len(state.time) // BLOCK
     rows = slice(0, count * BLOCK)
@@ -55,27 +53,20 @@ def test_the_bound_of_the_triangle_is_that_of_brute_force_over_all_rows(short_fl
     by_impact = -by_total + by_source * (impact_slope - 1.0)
     by_static = -by_total - by_source
     distance = np.concatenate([[0.0], np.cumsum(state.quiet_airspeed[rows][1:])]) / RATE
-    gust = (
-        np.exp(-np.abs(distance[:, None] - distance[None, :]) / 300.0)
-        * (direction @ direction.T)
-        * 0.25
-    )
+    memory = np.exp(-np.abs(distance[:, None] - distance[None, :]) / 300.0)
+    gust = 0.25 * memory * (direction @ direction.T)
     by_temperature = 0.5 * state.quiet_airspeed[rows] / temperature
-    white = (
-        (by_impact * 10.0) ** 2 + (by_static * 10.0) ** 2 + (by_temperature * 0.05) ** 2 + 0.05**2
-    )
+    pressures = (by_impact * 10.0) ** 2 + (by_static * 10.0) ** 2
+    white = pressures + (by_temperature * 0.05) ** 2 + 0.05**2
     covariance = mean @ (gust + np.diag(white)) @ mean.T
     spread = np.linalg.inv(jacobian.T @ np.linalg.inv(covariance) @ jacobian)
     points = physics.impact_pressure(short_flight.truth.indicated_airspeed)
     share, ratio = error.share(points), points / error.reference
     at_points = points / (1.0 - share) ** 2
     true_impact = points / (1.0 - share)
-    nudged = physics.calibrated_airspeed(true_impact + 0.5) - physics.calibrated_airspeed(
-        true_impact - 0.5
-    )
-    curve = (nudged * at_points)[:, None] * np.stack(
-        [np.ones(len(points)), ratio, 1.0 / ratio], axis=-1
-    )
+    above, below = (physics.calibrated_airspeed(true_impact + step) for step in (0.5, -0.5))
+    terms = np.stack([np.ones(len(points)), ratio, 1.0 / ratio], axis=-1)
+    curve = ((above - below) * at_points)[:, None] * terms
     expected = 2.0 * np.sqrt(np.einsum("ci,ij,cj->c", curve, spread[:3, :3], curve))
     found = oracle.bound(short_flight)
     np.testing.assert_allclose(found.curve, expected, rtol=0.01)
@@ -100,19 +91,13 @@ def _measured(flight, blocks, height):
         return values[: count * BLOCK].reshape(count, BLOCK).mean(axis=1)
 
     mach = physics.mach_number(flight.state.impact / flight.state.pressure)
-    recovered = 1.0 + 0.2 * mach**2 if "total_temperature_k" in log else 1.0
-    temperature = (
-        log["total_temperature_k" if "total_temperature_k" in log else "air_temperature_k"]
-        / recovered
-    )
-    inputs = np.stack(
-        [
-            mean(log["impact_pressure_pa"]),
-            mean(log["static_pressure_pa"]),
-            mean(temperature),
-            *(mean(log[f"velocity_{axis}_mps"]) for axis in ("north", "east", "down")),
-        ]
-    )
+    if "total_temperature_k" in log:
+        temperature = log["total_temperature_k"] / (1.0 + 0.2 * mach**2)
+    else:
+        temperature = log["air_temperature_k"]
+    pressures = (log["impact_pressure_pa"], log["static_pressure_pa"])
+    velocity = (log[f"velocity_{axis}_mps"] for axis in ("north", "east", "down"))
+    inputs = np.stack([mean(values) for values in (*pressures, temperature, *velocity)])
     theta = np.array([*blocks.error.k, *blocks.wind])
     rows = [oracle.triangle(blocks, theta, inputs)]
     if height is not Height.NONE:
@@ -150,9 +135,7 @@ def test_flights_scatter_about_the_truth_as_the_oracle_says(height):
 def test_the_height_equation_narrows_the_bound_as_an_earlier_computation_found(
     maneuver, alone, both
 ):
-    """Bound of both equations over that of the triangle; the sensors of that computation are known
-    only roughly.
-    """
+    """Bound of both equations over the triangle's; its sensors are known roughly."""
     flight = generate(CELLS["base"], maneuver, 2)
     triangle, with_height, with_velocity = (
         float(np.mean(oracle.bound(flight, h, 2.0).curve)) for h in Height
@@ -186,9 +169,7 @@ def test_in_calm_air_the_level_is_no_better_than_the_temperature(short_flight):
 
 @pytest.mark.parametrize("height", [Height.NONE, Height.WITH_VELOCITY])
 def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight, height):
-    """Errors in the covariance, and as further unknowns that are observed to be zero, give one
-    bound.
-    """
+    """Errors in the covariance, and as unknowns observed to be zero, give one bound."""
     blocks = oracle.blocks_of(short_flight)
     jacobian, covariance = oracle.equations(short_flight, blocks, height, NOISE)
     errors = oracle.constant_errors(blocks, height, oracle.USUAL_ONE_SIGMA)
@@ -207,13 +188,10 @@ def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight,
 
 
 def test_the_oracle_takes_the_accuracies_that_the_calibration_takes_for_usual():
-    """The oracle shares no code with the product, and states half of its 2σ. It takes the total
-    source for exact: its bound with heights is that of a better pitot tube.
-    """
+    """Half of the product's 2σ, written again; the total source is exact for the oracle."""
     stated = {"temperature_k": "temperature", "recovery_factor": "recovery", "static_pressure_pa": "static",
               "velocity_mps": "velocity"}  # fmt: skip
-    doubled = {
-        ours: 2.0 * getattr(oracle.USUAL_ONE_SIGMA, theirs) for ours, theirs in stated.items()
-    }
+    one_sigma = oracle.USUAL_ONE_SIGMA
+    doubled = {ours: 2.0 * getattr(one_sigma, theirs) for ours, theirs in stated.items()}
     usual = {name: value for name, value in USUAL_ACCURACIES.items() if name != "total_source"}
     assert doubled == pytest.approx(usual)

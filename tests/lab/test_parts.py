@@ -14,26 +14,16 @@ from pitotlab.blind.outsiders import OUTSIDERS
 def case(
     hidden: str, kind: str = "above 7", verdict: str = "one_of", **probabilities: float
 ) -> JudgedCase:
-    truth = {
-        "kind": kind,
-        "settings": ["A"],
-        "effects": [{"name": hidden, "strengths": [30.0], "part": None}],
-    }
+    effects = [{"name": hidden, "strengths": [30.0], "part": None}]
     first, *others = probabilities
-    answer = {
-        "kind": verdict,
-        "effects": [first],
-        "alternatives": [others],
-        "probabilities": probabilities,
-    }
-    return JudgedCase(truth, answer)
+    answer = {"kind": verdict, "effects": [first], "alternatives": [others]}
+    truth = {"kind": kind, "settings": ["A"], "effects": effects}
+    return JudgedCase(truth, answer | {"probabilities": probabilities})
 
 
 def test_every_fault_outside_the_table_has_parts_of_the_table():
     assert set(parts.PARTS_OUTSIDE) == set(OUTSIDERS)
-    assert {part for parts in parts.PARTS_OUTSIDE.values() for part in parts} <= set(
-        get_args(Part)
-    ) - {""}
+    assert set().union(*parts.PARTS_OUTSIDE.values()) <= set(get_args(Part)) - {""}
 
 
 def test_causes_of_one_part_are_summed_and_a_part_is_named_where_no_cause_is():

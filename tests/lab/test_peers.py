@@ -29,9 +29,7 @@ def test_memory_widens_the_consistent_bound_as_theory_says():
 
 
 def test_the_unbiased_correction_can_return_negative_variances():
-    """The sum of an unbiased autocorrelation over all lags is no covariance: some draws give
-    negative variances.
-    """
+    """An unbiased autocorrelation over all lags is no covariance."""
     signs = [np.any(np.diag(colored(make_case(0.95, n=600, seed=s))) < 0.0) for s in range(40)]
     assert any(signs)
 

@@ -27,22 +27,14 @@ _RECEIVER = replace(
 
 
 def request_with(receiver: str) -> PlanRequest:
-    """Return the request for a plan whose calibration uses the triangle alone, the height, or the
-    velocity too.
-    """
-    return PlanRequest(
-        Case(
-            turbulence=_TURBULENCE,
-            altitude=ALTITUDE,
-            pressure_error=PressureErrorSpec(location="static"),
-        ),
-        system=replace(
-            _RECEIVER, vertical_velocity="recorded" if receiver == VELOCITY else "missing"
-        ),
-        options=CalibrationOptions(error_location="static", use_altitude=False)
-        if receiver == TRIANGLE
-        else CalibrationOptions(),
-    )
+    """Return the request for a plan with the triangle alone, the height, or the velocity too."""
+    error = PressureErrorSpec(location="static")
+    case = Case(turbulence=_TURBULENCE, altitude=ALTITUDE, pressure_error=error)
+    options = CalibrationOptions()
+    if receiver == TRIANGLE:
+        options = replace(options, error_location="static", use_altitude=False)
+    down = "recorded" if receiver == VELOCITY else "missing"
+    return PlanRequest(case, system=replace(_RECEIVER, vertical_velocity=down), options=options)
 
 
 def test_a_forecast_foretells_the_bound_of_flights():
@@ -61,13 +53,9 @@ def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity
     joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
     assert has_velocity_down(joint.das) == (velocity == "recorded")
     flight = smooth_flight(joint, "step_decrease")
-    known = [
-        np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))
-    ]
-    drawn = [
-        forecast(replace(each, draws=4), "step_decrease").mean
-        for each in (joint, request_with(TRIANGLE))
-    ]
+    asked = (joint, request_with(TRIANGLE))
+    known = [np.mean(known_noise_two_sigma(each, flight)) for each in asked]
+    drawn = [forecast(replace(each, draws=4), "step_decrease").mean for each in asked]
     assert known[0] / known[1] == pytest.approx(expected, rel=0.15)
     assert drawn[0] / drawn[1] == pytest.approx(expected, rel=0.15)
 
@@ -76,6 +64,5 @@ def test_an_error_of_the_impact_pressure_is_not_seen_by_the_height():
     static = request_with(VELOCITY)
     flight = smooth_flight(static, "step_decrease")
     impact = replace(static, options=CalibrationOptions(error_location="impact"))
-    assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(
-        known_noise_two_sigma(static, flight)
-    )
+    wide, narrow = (np.mean(known_noise_two_sigma(each, flight)) for each in (impact, static))
+    assert wide > 1.5 * narrow

@@ -15,9 +15,7 @@ from pitotlab.experiment import (
 
 
 def test_the_parameters_follow_the_draw_of_a_wind():
-    """The committed campaign drew speed and direction of a wind before the parameters, from the
-    same stream.
-    """
+    """The committed campaign drew a wind before the parameters, from one stream."""
     rng = np.random.default_rng([FIRST_SCORED_SEED, 77])
     rng.uniform(size=2)
     expected = CENTER + SPREAD * rng.standard_normal(3)

@@ -8,21 +8,12 @@ from pitotlab.experiment import FIRST_SCORED_SEED, Budget
 
 
 def rows_of(trial, asked):
-    names = ("coverage", "band_coverage", "wind_coverage", "white_coverage")
-    figures = dict.fromkeys(names, 1.0) | {
-        f"{name}_kt": 0.1 * (trial.seed % 3)
-        for name in ("two_sigma", "mean_error", "rms_error", "paper_rms_error")
-    }
-    cell = {
-        "maneuver": trial.maneuver,
-        "turbulence": trial.turbulence,
-        "seed": trial.seed,
-        "failed": "",
-    }
-    cells = [
-        {"scoring": s, "das": d, **cell, **figures} for s in asked for d in SCORINGS[s].systems
-    ]
-    return [c | {"residual_two_sigma_kt": 1.0} for c in cells]
+    shares = ("coverage", "band_coverage", "wind_coverage", "white_coverage")
+    sizes = ("two_sigma", "mean_error", "rms_error", "paper_rms_error", "residual_two_sigma")
+    figures = dict.fromkeys(shares, 1.0)
+    figures |= {f"{name}_kt": 0.1 * (trial.seed % 3) for name in sizes}
+    row = trial.cell | {"failed": ""} | figures
+    return [row | {"scoring": s, "das": d} for s in asked for d in SCORINGS[s].systems]
 
 
 def test_only_what_is_missing_is_scored(tmp_path, monkeypatch):

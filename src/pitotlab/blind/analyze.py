@@ -66,15 +66,11 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
         made = _reconciled(paths, aircraft)
         told |= answer_in(made.verdict, made.account.formula)
     except BadInputError as error:
-        return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
+        told |= {"kind": "refused", "why": str(error)}
     except Exception as error:  # whatever it is, it is no answer
-        return {
-            **told,
-            "kind": "crash",
-            "why": f"{type(error).__name__}: {error}",
-            **_seconds(wall, processor),
-        }
-    told |= _seconds(wall, processor)
+        told |= {"kind": "crash", "why": f"{type(error).__name__}: {error}"}
+    told["wall_s"] = round(monotonic() - wall, 2)
+    told["processor_s"] = round(spent() - processor, 2)
     if told["kind"] in SURE and held is not None and held.is_file():
         try:
             model, first = aircraft_model(aircraft), made.logs[0]
@@ -130,10 +126,6 @@ def _share(closure: Closure) -> float:
     return round(closure.share, 4)
 
 
-def _seconds(wall: float, processor: float) -> dict[str, float]:
-    return {"wall_s": round(monotonic() - wall, 2), "processor_s": round(spent() - processor, 2)}
-
-
 FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
 
 
@@ -166,10 +158,8 @@ def analyze(
                 out.write(json.dumps(job.result()) + "\n")
                 out.flush()
                 finished += 1
-                print(
-                    f"judged: {finished} of {count}, {(monotonic() - begun) / 60.0:.1f} min",
-                    flush=True,
-                )
+                minutes = (monotonic() - begun) / 60.0
+                print(f"judged: {finished} of {count}, {minutes:.1f} min", flush=True)
                 for flights in waiting.pop(job):
                     waiting[pool.submit(work, flights)] = []
 
@@ -189,9 +179,7 @@ def _ending(path: Path, end: str) -> Path:
 
 
 def _card(flights: Sequence[Path], aircraft: str) -> str:
-    """The cards of a case as text: what decides its null flights; without an airplane there are
-    none.
-    """
+    """The cards of a case as text, which decide its null flights; without an airplane its name."""
     told: list[str] = []
     if aircraft == "none":
         return flights[0].stem
@@ -206,14 +194,11 @@ def _card(flights: Sequence[Path], aircraft: str) -> str:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Judge every case of a folder of logs: it sees the logs and the baseline aircraft, nothing
-    else.
-    """
-    parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
-    parser.add_argument("--results", type=Path, default=OUT / "blind" / "results.jsonl")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument(
-        "--part", default="1/1", help="which part of the cards, for several machines: 2/3"
-    )
-    parser.add_argument("--aircraft", default="navajo")
+    """Judge every case of a folder of logs, from the logs and the baseline aircraft alone."""
+    add = parser.add_argument
+    add("--logs", type=Path, default=OUT / "blind" / "logs")
+    add("--results", type=Path, default=OUT / "blind" / "results.jsonl")
+    add("--jobs", type=int, default=2)
+    add("--part", default="1/1", help="which part of the cards, for several machines: 2/3")
+    add("--aircraft", default="navajo")
     analyze(**vars(parser.parse_args(words)))

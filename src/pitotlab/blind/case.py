@@ -16,9 +16,7 @@ SURE = ("named", "one_of")
 
 
 def model_of(name: str) -> str:
-    """The cause that stands for an effect: that of its plain form, and one name for effects of one
-    model.
-    """
+    """The cause that stands for an effect: of its plain form, one name for effects of one model."""
     return _joined(cause_of(name))
 
 
@@ -67,17 +65,12 @@ class JudgedCase:
     @property
     def wanted(self) -> set[str]:
         """The causes of the table to be named; none for a fault outside it."""
-        return (
-            set()
-            if self.kind == "outside"
-            else {model_of(e["name"]) for e in self.truth["effects"]}
-        )
+        effects = () if self.kind == "outside" else self.truth["effects"]
+        return {model_of(effect["name"]) for effect in effects}
 
     @property
     def verdict(self) -> str:
-        """The kind of the answer; an answer that holds nothing but the gusts of the generator finds
-        no gap.
-        """
+        """The kind of the answer; one that holds but the gusts of the generator finds no gap."""
         kind = str(self.answer["kind"])
         return "no_gap" if kind in SURE and groups_of(self.answer) and not self.groups else kind
 
@@ -100,9 +93,7 @@ class JudgedCase:
     @property
     def in_set(self) -> bool:
         """Every hidden cause stands in a reported set, or is named."""
-        return bool(self.groups) and all(
-            any(c in group for group in self.groups) for c in self.wanted
-        )
+        return bool(self.groups) and self.wanted <= set().union(*self.groups)
 
     @property
     def wrong_name(self) -> bool:

@@ -29,14 +29,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header
 from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.units import KNOT, Array
-from pitotlab.blind.flown import (
-    SETTINGS,
-    Environment,
-    Setting,
-    flown,
-    has_wind,
-    recorded,
-)
+from pitotlab.blind.flown import SETTINGS, Environment, Setting, flown, has_wind, recorded
 from pitotlab.blind.forms import OWN_FORMS
 from pitotlab.blind.outsiders import HIDDEN_EFFECTS, OUTSIDERS, Part
 from pitotlab.blind.signatures import GUSTS, PLACE, SettingSignatures, read, typical
@@ -54,9 +47,7 @@ PARTIAL = (  # effects that may act in a part of the flight only
     "static_source_change", "static_zero_offset", "temperature_bias", "total_pressure_loss", "trim_offset",
     "turn_drag", "water_in_line",
 )  # fmt: skip
-INVISIBLE = (
-    "nonstandard_temperature",
-)  # a gap only where the header tells the day, which no header here does
+INVISIBLE = ("nonstandard_temperature",)  # a gap only where the header tells the day
 COUNTED = {  # sizes of what is counted or shows in the spread only
     "dropped_samples": {"fraction": (0.02, 0.12)},
     "quantization": {"step_pa": (30.0, 80.0)},
@@ -79,9 +70,7 @@ class HiddenEffect:
 
 @dataclass(frozen=True, slots=True)
 class HiddenCase:
-    """The truth of one case of one to three flights. `kind` is a band, none, two, outside or
-    counted.
-    """
+    """The truth of one case: one to three flights, of a band, none, two, outside or counted."""
 
     kind: str
     settings: tuple[str, ...]
@@ -91,9 +80,7 @@ class HiddenCase:
     @property
     def formed(self) -> bool:
         """Whether form, part, gusts, step or receiver are the generator's own."""
-        own = any(
-            effect.name in HIDDEN_EFFECTS or effect.part is not None for effect in self.effects
-        )
+        own = any(e.name in HIDDEN_EFFECTS or e.part is not None for e in self.effects)
         return own or not self.environment.usual
 
 
@@ -108,9 +95,8 @@ def hidden_case(
         for _ in range(2 if kind == "two" else 1):
             taken = [cause_of(effect.name) for effect in effects]
             effects.append(_effect(draw, kind, settings, measured, taken))
-    return HiddenCase(
-        kind, settings, tuple(effects), _environment(draw, settings, [e.name for e in effects])
-    )
+    environment = _environment(draw, settings, [e.name for e in effects])
+    return HiddenCase(kind, settings, tuple(effects), environment)
 
 
 def cause_of(name: str) -> str:
@@ -127,9 +113,7 @@ def _by(draw: Generator, share: float) -> bool:
 
 
 def _environment(draw: Generator, settings: Sequence[str], names: Sequence[str]) -> Environment:
-    """Half of the cases without a form of their own have a world of their own in one respect or
-    two.
-    """
+    """Draw a world of the case's own in one respect or two, or the usual one."""
     if not _by(draw, WORLD_SHARE):
         return Environment()
     flown = [SETTINGS[letter].flown for letter in settings]
@@ -162,9 +146,7 @@ def _effect(
     """An effect whose plausible sizes reach the strength of the kind in these settings."""
     while True:
         name = str(draw.choice(_pool(draw, kind)))
-        if cause_of(name) in taken or not all(
-            name in measured[letter].names for letter in settings
-        ):
+        if cause_of(name) in taken or any(name not in measured[x].names for x in settings):
             continue
         part = _part(draw, name, measured[settings[0]]) if len(settings) == 1 else None
         typicals = [_strength(measured[letter], name, part) for letter in settings]
@@ -187,19 +169,13 @@ def _pool(draw: Generator, kind: str) -> list[str]:
         return list(OUTSIDERS)
     if _by(draw, FORM_SHARE):
         return list(OWN_FORMS)
-    never = (*GUSTS, *INVISIBLE)
-    seen = [
-        n
-        for n, e in EFFECTS.items()
-        if n not in never and not (isinstance(e, SensorEffect) and e.after_noise)
-    ]
-    return [n for n in seen if n not in HIDDEN_EFFECTS]
+    after = [n for n, e in EFFECTS.items() if isinstance(e, SensorEffect) and e.after_noise]
+    never = {*GUSTS, *INVISIBLE, *after, *HIDDEN_EFFECTS}
+    return [name for name in EFFECTS if name not in never]
 
 
 def _factor(draw: Generator, kind: str, whole: float) -> float:
-    """The factor on typical sizes. Where no band is asked for, sizes are typical, in bounds of
-    strength.
-    """
+    """The factor on typical sizes, in bounds of strength where no band is asked for."""
     if kind in WEAK:
         low, high = BANDS[kind]
         return float(np.exp(draw.uniform(np.log(low), np.log(high)))) / whole
@@ -224,9 +200,8 @@ def _strength(signatures: SettingSignatures, name: str, part: tuple[float, float
     if part is None or whole <= 0.0:
         return whole
     unit = signatures.unit[row]
-    return whole * float(
-        np.sqrt(np.sum(Part(*part)(signatures.time) * unit) / max(1e-12, np.sum(unit)))
-    )
+    share = np.sum(Part(*part)(signatures.time) * unit) / max(1e-12, np.sum(unit))
+    return whole * float(np.sqrt(share))
 
 
 def _sizes(
@@ -251,9 +226,8 @@ def _sizes(
 
 def _within(name: str, factor: float) -> bool:
     """Whether all sizes, scaled, lie in their plausible ranges."""
-    return all(
-        p.low <= factor * p.typical <= p.high for p in _table()[name].parameters if not p.shape
-    )
+    sizes = (p for p in _table()[name].parameters if not p.shape)
+    return all(p.low <= factor * p.typical <= p.high for p in sizes)
 
 
 NOT_TOLD = ("temperature_offset_k", "pilot", "fuel", "ballast_kg")
@@ -262,24 +236,16 @@ HELD = 4  # number of the flight held out
 
 
 def name_of(number: int, flight: int = 0) -> str:
-    """The name of a log: the second and third flight of a case end in b and c, the one held out in
-    held.
-    """
+    """The name of a log: further flights of a case end in b and c, the one held out in held."""
     return f"log-{number:04d}" + ("", "-b", "-c", "", "-held")[flight]
 
 
 def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool]) -> str:
     """Write the truth of a set and its salted SHA-256; returns the latter."""
-    told = [
-        {
-            "name": name_of(i),
-            "seed": seed + i,
-            "held_out": out,
-            "formed": case.formed,
-            **asdict(case),
-        }
-        for i, (case, out) in enumerate(zip(cases, held, strict=True))
-    ]
+    told = []
+    for i, (case, out) in enumerate(zip(cases, held, strict=True)):
+        known = {"name": name_of(i), "seed": seed + i, "held_out": out, "formed": case.formed}
+        told.append(known | asdict(case))
     text = json.dumps({"salt": secrets.token_hex(16), "seed": seed, "cases": told}, indent=1)
     digest = sha256(text.encode()).hexdigest()
     folder.mkdir(parents=True, exist_ok=True)
@@ -291,9 +257,7 @@ def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bo
 def write_cases(
     logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int
 ) -> None:
-    """Fly and write all logs that are not there yet. A flight that a hidden effect ends is told and
-    has no log.
-    """
+    """Fly and write all logs that are not there yet; print which flights a hidden effect ends."""
     logs.mkdir(parents=True, exist_ok=True)
     todo = [(i, seed + i, case, out) for i, (case, out) in enumerate(zip(cases, held, strict=True))]
     todo = [work for work in todo if not (logs / f"{name_of(work[0])}.parquet").is_file()]
@@ -313,11 +277,8 @@ def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, st
     """Write the logs of a case. Return its name, and why it cannot be flown, or an empty text."""
     number, seed, case, held = work
     bend = bend_of(seed)
-    flights = [
-        *((HELD, case.settings[-1]) for _ in range(held)),
-        *reversed(list(enumerate(case.settings))),
-    ]
-    for flight, letter in flights:  # the first log last: who sees it may judge it
+    flights = [*enumerate(case.settings), *([(HELD, case.settings[-1])] if held else [])]
+    for flight, letter in reversed(flights):  # the first log last: who sees it may judge it
         try:
             log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
         except SimulationError as error:
@@ -327,12 +288,9 @@ def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, st
 
 
 def bend_of(seed: int) -> Array:
-    """The parameters of the error curve of a case, (3,): that of its airplane, the same in all
-    flights.
-    """
-    return np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(
-        0.5, 1.5
-    )
+    """The parameters of the error curve of a case, (3,), the same in all its flights."""
+    factor = np.random.default_rng([seed, 1]).uniform(0.5, 1.5)
+    return np.array(PressureErrorSpec().parameters) * factor
 
 
 def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> FlightLog:
@@ -345,9 +303,7 @@ def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> Flight
 
 
 def told_header(setting: Setting) -> Mapping[str, Any]:
-    """The header that a log of a setting has: the card, and nothing of the day, the pilot and the
-    loading.
-    """
+    """The header of a log of a setting: its card, nothing of the day, the pilot or the loading."""
     every = header(setting.told, setting.told.das, 0)
     case = {key: value for key, value in every["case"].items() if key not in NOT_TOLD}
     return {"format": every["format"], "case": case}
@@ -393,12 +349,9 @@ def draw_set(
     firsts = [letters[i % len(letters)] for i in draw.permutation(len(wanted))]
     cases = []
     for kind, first in zip(wanted, firsts, strict=True):
-        cases.append(
-            hidden_case(draw, kind, (first, *_further(draw, kind, first, letters)), measured)
-        )
-    strong = [
-        i for i, case in enumerate(cases) if case.kind == "above 7" and len(case.settings) == 1
-    ]
+        settings = (first, *_further(draw, kind, first, letters))
+        cases.append(hidden_case(draw, kind, settings, measured))
+    strong = [i for i, c in enumerate(cases) if c.kind == "above 7" and len(c.settings) == 1]
     chosen = set(draw.permutation(strong)[:HELD_OUT].tolist())
     return cases, [i in chosen for i in range(len(cases))]
 
@@ -422,9 +375,8 @@ def generate(
     completed. Raises ValueError for a seed of neither range, and for another truth.
     """
     if not (DEVELOPMENT_SEEDS[0] <= seed < DEVELOPMENT_SEEDS[1] or seed >= SCORED):
-        raise ValueError(
-            f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
-        )
+        known = f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
+        raise ValueError(known)
     letters = [letter for letter in SETTINGS if (place / f"{letter}.npz").is_file()]
     kinds = {kind: max(1, round(share * number)) for kind, number in KINDS.items()}
     measured = {letter: read(letter, place) for letter in letters}

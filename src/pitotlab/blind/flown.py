@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import cos, sin
 from typing import Any
 from unittest.mock import patch
@@ -32,9 +33,7 @@ SHORT_TURN = {"dwells_s": [25.0, 40.0, 25.0]}
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """`flown` is the case without wind, error curve, effects and seeds; `told` is that of the
-    header.
-    """
+    """`flown`: the case without wind, error curve, effects, seeds; `told`: that of the header."""
 
     flown: Case
     told: Case
@@ -49,9 +48,7 @@ def _setting(
     planned: float = 0.0,
     **day: Any,
 ) -> Setting:
-    """`planned` is the height [ft] of the header where it is not the one flown; `day` is what no
-    header tells.
-    """
+    """`planned`: the height [ft] of the header, if another; `day`: what no header tells."""
     told = Case(
         maneuver=maneuver,
         card=card,
@@ -62,53 +59,28 @@ def _setting(
     return Setting(replace(told, altitude=feet * FOOT, **day), told)
 
 
+_rapid = partial(_setting, "rapid_decel", RAPID)
+_turn = partial(_setting, "decel_circle", SHORT_TURN)
+_circle = partial(_setting, "circle", SHORT_CIRCLE)
+_STEEP = {**SHORT_TURN, "bank_deg": 40.0}
+_EIGHT = {**SHORT_CIRCLE, "turns": [1.0, 1.0]}
+_TRACK = {**SHORT_CIRCLE, "dwell_s": 25.0}
+_LEGS = {"speeds_kt": [140.0, 105.0]}
 SETTINGS: Mapping[str, Setting] = {
-    "A": _setting(
-        "rapid_decel",
-        RAPID,
-        "50/50",
-        "light",
-        6000,
-        temperature_offset=8.0,
-        pilot="good",
-        fuel=0.62,
-    ),
-    "B": _setting("rapid_decel", RAPID, "20/5", "none", 4000, temperature_offset=-12.0),
-    "C": _setting("decel_circle", SHORT_TURN, "50/10", "light", 6000, fuel=0.81),
-    "D": _setting(
-        "decel_circle",
-        {**SHORT_TURN, "bank_deg": 40.0},
-        "100/100",
-        "none",
-        8000,
-        6000,
-        temperature_offset=14.0,
-    ),
-    "E": _setting(
-        "circle", SHORT_CIRCLE, "50/50", "light", 5000, pilot="busy", temperature_offset=-8.0
-    ),
-    "F": _setting("circle", SHORT_CIRCLE, "20/1", "none", 6000, temperature_offset=5.0, fuel=0.5),
-    "G": _setting("rapid_decel", RAPID, "25/5", "moderate", 6000, 7000, ballast=120.0),
-    "H": _setting("decel_circle", SHORT_TURN, "20/10", "moderate", 7000, pilot="good", fuel=0.7),
-    "I": _setting("circle", SHORT_CIRCLE, "50/10", "light", 4500, 6000, temperature_offset=11.0),
-    "J": _setting("rapid_decel", RAPID, "100/20", "none", 9000, pilot="busy", fuel=0.42),
-    "K": _setting(
-        "decel_circle", SHORT_TURN, "20/1", "none", 5000, ballast=-100.0, temperature_offset=-5.0
-    ),
-    "L": _setting(
-        "figure_eight", {"speeds_kt": [150.0, 110.0], "turns": [1.0, 1.0]}, "50/10", "light", 6000
-    ),
-    "M": _setting(
-        "race_track",
-        {"speeds_kt": [150.0, 110.0], "dwell_s": 25.0},
-        "50/50",
-        "light",
-        6000,
-        fuel=0.55,
-    ),
-    "N": _setting(
-        "four_leg", {"speeds_kt": [140.0, 105.0]}, "20/5", "light", 5500, 5000, pilot="good"
-    ),
+    "A": _rapid("50/50", "light", 6000, temperature_offset=8.0, pilot="good", fuel=0.62),
+    "B": _rapid("20/5", "none", 4000, temperature_offset=-12.0),
+    "C": _turn("50/10", "light", 6000, fuel=0.81),
+    "D": _setting("decel_circle", _STEEP, "100/100", "none", 8000, 6000, temperature_offset=14.0),
+    "E": _circle("50/50", "light", 5000, pilot="busy", temperature_offset=-8.0),
+    "F": _circle("20/1", "none", 6000, temperature_offset=5.0, fuel=0.5),
+    "G": _rapid("25/5", "moderate", 6000, 7000, ballast=120.0),
+    "H": _turn("20/10", "moderate", 7000, pilot="good", fuel=0.7),
+    "I": _circle("50/10", "light", 4500, 6000, temperature_offset=11.0),
+    "J": _rapid("100/20", "none", 9000, pilot="busy", fuel=0.42),
+    "K": _turn("20/1", "none", 5000, ballast=-100.0, temperature_offset=-5.0),
+    "L": _setting("figure_eight", _EIGHT, "50/10", "light", 6000),
+    "M": _setting("race_track", _TRACK, "50/50", "light", 6000, fuel=0.55),
+    "N": _setting("four_leg", _LEGS, "20/5", "light", 5500, 5000, pilot="good"),
     "O": _setting("diagnostic", {}, "50/10", "light", 6000, temperature_offset=-10.0, fuel=0.75),
 }
 
@@ -119,9 +91,7 @@ STEP = 1.0  # m
 
 
 def longitudinal(number: Array) -> Array:
-    """The one-sided spectrum of the gust along the flight at a wave number [rad/m], of unit
-    variance.
-    """
+    """The one-sided spectrum of the gust along the flight over wave number [rad/m]."""
     return np.asarray(2.0 * LENGTH / np.pi / (1.0 + (1.339 * LENGTH * number) ** 2) ** (5.0 / 6.0))
 
 
@@ -138,15 +108,11 @@ class GustField:
     values: Array
 
     def at(self, way: float) -> Array:
-        """Return the gusts after some way through the air [m], (3,); the field begins anew at its
-        end.
-        """
-        place = way / STEP
-        low = int(place)
-        share, count = place - low, len(self.values)
-        return np.asarray(
-            (1.0 - share) * self.values[low % count] + share * self.values[(low + 1) % count]
-        )
+        """Return the gusts after some way through the air [m], (3,); the field repeats itself."""
+        low, count = int(way / STEP), len(self.values)
+        share = way / STEP - low
+        before, behind = self.values[low % count], self.values[(low + 1) % count]
+        return np.asarray((1.0 - share) * before + share * behind)
 
 
 def gust_field(deviation: float, seed: int, way: float = 60_000.0) -> GustField:
@@ -175,9 +141,7 @@ DEVIATIONS = {"none": 0.0, "light": 0.19, "moderate": 0.72}
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What of the world is not the product's: `rate` [Hz] of integration, own gusts, own receiver
-    and probes.
-    """
+    """What is not the product's: `rate` [Hz] of integration, gusts, receiver and probes."""
 
     rate: float = USUAL_RATE
     own_gusts: bool = False
@@ -240,14 +204,11 @@ class _Driver:
 
     def _look(self, time: float) -> None:
         for path, value, schedule in self.sizes:
-            self.plant.set(
-                path,
-                value * float(schedule(np.array(time - self.begun))) if time >= self.begun else 0.0,
-            )
+            share = float(schedule(np.array(time - self.begun))) if time >= self.begun else 0.0
+            self.plant.set(path, value * share)
         if self.gusts is not None:
-            self.way += self.plant.get("true_airspeed") * min(
-                TICK * 5.0, max(0.0, time - self.last)
-            )
+            lasted = min(TICK * 5.0, max(0.0, time - self.last))
+            self.way += self.plant.get("true_airspeed") * lasted
             along, across, down = min(1.0, time / RAMP) * self.gusts.at(self.way)
             heading = self.plant.get("heading")
             north = along * cos(heading) - across * sin(heading)
@@ -328,9 +289,7 @@ def recorded(
     environment: Environment | None = None,
     schedules: Mapping[str, Schedule] | None = None,
 ) -> FlightLog:
-    """Record a flight with the effects of its case, through the receiver and the probes of the
-    environment.
-    """
+    """Record a flight with the effects of its case, receiver and probes of the environment."""
     environment, schedules = environment or Environment(), {**SCHEDULES, **(schedules or {})}
     case = flight.case
     if environment.probes:

@@ -7,6 +7,7 @@ Each is `variant_of` the effect of the table whose cause it shares.
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 import numpy as np
 
@@ -50,11 +51,9 @@ AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
 
 def delayed_by(signals: Signals, seconds: float | Array, *names: str) -> Signals:
     """Return signals of which those with these names that are there come later."""
-    late = {
-        n: delayed(signals, signals[n], seconds, angle=n == "heading")
-        for n in names
-        if n in signals
-    }
+    late = {}
+    for name in filter(signals.__contains__, names):
+        late[name] = delayed(signals, signals[name], seconds, angle=name == "heading")
     return signals.with_channels(**late)
 
 
@@ -98,11 +97,8 @@ def _growing_recovery(signals: Signals, sizes: Sizes) -> Signals:
 def _curved(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
     minutes = elapsed(signals) / 60.0
     bent = minutes * minutes
-    return (
-        sizes["north_mps_per_min2"] * bent,
-        sizes["east_mps_per_min2"] * bent,
-        np.zeros_like(bent),
-    )
+    north, east = (sizes[f"{axis}_mps_per_min2"] * bent for axis in ("north", "east"))
+    return north, east, np.zeros_like(bent)
 
 
 def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -116,29 +112,23 @@ def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 
 def _sensed(name: str, function: Sensed, parent: str, *parameters: Parameter) -> SensorEffect:
-    """A form of an effect on the sensors; without parameters it has the first size of the plain
-    effect.
-    """
+    """A form of an effect on the sensors; by default with the first size of the plain effect."""
     known = EFFECTS[parent]
     assert isinstance(known, SensorEffect)
-    sizes = parameters or _first_size(known)
-    return replace(
-        known, name=name, parameters=sizes, variant_of=known.cause, what="hidden", function=function
-    )
+    return replace(known, **_own(name, known, parameters), function=function)
 
 
 def _felt(name: str, build: Built, parent: str, *parameters: Parameter) -> AircraftEffect:
     """The same of an effect on the airplane."""
     known = EFFECTS[parent]
     assert isinstance(known, AircraftEffect)
-    return replace(
-        known,
-        name=name,
-        parameters=parameters or _first_size(known),
-        variant_of=known.cause,
-        what="hidden",
-        build=lambda _, sizes, baseline: build(sizes, baseline),
-    )
+    own = replace(known, **_own(name, known, parameters))
+    return replace(own, build=lambda _, sizes, baseline: build(sizes, baseline))
+
+
+def _own(name: str, known: Effect, parameters: tuple[Parameter, ...]) -> dict[str, Any]:
+    sizes = parameters or tuple(p for p in known.parameters if not p.shape)[:1]
+    return {"name": name, "parameters": sizes, "variant_of": known.cause, "what": "hidden"}
 
 
 def _dragging(
@@ -154,10 +144,6 @@ def _dragging(
     return _felt(name, build, parent, *parameters)
 
 
-def _first_size(effect: Effect) -> tuple[Parameter, ...]:
-    return tuple(p for p in effect.parameters if not p.shape)[:1]
-
-
 def _wind() -> AirEffect:
     known = EFFECTS["wind_drift"]
     assert isinstance(known, AirEffect)
@@ -165,14 +151,8 @@ def _wind() -> AirEffect:
         Parameter("north_mps_per_min2", 0.04, -1.0, 1.0, "hidden"),
         Parameter("east_mps_per_min2", -0.03, -1.0, 1.0, "hidden"),
     )
-    known = replace(
-        known,
-        name="curved_wind_drift",
-        parameters=parameters,
-        variant_of="wind_drift",
-        what="hidden",
-    )
-    return replace(known, build=lambda _, sizes, baseline: _curving(sizes, baseline), wind=_curved)
+    own = replace(known, **_own("curved_wind_drift", known, parameters))
+    return replace(own, build=lambda _, sizes, baseline: _curving(sizes, baseline), wind=_curved)
 
 
 _FIRST_FORMS: tuple[Effect, ...] = (
@@ -203,14 +183,10 @@ FORMS: Mapping[str, Effect] = {effect.name: effect for effect in _FIRST_FORMS}
 
 def _speed_lag(signals: Signals, sizes: Sizes) -> Signals:
     """A line whose lag falls with the pressure in it."""
-    static = signals["static_pressure"]
-    lag = sizes["lag_s"] * np.clip(
-        REFERENCE / np.maximum(signals["impact_pressure"], 300.0), 0.3, 3.0
-    )
-    return signals.with_channels(
-        impact_pressure=first_order_varying(signals, signals["impact_pressure"] + static, lag)
-        - static
-    )
+    static, impact = signals["static_pressure"], signals["impact_pressure"]
+    lag = sizes["lag_s"] * np.clip(REFERENCE / np.maximum(impact, 300.0), 0.3, 3.0)
+    late = first_order_varying(signals, impact + static, lag)
+    return signals.with_channels(impact_pressure=late - static)
 
 
 def _two_chamber(signals: Signals, sizes: Sizes) -> Signals:
@@ -223,9 +199,7 @@ def _two_chamber(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _filling_buffer(signals: Signals, sizes: Sizes) -> Signals:
-    """Air data from a buffer that fills over 40 s and is then emptied: between 0.6 and 1.4 of the
-    latency.
-    """
+    """Air data from a buffer that fills over 40 s: between 0.6 and 1.4 of the latency."""
     late = sizes["latency_s"] * (0.6 + 0.8 * np.mod(elapsed(signals) / 40.0, 1.0))
     return delayed_by(signals, late, *AIR_DATA)
 
@@ -238,9 +212,7 @@ def _straining_receiver(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
-    """A bellows whose readings differ by a share of the range gone through, with a rounded turning
-    point.
-    """
+    """A bellows whose reading lags by a share of the range gone through, its turns rounded."""
     pressure = signals["impact_pressure"]
     rate = np.gradient(first_order(signals, pressure, 3.0), signals.time)
     side = np.tanh(rate / 6.0)
@@ -248,9 +220,7 @@ def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
 
 
 def _bent_temperature_drift(signals: Signals, sizes: Sizes) -> Signals:
-    """A zero that follows the temperature of its own case, 25 s behind the air, and more when it is
-    far away.
-    """
+    """A zero that follows the temperature of its case, 25 s behind the air, and bends."""
     warm = signals["total_temperature"] - signals["total_temperature"][0]
     case = first_order(signals, warm, 25.0)
     return _moved(signals, sizes["shift_pa_per_k"] * case * (1.0 + 0.1 * np.abs(case)))
@@ -283,25 +253,15 @@ def _leak_by_speed(signals: Signals, sizes: Sizes) -> Signals:
 def _lean_power(sizes: Sizes, baseline: Baseline) -> Overlay:
     """Engines that lose a share that grows with the throttle."""
     settings = []
-    for engine, (key, lever) in zip(
-        left_and_right("lean_power", baseline),
-        (
-            ("left_fraction", "fcs/throttle-pos-norm"),
-            ("right_fraction", "fcs/throttle-pos-norm[1]"),
-        ),
-        strict=True,
-    ):
+    engines = left_and_right("lean_power", baseline)
+    for engine, side, lever in zip(engines, ("left", "right"), ("", "[1]"), strict=True):
         fuel = baseline.engines[engine].fuel_per_power
-        lost = product(size("lean_power", key), 1.5, lever)
-        settings.append(
-            PropertySetting(
-                f"propulsion/engine[{engine}]/bsfc-lbs_hphr",
-                quotient(fuel, operation("difference", 1.0, lost)),
-            )
-        )
-    return Overlay(
-        sizes=tuple((size("lean_power", k), v) for k, v in sizes.items()), settings=tuple(settings)
-    )
+        size_of = size("lean_power", f"{side}_fraction")
+        lost = product(size_of, 1.5, f"fcs/throttle-pos-norm{lever}")
+        burnt = quotient(fuel, operation("difference", 1.0, lost))
+        settings.append(PropertySetting(f"propulsion/engine[{engine}]/bsfc-lbs_hphr", burnt))
+    told = tuple((size("lean_power", key), value) for key, value in sizes.items())
+    return Overlay(sizes=told, settings=tuple(settings))
 
 
 _LATER_FORMS: tuple[Effect, ...] = (

@@ -31,9 +31,7 @@ from pitotlab.blind.signatures import PLACE, layout_of, matched, noise_of, read,
 NONE = "none"
 PRIOR = {NONE: 0.3, "table": 0.6, "outside": 0.1}
 WEAKEST, STRONGEST, POINTS = 2.0, 600.0, 6000  # σ, of the prior of a strength
-LEAST_SEEN = (
-    0.02  # share of a signature that wind, curve and biases must leave for it to be a candidate
-)
+LEAST_SEEN = 0.02  # share of a signature that wind, curve and biases must leave
 TOLD = 8  # causes in a line of the results
 
 
@@ -56,10 +54,8 @@ def log_evidence(filtered: Array, prior: Array | None = None) -> Array:
     """
     strength = np.geomspace(WEAKEST, STRONGEST, POINTS) if prior is None else prior
     both = np.concatenate([strength, -strength])
-    return np.asarray(
-        logsumexp(both[None, :] * filtered[:, None] - 0.5 * both[None, :] ** 2, axis=1)
-        - np.log(len(both))
-    )
+    ratios = both[None, :] * filtered[:, None] - 0.5 * both[None, :] ** 2
+    return np.asarray(logsumexp(ratios, axis=1) - np.log(len(both)))
 
 
 def probabilities(evidence: Mapping[str, Sequence[float]]) -> dict[str, float]:
@@ -82,9 +78,8 @@ def filtered(
     log, signatures, noise = read_log(path), read(letter, place), noise_of(letter, place)
     layout = layout_of(log)
     time = layout.track.time[layout.grid.rows]
-    moved = matched(
-        np.moveaxis(signatures.values, 0, 2), np.array(signatures.segment), segments_at(log, time)
-    )  # (n, c, e)
+    values, segments = np.moveaxis(signatures.values, 0, 2), np.array(signatures.segment)
+    moved = matched(values, segments, segments_at(log, time))  # (n, c, e)
     names = list(signatures.names)
     if part is not None:
         acting = Part(*part)(time - layout.track.time[0])
@@ -113,23 +108,17 @@ def observed(logs: Path, place: Path, case: Mapping[str, Any]) -> dict[str, Any]
     summed: dict[str, list[float]] = {}
     for flight, letter in enumerate(case["settings"]):
         path = logs / f"{case['name']}{('', '-b', '-c')[flight]}.parquet"
-        seen = {
-            c: [float(z) for z in log_evidence(np.array(t))]
-            for c, t in filtered(path, letter, part, place).items()
-        }
+        outputs = filtered(path, letter, part, place)
+        seen = {c: log_evidence(np.array(t)).tolist() for c, t in outputs.items()}
         # Sizes of several flights are taken as free of each other: a little less than an ideal
         # observer knows.
         summed = seen if not flight else {c: _sums(summed[c], seen[c]) for c in summed if c in seen}
     found = probabilities(summed)
     told = {c: round(p, 5) for c, p in list(found.items())[:TOLD]}
-    wanted = {
-        c: round(found.get(c, 0.0), 5) for c in {cause_of(e["name"]) for e in case["effects"]}
-    }
-    return {
-        "name": case["name"],
-        "probabilities": {**told, **wanted},
-        "processor_s": round(process_time() - begun, 2),
-    }
+    causes = {cause_of(e["name"]) for e in case["effects"]}
+    told |= {c: round(found.get(c, 0.0), 5) for c in causes}
+    spent = round(process_time() - begun, 2)
+    return {"name": case["name"], "probabilities": told, "processor_s": spent}
 
 
 def _sums(one: Sequence[float], other: Sequence[float]) -> list[float]:
@@ -142,11 +131,8 @@ def _sums(one: Sequence[float], other: Sequence[float]) -> list[float]:
 def observe(logs: Path, seal: Path, results: Path, place: Path, jobs: int) -> None:
     """Observe every case with one effect or none that has no line in the results yet."""
     cases = json.loads((seal / "truth.json").read_text("utf-8"))["cases"]
-    done = (
-        {json.loads(x)["name"] for x in results.read_text("utf-8").splitlines()}
-        if results.is_file()
-        else set()
-    )
+    lines = results.read_text("utf-8").splitlines() if results.is_file() else []
+    done = {json.loads(line)["name"] for line in lines}
     todo = [c for c in cases if c["kind"] not in ("two", "counted") and c["name"] not in done]
     results.parent.mkdir(parents=True, exist_ok=True)
     with (

@@ -45,9 +45,7 @@ class Part:
     end: float
 
     def __call__(self, time: Array) -> Array:
-        """Return the share of the effect that acts: 1 within the part, 0 outside, with edges of 3
-        s.
-        """
+        """Return the share of the effect that acts: 1 within the part, 0 outside, 3 s edges."""
         inside = np.minimum((time - self.begin) / EDGE, (self.end - time) / EDGE)
         return np.asarray(np.clip(inside, 0.0, 1.0))
 

@@ -17,49 +17,34 @@ from pitotlab.blind.sealed import judged_in, kept_sets
 from pitotlab.tables import write_figures
 
 # What a mechanic would look at where a fault of the generator is none of the table.
+_FAULTS = {
+    "pitot head & pitot line": "loose_tube insect_in_tube open_drain",
+    "static ports and line": "icing_port rain_in_port",
+    "impact transducer & static ports and line": "climb_crosstalk",
+    "impact transducer": "heavy_membrane kinked_transducer heated_transducer",
+    "static transducer": "strobe_light",
+    "attitude and vanes": (
+        "bending_boom twisting_boom late_vane crossed_vanes vane_in_wake crossed_gyros "
+        "warming_accelerometer stretched_accelerometer shaken_accelerometer leaning_gyro "
+        "erected_pitch late_attitude"
+    ),
+    "GPS receiver and its clock": "swinging_altitude multipath_bursts leaping_altitude stale_fixes",
+    "recorder": "stamp_jitter sagging_supply",
+    "thermometer, or the day": "sun_on_probe slow_probe exhaust_on_probe heated_probe",
+    "engine instruments": "fuel_meter slipping_tachometer long_manifold_line",
+    "controls and trim": "bent_elevator_pickup floating_rudder",
+    "air": "pressure_slope wake_encounter",
+    "air & thermometer, or the day": "warm_patches",
+    "drag": "cowl_flap_cycling fluttering_door baggage_door",
+    "loading": "fuel_slosh rolling_tanks",
+    "lift, stability and damping": "bending_wing",
+    "lift, stability and damping & drag": "icing_wing rain_on_wing",
+    "engine or propeller, a side": "surging_engine",
+}
 PARTS_OUTSIDE: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("loose_tube", "insect_in_tube", "open_drain"), ("pitot head", "pitot line")),
-    **dict.fromkeys(("icing_port", "rain_in_port"), ("static ports and line",)),
-    "climb_crosstalk": ("impact transducer", "static ports and line"),
-    **dict.fromkeys(
-        ("heavy_membrane", "kinked_transducer", "heated_transducer"), ("impact transducer",)
-    ),
-    "strobe_light": ("static transducer",),
-    **dict.fromkeys(
-        (
-            *(
-                "bending_boom",
-                "twisting_boom",
-                "late_vane",
-                "crossed_vanes",
-                "vane_in_wake",
-                "crossed_gyros",
-            ),
-            *("warming_accelerometer", "stretched_accelerometer", "shaken_accelerometer"),
-            *("leaning_gyro", "erected_pitch", "late_attitude"),
-        ),
-        ("attitude and vanes",),
-    ),
-    **dict.fromkeys(
-        ("swinging_altitude", "multipath_bursts", "leaping_altitude", "stale_fixes"),
-        ("GPS receiver and its clock",),
-    ),
-    **dict.fromkeys(("stamp_jitter", "sagging_supply"), ("recorder",)),
-    **dict.fromkeys(
-        ("sun_on_probe", "slow_probe", "exhaust_on_probe", "heated_probe"),
-        ("thermometer, or the day",),
-    ),
-    **dict.fromkeys(
-        ("fuel_meter", "slipping_tachometer", "long_manifold_line"), ("engine instruments",)
-    ),
-    **dict.fromkeys(("bent_elevator_pickup", "floating_rudder"), ("controls and trim",)),
-    **dict.fromkeys(("pressure_slope", "wake_encounter"), ("air",)),
-    "warm_patches": ("air", "thermometer, or the day"),
-    **dict.fromkeys(("cowl_flap_cycling", "fluttering_door", "baggage_door"), ("drag",)),
-    **dict.fromkeys(("fuel_slosh", "rolling_tanks"), ("loading",)),
-    "bending_wing": ("lift, stability and damping",),
-    **dict.fromkeys(("icing_wing", "rain_on_wing"), ("lift, stability and damping", "drag")),
-    "surging_engine": ("engine or propeller, a side",),
+    fault: tuple(parts.split(" & "))
+    for parts, faults in _FAULTS.items()
+    for fault in faults.split()
 }
 LEAST = 5e-4  # probability of a cause that was not written down: half of the least that was
 NAMED = 0.9
@@ -88,29 +73,21 @@ def summed(case: JudgedCase) -> dict[str, float]:
 
 def with_a_gap(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
     """The cases with something hidden that has a part to be found, of which the answer tells a gap."""
-    return [
-        c
-        for c in cases
-        if (c.is_single or c.kind in ("two", "outside")) and c.verdict not in ("no_gap", *NO_ANSWER)
-    ]
+    told = [c for c in cases if c.verdict not in ("no_gap", *NO_ANSWER)]
+    return [c for c in told if c.is_single or c.kind in ("two", "outside")]
 
 
 def _pairs(
     cases: Sequence[JudgedCase], told: Told, hidden: Callable[[JudgedCase], set[str]]
 ) -> tuple[Array, Booleans]:
-    """Told probabilities, (n,), and whether they are right, (n,). What was hidden and not told is
-    improbable.
-    """
+    """Told probabilities, (n,), and whether they are right, (n,); what was not told has 0."""
     pairs = []
     for case in cases:
         found, truth = told(case), hidden(case)
         pairs += [(p, name in truth) for name, p in found.items()]
         # An outsider may have two parts, and one of them suffices.
-        pairs += [
-            (0.0, True)
-            for name in truth - set(found)
-            if case.kind != "outside" or not truth & set(found)
-        ]
+        enough = case.kind == "outside" and truth & set(found)
+        pairs += [(0.0, True)] * (0 if enough else len(truth - set(found)))
     p, right = np.array(pairs, dtype=float).reshape(-1, 2).T
     return p, right > 0.5
 
@@ -118,9 +95,7 @@ def _pairs(
 def proper_scores(
     cases: Sequence[JudgedCase], told: Told, hidden: Callable[[JudgedCase], set[str]] = hidden_parts
 ) -> tuple[float, float]:
-    """Return the log score and the Brier score a case, each summed over causes or parts: less is
-    better.
-    """
+    """Return the log score and the Brier score a case, summed over causes or parts."""
     p, right = _pairs(cases, told, hidden)
     p = np.clip(p, LEAST, 1.0 - LEAST)
     logs = -np.log(np.where(right, p, 1.0 - p))
@@ -137,16 +112,13 @@ class NamedParts:
     wrong: int
 
     def __str__(self) -> str:
-        shares = [
-            f"{each} ({each / self.cases:.1%})" for each in (self.first, self.right, self.wrong)
-        ]
-        return "first {}, named above 0.9 right {}, wrong {}".format(*shares) + f", of {self.cases}"
+        counts = (self.first, self.right, self.wrong)
+        first, right, wrong = (f"{each} ({each / self.cases:.1%})" for each in counts)
+        return f"first {first}, named above 0.9 right {right}, wrong {wrong}, of {self.cases}"
 
 
 def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
-    """Count the cases with a right part named, and those with a wrong one; an unknown cause has no
-    part.
-    """
+    """Count the cases with a right part named and those with a wrong one."""
     first = right = wrong = 0
     for case in cases:
         found, truth = told(case), hidden_parts(case)
@@ -159,27 +131,23 @@ def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
 
 def strong_causes(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
     """The cases of one flight with a single cause above 7σ."""
-    return [
-        c
-        for c in cases
-        if c.is_single and c.flights == 1 and c.band == "above 7" and c.verdict != "not scored"
-    ]
+    single = [c for c in cases if c.is_single and c.flights == 1 and c.band == "above 7"]
+    return [c for c in single if c.verdict != "not scored"]
 
 
 def lines(cases: Sequence[JudgedCase]) -> list[str]:
     """The score by part as lines: named parts, and the proper scores over causes and parts."""
-    strong = strong_causes(cases)
     outside = [c for c in cases if c.kind == "outside" and c.verdict != "not scored"]
     gap = with_a_gap(cases)
-    of_table = [c for c in gap if c.kind != "outside"]
+    asked = {"the table": [c for c in gap if c.kind != "outside"], "the table and outside": gap}
     found = [
-        f"part, one flight above 7: {named_parts(strong, summed)}",
+        f"part, one flight above 7: {named_parts(strong_causes(cases), summed)}",
         f"part, outside the table: {named_parts(outside, summed)}",
     ]
-    for what, some in (("the table", of_table), ("the table and outside", gap)):
+    for what, some in asked.items():
         log, brier = proper_scores(some, summed)
         found.append(f"parts of {what}: log score {log:.3f}, Brier {brier:.4f}, {len(some)}")
-    for what, some in (("the table", of_table), ("the table and outside", gap)):
+    for what, some in asked.items():
         log, brier = proper_scores(some, lambda c: c.probabilities, lambda c: c.wanted)
         found.append(f"causes of {what}: log score {log:.3f}, Brier {brier:.4f}, {len(some)} cases")
     return found

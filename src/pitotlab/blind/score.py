@@ -6,8 +6,8 @@ Cases without an answer yet (a run that was stopped) are counted and left out.
 
 from argparse import ArgumentParser
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -100,12 +100,8 @@ def table(cases: Sequence[JudgedCase]) -> list[Row]:
 def _told(cases: Sequence[JudgedCase], above: float) -> list[tuple[float, bool]]:
     """Each probability above a limit where a gap is told, and whether its cause is hidden."""
     gaps = [case for case in cases if case.verdict not in ("no_gap", *NO_ANSWER)]
-    return [
-        (p, cause in case.wanted)
-        for case in gaps
-        for cause, p in case.probabilities.items()
-        if p > above
-    ]
+    pairs = [(c, cause, p) for c in gaps for cause, p in c.probabilities.items()]
+    return [(p, cause in case.wanted) for case, cause, p in pairs if p > above]
 
 
 def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]:
@@ -113,9 +109,8 @@ def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]
     pairs = _told(cases, SMALLEST_P)
     found = []
     for low in np.arange(0.0, 1.0, 0.1):
-        inside = [
-            (p, right) for p, right in pairs if low <= p < low + 0.1 or (low > 0.85 and p >= 1.0)
-        ]
+        end = low + 0.1 if low < 0.85 else np.inf
+        inside = [(p, right) for p, right in pairs if low <= p < end]
         if inside:
             p, right = np.array(inside, dtype=float).T
             found.append((float(low), len(inside), float(p.mean()), float(right.mean())))
@@ -124,15 +119,11 @@ def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]
 
 def _calibration(cases: Sequence[JudgedCase]) -> list[Row]:
     of_table = [c for c in cases if c.is_single or c.kind == "two"]
-    worst = max(
-        (abs(mean - share) for _, n, mean, share in tenths(of_table) if n >= FEWEST),
-        default=float("nan"),
-    )
+    off = [abs(mean - share) for _, n, mean, share in tenths(of_table) if n >= FEWEST]
     sure = (right for _, right in _told(of_table, 0.9))
-    remark = f"largest difference of a tenth: {worst:.2f}"
-    return [
-        row("probabilities above 0.9 that are right, the cause being in the table", sure, remark)
-    ]
+    remark = f"largest difference of a tenth: {max(off, default=float('nan')):.2f}"
+    what = "probabilities above 0.9 that are right, the cause being in the table"
+    return [row(what, sure, remark)]
 
 
 def _strong(what: str, cases: Sequence[JudgedCase]) -> list[Row]:
@@ -177,17 +168,12 @@ def _advised(cases: Sequence[JudgedCase]) -> list[Row]:
 def _formulas(cases: Sequence[JudgedCase]) -> list[Row]:
     asked = [c for c in cases if "formula" in c.answer]
     found = (bool(c.answer["formula"]) and c.answer["formula"]["closure"] >= CLOSED for c in asked)
-    return [
-        row(
-            "outside the table: a formula closes at least 0.8", found, "" if asked else "not scored"
-        )
-    ]
+    what = "outside the table: a formula closes at least 0.8"
+    return [row(what, found, "" if asked else "not scored")]
 
 
 def _sizes(cases: Sequence[JudgedCase]) -> Row:
-    """Sizes of right names within their bounds, where the whole flight has the plain form of the
-    effect.
-    """
+    """Sizes of right names within their bounds, where the whole flight has the plain form."""
     inside = []
     for case in cases:
         hidden: dict[str, Any] = {e["name"]: e for e in case.truth["effects"] if e["part"] is None}
@@ -200,11 +186,9 @@ def _sizes(cases: Sequence[JudgedCase]) -> Row:
 
 def _held_out(cases: Sequence[JudgedCase]) -> list[Row]:
     closed = [c.answer["held_out"] for c in cases if c.named and "held_out" in c.answer]
-    told = (
-        f"median {np.median(closed):.3f}, a tenth below {np.quantile(closed, 0.1):.3f}"
-        if closed
-        else "not scored"
-    )
+    told = "not scored"
+    if closed:
+        told = f"median {np.median(closed):.3f}, a tenth below {np.quantile(closed, 0.1):.3f}"
     what = "closure of the flight held out at least 0.8, of names that are right"
     return [row(what, (g >= CLOSED for g in closed), told)]
 
@@ -212,16 +196,12 @@ def _held_out(cases: Sequence[JudgedCase]) -> list[Row]:
 def seconds(cases: Sequence[JudgedCase]) -> str:
     """Processor seconds a case of one flight, with the null flights in the cache and without."""
     told = []
+    answers = [c.answer for c in cases if c.flights == 1]
     for warm, name in ((True, "warm"), (False, "cold")):
-        each = [
-            c.answer["processor_s"]
-            for c in cases
-            if c.flights == 1 and c.answer.get("warm") == warm
-        ]
+        each = [a["processor_s"] for a in answers if a.get("warm") == warm]
         if each:
-            told.append(
-                f"{name}: median {np.median(each):.1f}, most {max(each):.1f} ({len(each)} cases)"
-            )
+            most = f"most {max(each):.1f} ({len(each)} cases)"
+            told.append(f"{name}: median {np.median(each):.1f}, {most}")
     return "Processor seconds a flight, " + "; ".join(told) + "."
 
 
@@ -239,79 +219,75 @@ def score(results: Path, seal: Path, out: Path, observed: Path | None = None) ->
     digest = files_of(seal)["truth.sha256"].decode().strip()
     out.mkdir(parents=True, exist_ok=True)
     (out / "blind.md").write_text(_page(truth, cases, rows, digest), encoding="utf-8")
-    columns = ["row", "hits", "cases", "share", "low", "high", "remark"]
-    told = [
-        (r.what, r.hits, r.cases, f"{r.share:.4f}", f"{r.low:.4f}", f"{r.high:.4f}", r.remark)
-        for r in rows
-    ]
-    pd.DataFrame(told, columns=columns).to_csv(
-        out / "blind.csv", index=False, lineterminator="\r\n"
+    told = pd.DataFrame(map(asdict, rows)).rename(columns={"what": "row"})
+    told.insert(3, "share", [row.share for row in rows])
+    ends = "\r\n"
+    told.to_csv(
+        out / "blind.csv", index=False, float_format="%.4f", na_rep="nan", lineterminator=ends
     )
     return rows
 
 
+_PAGE = """# The blind test of reconcile
+
+{judged} of {count} sealed cases judged, seeds from {seed}, {day}; SHA-256
+of the sealed truth `{digest}`. {several} cases have two or three flights, in
+{settings} settings of card, data system, air, day, pilot and loading. {formed} cases hold a form,
+gusts, an integration step or a receiver of the generator's own, or an effect in a part of the
+flight. The strength (SNR) is that of the difference of two flights of the generator, with wind,
+curve and sensor biases taken out (`pitotlab.blind.signatures`). The ideal observer knows all forms
+and the noise (`pitotlab.blind.observer`). Intervals are Wilson's, 95 %. A gear that is out and a pod
+are one model and count as one cause; so do a scale of the impact pressure and a loss of total
+pressure. A crash counts as a miss.
+
+| score | found | of | share | 95 % | |
+|---|---|---|---|---|---|
+{rows}
+
+{seconds}
+
+## Probabilities and shares right
+
+| probability | causes | mean | share right |
+|---|---|---|---|
+{tenths}
+
+## Hidden against answered
+
+| hidden | answered | cases |
+|---|---|---|
+{confusion}
+
+## Every miss
+
+| case | settings | kind | hidden (SNR) | world | answered |
+|---|---|---|---|---|---|
+{misses}
+"""
+
+
 def _page(
-    truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row], digest: str
+    truth: Mapping[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row], digest: str
 ) -> str:
-    day = datetime.now(UTC).strftime("%Y-%m-%d")
-    settings = len({letter for c in cases for letter in c.truth["settings"]})
-    several = sum(c.flights > 1 for c in cases)
-    formed = sum(c.truth["formed"] for c in cases)
-    first, count = truth["seed"], len(truth["cases"])
+    of_table = [c for c in cases if c.is_single or c.kind == "two"]
     confusion = Counter((hidden_in(c), _answer(c)) for c in cases)
-    return "\n".join(
-        [
-            "# The blind test of reconcile",
-            "",
-            f"{len(cases)} of {count} sealed cases judged, seeds from {first}, {day}; SHA-256",
-            f"of the sealed truth `{digest}`. {several} cases have two or three flights, in",
-            f"{settings} settings of card, data system, air, day, pilot and loading. {formed} "
-            "cases hold a form,",
-            "gusts, an integration step or a receiver of the generator's own, or an effect in a "
-            "part of the",
-            "flight. The strength (SNR) is that of the difference of two flights of the generator, "
-            "with wind,",
-            "curve and sensor biases taken out (`pitotlab.blind.signatures`). The ideal observer "
-            "knows all forms",
-            "and the noise (`pitotlab.blind.observer`). Intervals are Wilson's, 95 %. A gear that "
-            "is out and a pod",
-            "are one model and count as one cause; so do a scale of the impact pressure and a loss "
-            "of total",
-            "pressure. A crash counts as a miss.",
-            "",
-            "| score | found | of | share | 95 % | |",
-            "|---|---|---|---|---|---|",
-            *map(_line, rows),
-            "",
-            seconds(cases),
-            "",
-            "## Probabilities and shares right",
-            "",
-            "| probability | causes | mean | share right |",
-            "|---|---|---|---|",
-            *(
-                f"| {low:.1f} to {low + 0.1:.1f} | {n} | {mean:.2f} | {share:.2f} |"
-                for low, n, mean, share in tenths(
-                    [c for c in cases if c.is_single or c.kind == "two"]
-                )
-            ),
-            "",
-            "## Hidden against answered",
-            "",
-            "| hidden | answered | cases |",
-            "|---|---|---|",
-            *(
-                f"| {hidden} | {answer} | {n} |"
-                for (hidden, answer), n in sorted(confusion.items())
-            ),
-            "",
-            "## Every miss",
-            "",
-            "| case | settings | kind | hidden (SNR) | world | answered |",
-            "|---|---|---|---|---|---|",
-            *(_miss(c) for c in cases if not _well(c)),
-            "",
-        ]
+    return _PAGE.format(
+        judged=len(cases),
+        count=len(truth["cases"]),
+        seed=truth["seed"],
+        day=datetime.now(UTC).strftime("%Y-%m-%d"),
+        digest=digest,
+        several=sum(c.flights > 1 for c in cases),
+        settings=len({letter for c in cases for letter in c.truth["settings"]}),
+        formed=sum(c.truth["formed"] for c in cases),
+        rows="\n".join(map(_line, rows)),
+        seconds=seconds(cases),
+        tenths="\n".join(
+            f"| {low:.1f} to {low + 0.1:.1f} | {n} | {mean:.2f} | {share:.2f} |"
+            for low, n, mean, share in tenths(of_table)
+        ),
+        confusion="\n".join(f"| {h} | {a} | {n} |" for (h, a), n in sorted(confusion.items())),
+        misses="\n".join(_miss(c) for c in cases if not _well(c)),
     )
 
 
@@ -337,55 +313,40 @@ def _well(case: JudgedCase) -> bool:
 
 
 def _miss(case: JudgedCase) -> str:
+    truth = case.truth
     told = [
-        f"{e['name']} ({', '.join(f'{s:.1f}' for s in e['strengths'])})"
-        for e in case.truth["effects"]
+        f"{e['name']} ({', '.join(f'{s:.1f}' for s in e['strengths'])})" for e in truth["effects"]
     ]
     usual = {"rate": 100.0, "own_gusts": False, "receiver": False, "probes": False}
-    world = ", ".join(k for k, v in case.truth["environment"].items() if v != usual[k]) or "usual"
-    if any(e["part"] for e in case.truth["effects"]):
+    world = ", ".join(k for k, v in truth["environment"].items() if v != usual[k]) or "usual"
+    if any(e["part"] for e in truth["effects"]):
         world += ", a part of the flight"
-    hidden = " + ".join(told) or "none"
-    columns = (
-        case.answer["name"],
-        "".join(case.truth["settings"]),
-        case.kind,
-        hidden,
-        world,
-        _answer(case),
-    )
+    hidden, settings = " + ".join(told) or "none", "".join(truth["settings"])
+    columns = (case.answer["name"], settings, case.kind, hidden, world, _answer(case))
     return "| " + " | ".join(columns) + " |"
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Open the seal, hold the answers against the truth, print the table and write the page."""
-    parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
-    parser.add_argument("--observed", type=Path, default=PLACE / "observed.jsonl")
-    parser.add_argument(
-        "--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all"
-    )
-    parser.add_argument("--out", type=Path, default=OUT)
+    add = parser.add_argument
+    add("--results", type=Path, default=PLACE / "results.jsonl")
+    add("--observed", type=Path, default=PLACE / "observed.jsonl")
+    add("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
+    add("--out", type=Path, default=OUT)
     for line in score(**vars(parser.parse_args(words))):
-        counted = (
-            f"{line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"
-        )
-        print(f"{line.what:70s} {counted:28s} {line.remark}")
+        interval = f"{_percent(line.low)} to {_percent(line.high)}"
+        print(f"{line.what:70s} {line.hits:4d} of {line.cases:4d}  {interval:14s} {line.remark}")
 
 
 def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Score several sets together, each held against its own seal: the archives of the results, or
-    those named.
-    """
+    """Score several sets together, each against its seal: all that are kept, or those named."""
     parser.add_argument("sets", type=Path, nargs="*", help="archives (default: all that are kept)")
-    cases = [
-        case for place in parser.parse_args(words).sets or kept_sets() for case in judged_in(place)
-    ]
+    places = parser.parse_args(words).sets or kept_sets()
+    cases = [case for place in places for case in judged_in(place)]
     print(f"{len(cases)} cases")
     for row in table(cases):
         print(f"{row.what:76s} {row.hits:5d} of {row.cases:5d}  {row.remark}")
     print(*lines(cases), sep="\n")
     for low, count, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"]):
-        print(
-            f"{low:.1f} to {low + 0.1:.1f}: {count:4d} causes, mean {mean:.3f}, share right "
-            f"{share:.3f}"
-        )
+        told = f"{count:4d} causes, mean {mean:.3f}, share right {share:.3f}"
+        print(f"{low:.1f} to {low + 0.1:.1f}: {told}")

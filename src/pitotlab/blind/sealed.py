@@ -30,9 +30,7 @@ def kept_sets() -> list[Path]:
 
 
 def files_of(seal: Path) -> dict[str, bytes]:
-    """The files of an archive by name, or those of a folder. Raises ValueError for an archive that
-    was changed.
-    """
+    """The files of an archive or a folder by name. Raises ValueError for a changed archive."""
     if seal.is_dir():
         names = ("truth.json", "truth.sha256", *ANSWERS)
         return {name: (seal / name).read_bytes() for name in names if (seal / name).is_file()}
@@ -46,9 +44,7 @@ def files_of(seal: Path) -> dict[str, bytes]:
 
 
 def opened(seal: Path) -> dict[str, Any]:
-    """The truth of an archive or a folder, if it is the one sealed. Raises ValueError where it was
-    changed.
-    """
+    """The truth of an archive or a folder. Raises ValueError where it is not the one sealed."""
     files = files_of(seal)
     if sha256(files["truth.json"]).hexdigest() != files["truth.sha256"].decode().strip():
         raise ValueError("the truth does not match its seal")
@@ -63,11 +59,9 @@ def judged_in(seal: Path, *answers: Path | None) -> list[JudgedCase]:
     them all, none need be given.
     """
     given = files_of(seal) if not answers else {}
-    given |= {
-        name: path.read_bytes()
-        for name, path in zip(ANSWERS, answers, strict=False)
-        if path and path.is_file()
-    }
+    for name, path in zip(ANSWERS, answers, strict=False):
+        if path and path.is_file():
+            given[name] = path.read_bytes()
     results, observed, advised = (_by_name(given.get(name, b"")) for name in ANSWERS)
     return [
         JudgedCase(case, results[name], observed.get(name, {}), advised.get(name, {}))
@@ -95,23 +89,17 @@ def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
             entry.size = len(content)
             archive.addfile(entry, BytesIO(content))
     sums = into / SUMS
-    others = [
-        x
-        for x in (sums.read_text("utf-8") if sums.is_file() else "").splitlines()
-        if x.split()[1] != path.name
-    ]
-    sums.write_text(
-        "\n".join([*others, f"{sha256(path.read_bytes()).hexdigest()}  {path.name}", ""]),
-        encoding="utf-8",
-    )
+    lines = sums.read_text("utf-8").splitlines() if sums.is_file() else []
+    lines = [line for line in lines if line.split()[1] != path.name]
+    lines.append(f"{sha256(path.read_bytes()).hexdigest()}  {path.name}")
+    sums.write_text("\n".join([*lines, ""]), encoding="utf-8")
     return path
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Pack a judged set into one archive of the results, with its SHA-256."""
-    parser.add_argument("name", help="of the set: twelfth")
-    parser.add_argument(
-        "--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)"
-    )
+    add = parser.add_argument
+    add("name", help="of the set: twelfth")
+    add("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
     options = parser.parse_args(words)
     print(pack(options.name, options.folder))

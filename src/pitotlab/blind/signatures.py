@@ -56,9 +56,7 @@ ON_DAY = AnalysisSetting(day_known=True)
 
 @dataclass(frozen=True, slots=True)
 class SettingSignatures:
-    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,), on
-    instants at `time`.
-    """
+    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,)."""
 
     names: tuple[str, ...]
     channels: tuple[str, ...]
@@ -66,15 +64,11 @@ class SettingSignatures:
     segment: tuple[str, ...]
     values: Array
     strengths: Array
-    unit: (
-        Array  # strength of each instant alone, (e, n), so that a part of a flight can be reckoned
-    )
+    unit: Array  # strength of each instant alone, (e, n), for parts of a flight
 
 
 def all_effects() -> dict[str, Effect]:
-    """Every effect that has a signature: of the table, of the generator's forms, and outside the
-    table.
-    """
+    """Every effect that has a signature: of the table, the generator's forms, the outsiders."""
     table: dict[str, Effect] = {**EFFECTS, **HIDDEN_EFFECTS}
     after = [n for n, e in table.items() if isinstance(e, SensorEffect) and e.after_noise]
     return {n: e for n, e in table.items() if n not in GUSTS and n not in after}
@@ -134,16 +128,13 @@ class Residuals:
 
 
 def residuals_of(log: FlightLog) -> Residuals:
-    """The residual channels of a noiseless log: without free parameters and hypotheses, at a fifth
-    of the cost.
-    """
+    """The residual channels of a noiseless log, without free parameters and hypotheses."""
     track, model = track_of(log), aircraft_model("navajo")
     assert model is not None
     rows = replay_rows(track, STEP)
     motion = motion_of(track, rows)
-    replay = Replay(
-        rows, motion, answer(lambda each: model.react(each, Overlay(), True), motion), {}
-    )
+    reacted = answer(lambda each: model.react(each, Overlay(), True), motion)
+    replay = Replay(rows, motion, reacted, {})
     grid = grid_of(track)
     found = channel_residuals(track, grid, Frame.of(track, grid), replay)
     return Residuals(found.names, found.values, segments_at(log, track.time[grid.rows]))
@@ -165,9 +156,7 @@ def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Res
 
 
 def matched(values: Array, segments: Text, wanted: Text) -> Array:
-    """Values (n, …) of one flight at the instants of another with segments (m,): by place in each,
-    in order.
-    """
+    """Values (n, …) of one flight at the instants of another, (m,), by place in each segment."""
     out = np.zeros((len(wanted), *values.shape[1:]))
     runs = _runs(segments)
     names = [name for name, _ in runs]
@@ -233,15 +222,13 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
                 else:
                     other, before = residuals_of(made), alone
                 columns = [other.names.index(name) for name in before.names]
-                values[name] = (
-                    matched(other.values[:, columns], other.segments, segments) - before.values
-                )
-        except (
-            Exception
-        ) as error:  # an effect that cannot be flown in a setting has no signature in it
+                there = matched(other.values[:, columns], other.segments, segments)
+                values[name] = there - before.values
+        except Exception as error:  # what cannot be flown in a setting has no signature in it
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)
     place.mkdir(parents=True, exist_ok=True)
+    learned_noise = (noise.coefficients, noise.deviations, noise.correlation)
     np.savez_compressed(
         place / f"{letter}.npz",
         names=np.array(list(values)),
@@ -251,25 +238,13 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
         values=np.stack(list(values.values())).astype(np.float32),
         strengths=strengths,
         unit=unit.astype(np.float32),
-        noise=np.array(
-            [
-                json.dumps(
-                    [
-                        noise.coefficients.tolist(),
-                        noise.deviations.tolist(),
-                        noise.correlation.tolist(),
-                    ]
-                )
-            ]
-        ),
+        noise=np.array([json.dumps([each.tolist() for each in learned_noise])]),
     )
     return process_time() - begun
 
 
 def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """The strength of each signature, (e,), and its square by instant, (e, n), without the free
-    parameters.
-    """
+    """Strength of each signature, (e,), and its square by instant, (e, n), less what is free."""
     place = base.grid, base.residuals.slack
     free = noise.whiten(base.free.columns, *place)
     flat = free.reshape(-1, free.shape[2])
@@ -278,13 +253,8 @@ def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> 
     for each in values.values():
         white = noise.whiten(each, *place)
         products = inner_products(free, white)
-        strengths.append(
-            np.sqrt(
-                max(
-                    0.0, equations_from(products, free.shape[2], base.free.deviations).inner[-1, -1]
-                )
-            )
-        )
+        equations = equations_from(products, free.shape[2], base.free.deviations)
+        strengths.append(np.sqrt(max(0.0, equations.inner[-1, -1])))
         rest = white.reshape(-1) - flat @ (normal @ (flat.T @ white.reshape(-1)))
         unit.append(np.sum(rest.reshape(white.shape) ** 2, axis=1))
     return np.array(strengths), np.array(unit)
@@ -312,18 +282,14 @@ def noise_of(letter: str, place: Path = PLACE) -> NoiseModel:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Measure the signature and the strength of every effect in every setting, before a set is
-    generated.
-    """
-    parser.add_argument("--settings", default=",".join(SETTINGS))
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--place", type=Path, default=PLACE)
-    parser.add_argument(
-        "--only", type=int, default=0, help="number of effects drawn, for a quick development set"
-    )
+    """Measure the signature and strength of every effect in every setting."""
+    add = parser.add_argument
+    add("--settings", default=",".join(SETTINGS))
+    add("--jobs", type=int, default=1)
+    add("--place", type=Path, default=PLACE)
+    add("--only", type=int, default=0, help="number of effects drawn, for a quick development set")
     options = parser.parse_args(words)
     letters = [x for x in options.settings.split(",") if not (options.place / f"{x}.npz").is_file()]
-    spent = require_all(
-        run_tasks(partial(measure, place=options.place, only=options.only), letters, options.jobs)
-    )
+    work = partial(measure, place=options.place, only=options.only)
+    spent = require_all(run_tasks(work, letters, options.jobs))
     print({letter: round(each, 1) for letter, each in zip(letters, spent, strict=True)})

@@ -164,9 +164,7 @@ def _drifts(ports: Ports, dice: Dice, variant: int) -> Broken:
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of broken pitot: what breaks it, the cells it is flown in, and words of which one must
-    be told.
-    """
+    """A kind of broken pitot: what breaks it, where it is flown, and words to be told."""
 
     name: str
     broken: Callable[[Ports, Dice, int], Broken]

@@ -172,9 +172,7 @@ def scaled(flight: OutsideFlight, factor: float) -> dict[str, Array]:
 
 
 def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
-    """Find a factor from 0.6 to 1.6 in each container; the true one holds the airplane's own error
-    at the airspeeds of the log.
-    """
+    """Find a factor from 0.6 to 1.6, the airplane's own error included, in each container."""
     cell = replace((BASE, LIGHT)[number % 2], temperature="air")
     flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
     given = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number * 0.618) % 1.0)
@@ -187,12 +185,9 @@ def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
         found, says = answer_of(path)
         row = BrokenRow("scale", cell.name, container, seed, "refused", given * own, says=says)
         if found is not None and found.scale is not None:
-            scale = found.scale
-            inside = abs(scale.factor - given * own) <= scale.two_sigma
-            row = replace(
-                row, outcome="inside" if inside else "outside", found=scale.factor,
-                two_sigma=scale.two_sigma,
-            )  # fmt: skip
+            factor, two_sigma = found.scale.factor, found.scale.two_sigma
+            outcome = "inside" if abs(factor - given * own) <= two_sigma else "outside"
+            row = replace(row, outcome=outcome, found=factor, two_sigma=two_sigma)
         yield row
 
 
@@ -231,9 +226,8 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     seeds = range(int(first), int(behind))
     needed = choice.each * len(KINDS) + choice.good + choice.scales
     if len(seeds) < needed or (seeds[-1] >= DEVELOPMENT_BELOW and seeds[0] < SCORED_FROM):
-        parser.error(
-            f"give {needed} seeds, below {DEVELOPMENT_BELOW} (development) or from {SCORED_FROM} on"
-        )
+        ranges = f"below {DEVELOPMENT_BELOW} (development) or from {SCORED_FROM} on"
+        parser.error(f"give {needed} seeds, {ranges}")
     head = f"# {choice.date}: python -m pitotlab broken --seeds {choice.seeds}"
     rows = list(_kept(choice.out, head)) if choice.out else []
     done = {row.key for row in rows}
@@ -271,17 +265,11 @@ def summary(rows: Sequence[BrokenRow]) -> Iterator[str]:
         if row.set == "scale" and np.isfinite(row.found):
             found.setdefault(row.seed, {})[row.container] = row
     for one, other in combinations(SCALED, 2):
-        apart = [
-            abs(each[one].found - each[other].found)
-            / (0.5 * max(each[one].two_sigma, each[other].two_sigma))
-            for each in found.values()
-            if {one, other} <= each.keys()
-        ]
+        pairs = [(e[one], e[other]) for e in found.values() if {one, other} <= e.keys()]
+        apart = [abs(a.found - b.found) / (0.5 * max(a.two_sigma, b.two_sigma)) for a, b in pairs]
         if apart:
-            yield (
-                f"scales of {one} and {other}: {np.median(apart):.2f} σ apart (median), "
-                f"{max(apart):.2f} at most, of {len(apart)}"
-            )
+            told = f"{np.median(apart):.2f} σ apart (median), {max(apart):.2f} at most"
+            yield f"scales of {one} and {other}: {told}, of {len(apart)}"
 
 
 def _kept(path: Path, head: str) -> Iterator[BrokenRow]:

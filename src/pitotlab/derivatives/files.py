@@ -54,19 +54,13 @@ _WHOLE = {  # the function of each airplane; empty where its table holds another
     "Cn_r": ("moment/yaw-damping", "Cnr", "Cnr", "Cnr"),
     "Cn_dr": ("moment/yaw-rudder", "CnDr", "Cndr", "Cndr"),
     "CD_0": ("force/drag-parasite", "CDo", "CD0", "CDo"),
-    "CD_i": (
-        "force/drag-induced",
-        "CDalpha",
-        "CDi",
-        "CDwbh",
-    ),  # two of them are tables of the angle of attack
+    # Two of them are tables of the angle of attack.
+    "CD_i": ("force/drag-induced", "CDalpha", "CDi", "CDwbh"),
 }
 
 
 def _slope(prefix: str, table: str, zero: float, trim: float | None, *others: str) -> Places:
-    """A slope about each pivot; `zero` and `trim` are the sums of the table and the other functions
-    there.
-    """
+    """A slope about each pivot; `zero` and `trim` are the sums of all its functions there."""
     pivots = {"zero": zero} | ({} if trim is None else {"trim": trim})
     rest = [Place(prefix + other) for other in others]
     return {pivot: (Place(prefix + table, shift=-value), *rest) for pivot, value in pivots.items()}
@@ -140,14 +134,8 @@ def _edit(root: ET.Element, place: Place, share: float) -> None:
 
 
 def _table(text: str, headed: bool, changed: Callable[[str], str]) -> str:
-    """The text of a table with its numbers changed, but neither its first column nor its line of
-    columns.
-    """
+    """The text of a table with its numbers changed, but not its first column or headings."""
     lines = [line.split() for line in text.splitlines() if line.strip()]
-    kept, rows = lines[: int(headed)], lines[int(headed) :]
-    return (
-        "\n".join(
-            " ".join(line) for line in [*kept, *([row[0], *map(changed, row[1:])] for row in rows)]
-        )
-        + "\n"
-    )
+    for row in lines[int(headed) :]:
+        row[1:] = map(changed, row[1:])
+    return "".join(" ".join(line) + "\n" for line in lines)

@@ -54,16 +54,12 @@ def draw_cases(seed: int, airplanes: Sequence[str], each: int, several: int) -> 
     draw = np.random.default_rng([seed, 11])
     drawn: list[tuple[str, tuple[Change, ...]]] = []
     for number, airplane in enumerate(airplanes):
-        table = AIRPLANES[airplane]
+        change, table = partial(_change, draw, airplane), AIRPLANES[airplane]
         for name in table:
-            drawn += [
-                (airplane, (_change(draw, airplane, name, number + turn),)) for turn in range(each)
-            ]
+            drawn += [(airplane, (change(name, number + turn),)) for turn in range(each)]
         for turn in range(several):
             names = draw.permutation(list(table))[: draw.integers(SEVERAL[0], SEVERAL[1] + 1)]
-            drawn.append(
-                (airplane, tuple(_change(draw, airplane, str(name), turn) for name in names))
-            )
+            drawn.append((airplane, tuple(change(str(name), turn) for name in names)))
     order = draw.permutation(len(drawn))
     return [EditedCase(f"case-{i:04d}", seed + i, *drawn[k]) for i, k in enumerate(order)]
 
@@ -78,16 +74,14 @@ def flown_log(edited: EditedCase, held: bool = False) -> FlightLog:
     """Fly and record an edited airplane. The header of the log has the unchanged one, and no seed."""
     seed = edited.seed + HELD_APART * held
     draw = np.random.default_rng([seed, 12])
-    airplane = np.random.default_rng(
-        [edited.seed, 13]
-    )  # its error curve is the same in both flights
-    curve = np.array(PressureErrorSpec().parameters) * airplane.uniform(0.5, 1.5)
+    # The error curve of the airplane is the same in both flights.
+    factor = np.random.default_rng([edited.seed, 13]).uniform(0.5, 1.5)
+    curve = np.array(PressureErrorSpec().parameters) * factor
+    speed, direction = draw.uniform(2.0, STRONGEST_WIND), draw.uniform(0.0, 2.0 * np.pi)
     case = Case(
         aircraft=edited.airplane,
         maneuver="diagnostic",
-        wind=Wind(
-            float(draw.uniform(2.0, STRONGEST_WIND)) * KNOT, float(draw.uniform(0.0, 2.0 * np.pi))
-        ),
+        wind=Wind(float(speed) * KNOT, float(direction)),
         pressure_error=PressureErrorSpec(parameters=tuple(float(k) for k in curve)),
         das=DataSystem(),
         truth_seed=seed,
@@ -101,9 +95,8 @@ def flown_log(edited: EditedCase, held: bool = False) -> FlightLog:
         write_edited(base, Path("aircraft", name), AIRPLANES[edited.airplane], edited.changes)
         flight = fly(replace(case, aircraft=name))
     log = record(replace(flight, case=case), case.das, case.sensor_seed)
-    return replace(
-        log, header={key: entry for key, entry in log.header.items() if key not in TELLING}
-    )
+    told = {key: entry for key, entry in log.header.items() if key not in TELLING}
+    return replace(log, header=told)
 
 
 def write_truth(out: Path, cases: Sequence[EditedCase], failed: Mapping[str, str]) -> None:
@@ -111,16 +104,11 @@ def write_truth(out: Path, cases: Sequence[EditedCase], failed: Mapping[str, str
 
     Raises ValueError where the folder has the truth of other cases.
     """
-    path, told = (
-        out / "truth.json",
-        [{**asdict(case), "failed": failed.get(case.name, "")} for case in cases],
-    )
+    path = out / "truth.json"
+    told = [{**asdict(case), "failed": failed.get(case.name, "")} for case in cases]
     if path.is_file():
-        there, drawn = (
-            json.loads(path.read_text("utf-8")),
-            json.loads(json.dumps([asdict(c) for c in cases])),
-        )
-        if [{k: v for k, v in each.items() if k != "failed"} for each in there] != drawn:
+        there, drawn = json.loads(path.read_text("utf-8")), json.loads(json.dumps(told))
+        if [{**each, "failed": ""} for each in there] != [{**each, "failed": ""} for each in drawn]:
             raise ValueError(f"{path}: the truth of other cases: give another --out")
     path.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
@@ -132,9 +120,7 @@ def _write(logs: Path, edited: EditedCase) -> None:
 
 
 def generate(cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str, str]:
-    """Write the truth, fly the cases without a log, and return why some could not be flown, by
-    name.
-    """
+    """Write the truth, fly the cases without a log; return why some could not be flown, by name."""
     logs = out / "logs"
     logs.mkdir(parents=True, exist_ok=True)
     write_truth(out, cases, {})
@@ -150,19 +136,14 @@ def generate(cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str,
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Change derivatives in the files of airplanes, fly the diagnostic card, write logs and, apart,
-    the truth.
-    """
-    parser.add_argument("--seed", type=int, default=60_000, help="of the set and its first case")
-    parser.add_argument("--airplanes", default=",".join(AIRPLANES))
-    parser.add_argument(
-        "--each", type=int, default=2, help="cases of each derivative (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--several", type=int, default=8, help="cases an airplane with three to six changes"
-    )
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=PLACE)
+    """Fly the diagnostic card with edited airplanes; write logs and, apart, the truth."""
+    add = parser.add_argument
+    add("--seed", type=int, default=60_000, help="of the set and its first case")
+    add("--airplanes", default=",".join(AIRPLANES))
+    add("--each", type=int, default=2, help="cases of each derivative (default: %(default)s)")
+    add("--several", type=int, default=8, help="cases an airplane with three to six changes")
+    add("--jobs", type=int, default=1)
+    add("--out", type=Path, default=PLACE)
     options = parser.parse_args(words)
     airplanes = options.airplanes.split(",")
     unknown = [name for name in airplanes if name not in AIRPLANES]

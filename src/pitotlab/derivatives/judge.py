@@ -59,23 +59,17 @@ def judge(logs: Path, answers: Path, jobs: int = 1, only: Sequence[str] = ()) ->
     lost: list[str] = []
     for some in (firsts, [path for path in todo if path not in firsts]):
         results: list[Any] = run_tasks(partial(_judge, answers), some, jobs, label="judged")
-        lost += [
-            f"{p.stem}: {r.reason}"
-            for p, r in zip(some, results, strict=True)
-            if isinstance(r, Failure)
-        ]
+        for path, result in zip(some, results, strict=True):
+            lost += [f"{path.stem}: {result.reason}"] if isinstance(result, Failure) else []
     return lost
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Reconcile every log without an answer with the unchanged airplane; write the verdicts into
-    `answers`.
-    """
-    parser.add_argument(
-        "--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs"
-    )
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--airplanes", default="", help="only logs of these, with commas")
+    """Reconcile every log without an answer with the unchanged airplane; write the verdicts."""
+    add = parser.add_argument
+    add("--out", type=Path, default=OUT / "derivatives", help="folder with the folder of the logs")
+    add("--jobs", type=int, default=1)
+    add("--airplanes", default="", help="only logs of these, with commas")
     options = parser.parse_args(words)
     only = [name for name in options.airplanes.split(",") if name]
     for line in judge(options.out / "logs", options.out / "answers", options.jobs, only):

@@ -34,11 +34,8 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "CD_i": ("induced_drag",),
 }
 PARAMETERS = {"Cm_de": "elevator_change", "Cl_da": "aileron_change", "Cn_dr": "rudder_change"}
-SHARES = {
-    "change": 1.0,
-    "_share": 1.0,
-    "_percent": 100.0,
-}  # ends of the names of sizes that are shares
+# Ends of the names of sizes that are shares.
+SHARES = {"change": 1.0, "_share": 1.0, "_percent": 100.0}
 # The size of the whole derivative of the file, where an effect tells a size and not a share.
 WHOLE = {
     "drag_area_m2": {"navajo": 0.557, "c310": 0.455, "DHC6": 1.916, "c172x": 0.517},
@@ -48,14 +45,8 @@ PARTIAL = ("_from_a_time", "_for_a_time")
 STRONG = 7.0  # standard deviations
 _SILENT = {"refused": "no answer", "crash": "no answer", "not flown": "not flown"}
 OUTCOMES = (
-    "named alone",
-    "in the set",
-    "wrong name",
-    "wrong set",
-    "unknown",
-    "none",
-    "no answer",
-    "not flown",
+    *("named alone", "in the set", "wrong name", "wrong set", "unknown", "none"),
+    *("no answer", "not flown"),
 )
 
 Effect = Mapping[str, Any]
@@ -63,9 +54,7 @@ Effect = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """An effect that an answer names, with the names that it cannot tell from it, and whether a
-    check doubts it.
-    """
+    """An effect that an answer names, the others of its set, and whether a check doubts it."""
 
     effect: Effect
     others: tuple[str, ...]
@@ -112,9 +101,7 @@ class ScoredTerm:
 
 @dataclass(frozen=True, slots=True)
 class ScoredCase:
-    """A case with several changes: how many were found, how many other names were told, and the
-    closures.
-    """
+    """A case with several changes: what was found, how many other names were told, the closures."""
 
     case: str
     airplane: str
@@ -141,13 +128,9 @@ def _significance(answer: Mapping[str, Any], derivative: str, alone: bool) -> fl
     """The significance of the true effect in the answer, or of the whole gap."""
     listed = [*answer.get("candidates", ()), *(group.effect for group in groups_of(answer))]
     scores = [float(each["score"]) for each in listed if each["name"] in NAMES[derivative]]
-    if scores:
-        return max(scores)
-    return (
-        sqrt(max(0.0, answer["gap_before"] - answer["gap_noise"]))
-        if alone and "gap_before" in answer
-        else None
-    )
+    if scores or not alone or "gap_before" not in answer:
+        return max(scores, default=None)
+    return sqrt(max(0.0, answer["gap_before"] - answer["gap_noise"]))
 
 
 def _inside(groups: Sequence[Group], airplane: str, derivative: str, share: float) -> bool | None:
@@ -155,10 +138,8 @@ def _inside(groups: Sequence[Group], airplane: str, derivative: str, share: floa
     for group in groups:
         for size in group.effect["parameters"] if group.says(derivative) else ():
             name = size["name"]
-            whole = next(
-                (SHARES[end] for end in SHARES if name.endswith(end)),
-                WHOLE.get(name, {}).get(airplane),
-            )
+            shares = [SHARES[end] for end in SHARES if name.endswith(end)]
+            whole = shares[0] if shares else WHOLE.get(name, {}).get(airplane)
             if whole is not None and PARAMETERS.get(derivative, name) == name:
                 return bool(abs(size["value"] - whole * share) <= size["two_sigma"])
     return None
@@ -183,33 +164,19 @@ def _outcome(
 def score_case(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> ScoredCase:
     """Hold an answer against the truth of its case."""
     changes, groups = truth["changes"], groups_of(answer)
+    case, airplane = truth["name"], truth["airplane"]
     alone, terms = len(changes) == 1, []
+    partly = {g.name.removesuffix(end) for g in groups for end in PARTIAL if g.name.endswith(end)}
     for change in changes:
         name, share = change["derivative"], float(change["share"])
-        plain = {
-            group.name.removesuffix(end)
-            for group in groups
-            for end in PARTIAL
-            if group.name.endswith(end)
-        }
-        terms.append(
-            ScoredTerm(
-                truth["name"],
-                truth["airplane"],
-                name,
-                share,
-                change["pivot"],
-                _outcome(answer, groups, name, alone),
-                _significance(answer, name, alone),
-                _inside(groups, truth["airplane"], name, share),
-                bool(plain & set(NAMES[name])),
-            )
-        )
-    others = sum(
-        not any(group.holds(change["derivative"]) for change in changes) for group in groups
-    )
+        outcome = _outcome(answer, groups, name, alone)
+        significance = _significance(answer, name, alone)
+        inside, partial = _inside(groups, airplane, name, share), bool(partly & set(NAMES[name]))
+        about = (case, airplane, name, share, change["pivot"])
+        terms.append(ScoredTerm(*about, outcome, significance, inside, partial))
+    others = sum(not any(g.holds(change["derivative"]) for change in changes) for g in groups)
     closures = answer.get("closure"), answer.get("closure_holdout")
-    return ScoredCase(truth["name"], truth["airplane"], tuple(terms), others, *closures)
+    return ScoredCase(case, airplane, tuple(terms), others, *closures)
 
 
 def score(out: Path) -> list[ScoredCase]:
@@ -217,11 +184,10 @@ def score(out: Path) -> list[ScoredCase]:
     scored = []
     for truth in json.loads((out / "truth.json").read_text("utf-8")):
         path = out / "answers" / f"{truth['name']}.json"
-        if truth["failed"] or path.is_file():
-            answer = (
-                {"verdict": "not flown"} if truth["failed"] else json.loads(path.read_text("utf-8"))
-            )
-            scored.append(score_case(truth, answer))
+        if truth["failed"]:
+            scored.append(score_case(truth, {"verdict": "not flown"}))
+        elif path.is_file():
+            scored.append(score_case(truth, json.loads(path.read_text("utf-8"))))
     return scored
 
 
@@ -238,11 +204,9 @@ def rows_of(terms: Sequence[ScoredTerm], label: str) -> list[Row]:
         (f"{label}, {STRONG:g}σ or more", [t for t in known if (t.significance or 0.0) >= STRONG]),
         (f"{label}, below {STRONG:g}σ", [t for t in known if (t.significance or 0.0) < STRONG]),
     ]
+    planes = sorted({term.airplane for term in terms})
     rows += [(name, [term for term in terms if term.derivative == name]) for name in NAMES]
-    rows += [
-        (name, [t for t in terms if t.airplane == name])
-        for name in sorted({t.airplane for t in terms})
-    ]
+    rows += [(name, [term for term in terms if term.airplane == name]) for name in planes]
     return [row for row in rows if row[1]]
 
 
@@ -271,9 +235,7 @@ TERM_COLUMNS: tuple[Column[Row], ...] = (
     Column("changes", lambda row: row[0], key="changes"),
     Column("judged", _judged, style="d", key="judged"),
     *(Column(name, _count(name), style="d", key=name.replace(" ", "_")) for name in OUTCOMES),
-    Column(
-        "for a part", lambda row: sum(term.partial for term in row[1]), style="d", key="for_a_part"
-    ),
+    Column("for a part", lambda row: sum(t.partial for t in row[1]), style="d", key="for_a_part"),
     Column("named alone, 95 %", _interval("named alone"), "%", key="alone_percent"),
     Column("alone or in the set", _interval("named alone", "in the set"), "%", key="found_percent"),
     Column("wrong", _interval("wrong name", "wrong set"), "%", key="wrong_percent"),
@@ -293,20 +255,15 @@ CASE_COLUMNS: tuple[Column[ScoredCase], ...] = (
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Hold the answers against the truth and print the tables: single changes, and several at once."""
-    parser.add_argument(
-        "--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON document, with every case"
-    )
+    add = parser.add_argument
+    add("--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers")
+    add("--json", action="store_true", help="print one JSON document, with every case")
     options = parser.parse_args(words)
     cases = score(options.out)
     single = [case.terms[0] for case in cases if len(case.terms) == 1]
     several = [case for case in cases if len(case.terms) > 1]
-    tables = (
-        rows_of(single, "single"),
-        rows_of([t for case in several for t in case.terms], "among several"),
-    )
+    among = [term for case in several for term in case.terms]
+    tables = rows_of(single, "single"), rows_of(among, "among several")
     if options.json:
         document = {
             "single": json_rows(TERM_COLUMNS, tables[0]),
@@ -319,13 +276,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=True)
-    for title, rows in zip(
-        ("One derivative changed", "Each of several changed at once"), tables, strict=True
-    ):
+    titles = ("One derivative changed", "Each of several changed at once")
+    for title, rows in zip(titles, tables, strict=True):
         print_table(TERM_COLUMNS, rows, console, title)
     print_table(CASE_COLUMNS, several, console, "Several changed at once")
-    held = [case.held_out for case in several if case.held_out is not None]
-    if held:
-        console.print(
-            f"median closure of the flight held out: {median(held):.2f}, {len(held)} cases"
-        )
+    if held := [case.held_out for case in several if case.held_out is not None]:
+        told = f"{median(held):.2f}, {len(held)} cases"
+        console.print(f"median closure of the flight held out: {told}")

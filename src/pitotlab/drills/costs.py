@@ -18,9 +18,7 @@ from pitotlab.drills import drivers, survival
 
 
 def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
-    """Compare the CPU time of planning, keeping and finding a result with that of the shortest
-    flight.
-    """
+    """Compare the CPU time of planning, keeping and finding a result with the shortest flight's."""
     plan = read_plan(drivers.write_plan_file(folder, str(flights)))
     store = ResultStore(folder / "store")
     with store:
@@ -90,9 +88,7 @@ def resume(folder: Path, flights: int) -> Iterator[str]:
 
 
 def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
-    """Measure the memory of a driver while it performs tasks without flights in two processes and
-    keeps them.
-    """
+    """Measure the memory of a driver of tasks without flights in two processes."""
     store = ResultStore(folder / "stubs", sync=False)
     samples: list[tuple[int, float]] = []
     watch = Watch(tasks, "none")
@@ -144,11 +140,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
     Without `--flights` a measurement has the usual number of them.
     """
-    parser.add_argument("what", choices=[*MEASUREMENTS], help="the measurement")
-    parser.add_argument("--flights", type=int, help="number of flights or tasks")
-    parser.add_argument(
-        "--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)"
-    )
+    add = parser.add_argument
+    add("what", choices=[*MEASUREMENTS], help="the measurement")
+    add("--flights", type=int, help="number of flights or tasks")
+    add("--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)")
     options = parser.parse_args(words)
     measure, usual = MEASUREMENTS[options.what]
     with TemporaryDirectory(prefix="pitotbench-") as scratch:

@@ -3,6 +3,7 @@ memory.
 """
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -45,27 +46,15 @@ def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
 
 def start(plan: Path, out: Path, *flags: str) -> "subprocess.Popen[str]":
     """Start `pitotbench campaign` in a process of its own."""
-    command = [
-        sys.executable,
-        "-m",
-        "pitotbench",
-        "campaign",
-        str(plan),
-        "--out",
-        str(out),
-        "--keep-logs",
-        "none",
-    ]
-    settings = os.environ | {"PYTHONPATH": str(_SOURCE), "COLUMNS": "200"}
-    pipe, command = subprocess.PIPE, [*command, "--progress", "lines", *flags]
+    command = [sys.executable, "-m", "pitotbench", "campaign", str(plan), "--out", str(out)]
+    command += ["--keep-logs", "none", "--progress", "lines", *flags]
+    settings, pipe = os.environ | {"PYTHONPATH": str(_SOURCE), "COLUMNS": "200"}, subprocess.PIPE
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=settings)
 
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a campaign ended: its exit code, its last line, the seconds, and the CPU seconds of all
-    its processes.
-    """
+    """How a campaign ended: exit code, last line, seconds, CPU seconds of all its processes."""
 
     code: int
     said: str
@@ -97,13 +86,10 @@ def fly_campaign(plan: Path, out: Path, *flags: str) -> Ended:
 def descendants(pid: int) -> list[int]:
     """Return the processes that a process has started, and those that these have started."""
     children: dict[int, list[int]] = {}
-    for place in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = place.read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if fields[0] != "Z":
-            children.setdefault(int(fields[1]), []).append(int(place.parent.name))
+    for place in Path("/proc").glob("[0-9]*"):
+        fields = _stat(int(place.name))
+        if fields and fields[0] != "Z":
+            children.setdefault(int(fields[1]), []).append(int(place.name))
     found, todo = [], [pid]
     while todo:
         new = children.get(todo.pop(), [])
@@ -112,23 +98,27 @@ def descendants(pid: int) -> list[int]:
     return found
 
 
+def _stat(pid: int) -> list[str]:
+    """Return the fields of a process from its state on, none where it has ended."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return []
+
+
 def alive(pid: int) -> bool:
     """Return whether a process runs; one that has ended and was not yet collected does not."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
+    return _stat(pid)[:1] not in ([], ["Z"])
 
 
 def memory(pid: int) -> float:
     """Return the resident memory of a process [MB]; 0 where it has ended."""
     try:
-        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        told = Path(f"/proc/{pid}/status").read_text()
     except OSError:
         return 0.0
-    return next(
-        (float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmRSS")), 0.0
-    )
+    resident = re.search(r"^VmRSS:\s*(\d+)", told, re.MULTILINE)
+    return float(resident[1]) / 1024.0 if resident else 0.0
 
 
 def wait_for_parts(out: Path, count: int, driver: "subprocess.Popen[str]") -> None:
@@ -158,9 +148,7 @@ def flown_again(out: Path, before: dict[Path, int]) -> int:
 
 
 def kill(driver: "subprocess.Popen[str]", out: Path) -> tuple[int, int]:
-    """Kill a driver; return how many of its processes are left after 5 s, and how many stored
-    flights are lost.
-    """
+    """Kill a driver; return its processes left after 5 s, and the stored flights lost."""
     started, before = descendants(driver.pid), parts(out)
     driver.kill()
     driver.communicate()
@@ -175,15 +163,12 @@ def digest(path: Path) -> str:
 
 def cpu_used(pid: int) -> float:
     """Return the CPU seconds of a process that runs, without its children."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / CLOCK
+    return sum(map(int, _stat(pid)[11:13])) / CLOCK
 
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """A dask cluster: the address of its scheduler, and the processes of the scheduler and of all
-    workers.
-    """
+    """A dask cluster: the address of its scheduler, the processes of scheduler and workers."""
 
     address: str
     scheduler: int
@@ -191,23 +176,13 @@ class Cluster:
 
 
 @contextmanager
-def dask_cluster(
-    workers: int = 2, threads: int = 1, flags: Sequence[str] = ()
-) -> Iterator[Cluster]:
+def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[Cluster]:
     """Start a scheduler and workers as docs/scale.md says."""
     port = 20000 + os.getpid() % 20000
     address = f"tcp://127.0.0.1:{port}"
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
-    scheduler = ["scheduler", "--host", "tcp://127.0.0.1", "--port", str(port), "--no-dashboard"]
-    worker = [
-        "worker",
-        address,
-        "--nworkers",
-        str(workers),
-        "--nthreads",
-        str(threads),
-        "--no-dashboard",
-    ]
+    scheduler = ["scheduler", "--host", "tcp://127.0.0.1", "--port", str(port)]
+    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads)]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
         yield Cluster(address, *(process.pid for process in started))
@@ -222,10 +197,8 @@ def dask_cluster(
 
 
 def _dask(command: Sequence[str], settings: dict[str, str]) -> "subprocess.Popen[bytes]":
-    quiet = subprocess.DEVNULL
-    return subprocess.Popen(
-        [sys.executable, "-m", "dask", *command], env=settings, stdout=quiet, stderr=quiet
-    )
+    words, quiet = [sys.executable, "-m", "dask", *command, "--no-dashboard"], subprocess.DEVNULL
+    return subprocess.Popen(words, env=settings, stdout=quiet, stderr=quiet)
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,9 +245,7 @@ def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dic
         | {"versions": {}, "cpu_s": 0.0, "wall_s": 0.0},
     }
     if isinstance(result, Failure):
-        state, failures = (
-            "quarantined" if result.quarantined else "failed",
-            [f"{task.deed}: {result.reason}"],
-        )
-        document |= {"state": state, "failures": failures, "trace": result.trace}
+        state, failure = "quarantined" if result.quarantined else "failed", result.reason
+        told = {"state": state, "failures": [f"{task.deed}: {failure}"], "trace": result.trace}
+        document |= told
     return document, {}

@@ -22,9 +22,7 @@ TABLE = "results.parquet"
 
 
 def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
-    """Kill the driver at random moments, go on each time, and compare with a campaign that was left
-    alone.
-    """
+    """Kill the driver at random moments, go on each time; compare with an undisturbed campaign."""
     plan = drivers.write_plan_file(folder, str(flights))
     drivers.fly_campaign(plan, folder / "whole", "--jobs", "2")
     out, lucky = folder / "killed", random.Random(15)
@@ -49,9 +47,7 @@ def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
 
 
 def fly_long(folder: Path, flights: int, kills: int = 3) -> Iterator[str]:
-    """Fly a long campaign with one worker, kill its driver on the way, and say what was lost or
-    flown twice.
-    """
+    """Fly a long campaign with one worker, kill its driver on the way; say what was lost."""
     plan = drivers.write_plan_file(folder, str(flights))
     out, highest = folder / "long", 0.0
     for number in range(1, kills + 1):
@@ -94,9 +90,7 @@ def kill_workers(folder: Path, flights: int) -> Iterator[str]:
 
 
 def stop_drivers(folder: Path, flights: int) -> Iterator[str]:
-    """Send SIGTERM and SIGINT in the middle of a campaign, and measure the time until the prompt is
-    back.
-    """
+    """Send SIGTERM and SIGINT in a campaign; measure the time until the prompt is back."""
     plan = drivers.write_plan_file(folder, str(flights))
     # A shell has what it starts in the background ignore Ctrl-C, and drivers would inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -215,9 +209,7 @@ def second_driver(folder: Path) -> Iterator[str]:
 
 
 def full_disks(folder: Path) -> Iterator[str]:
-    """Fly into a disk that is full after some flights, then make room; fly into one that cannot be
-    written.
-    """
+    """Fly into a disk that is full, then make room; fly into one that cannot be written."""
     plan = drivers.write_plan_file(folder, "30")
     with _disk(folder / "disk", "size=300k") as disk:
         ended = drivers.fly_campaign(plan, disk / "out", "--jobs", "2")

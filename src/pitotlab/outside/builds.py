@@ -5,17 +5,16 @@ what a build does not know is left out with a note. `outside compare` then reads
 """
 
 import argparse
-import csv
 import json
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import chisquare, norm
+from scipy.stats import binomtest, chisquare, norm
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
@@ -25,6 +24,7 @@ from pitotlab.outside.judge import (
     COMMAND_DEFAULTS,
     NAN,
     aligned,
+    append_to,
     read_rows,
     standard_error,
     text_of,
@@ -134,10 +134,7 @@ def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
     done = {(row.set, row.seed, row.options) for row in read_rows(out, BuildRow)}
     choices: dict[str, tuple[CalibrationOptions, str]] = {}
     warm = False
-    with out.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        if not file.tell():
-            writer.writerow([field.name for field in fields(BuildRow)])
+    with append_to(out, BuildRow) as append:
         for path in paths:
             truth = json.loads(path.read_text(encoding="utf-8"))
             # what the set needs yields to what is stated
@@ -155,15 +152,12 @@ def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
                 warm = True
             named = {name: truth[name] for name in ("set", "seed", "maneuver", "gps_hz")}
             row = BuildRow(**named, options=words, **judge_log(log, truth, options))
-            writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
-            file.flush()
+            append(row)
             print(f"{row.set} {row.seed} {row.maneuver}: {row.outcome}", file=sys.stderr)
 
 
 def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Judge the installed build on logs that `outside write` has written; a run that was ended
-    goes on.
-    """
+    """Judge the installed build on logs of `outside write`; a run that was ended goes on."""
     parser.add_argument("folder", type=Path)
     parser.add_argument("--out", type=Path, required=True, help="one row a log (CSV)")
     parser.add_argument("--calibrate", default="{}", help="choices of the calibration (JSON)")
@@ -179,11 +173,8 @@ def wilson(count: int, of: int) -> tuple[float, float]:
     """The 95 % interval of a share [%] (Wilson 1927)."""
     if not of:
         return NAN, NAN
-    z = float(norm.ppf(0.975))
-    share, squared = count / of, z * z / of
-    middle = (share + squared / 2.0) / (1.0 + squared)
-    half = z * np.sqrt(share * (1.0 - share) / of + squared / (4.0 * of)) / (1.0 + squared)
-    return 100.0 * max(middle - half, 0.0), 100.0 * min(middle + half, 1.0)
+    found = binomtest(count, of).proportion_ci(method="wilson")
+    return 100.0 * float(found.low), 100.0 * float(found.high)
 
 
 def is_wrong(row: BuildRow) -> bool:
@@ -260,9 +251,7 @@ def _said_of(rows: Sequence[BuildRow]) -> str:
 
 
 def ranks_of(rows: Sequence[BuildRow]) -> str:
-    """The rms of z over all places, and whether the ranks Φ(z) are uniform: one place a flight,
-    since those of one flight hang together.
-    """
+    """The rms of z, and whether the ranks Φ(z) are uniform, by one place a flight."""
     z = np.array([[row.z1, row.z2, row.z3, row.z4, row.z5] for row in rows]).reshape(-1, len(Z_AT))
     if len(z) < RANKS:
         return f"rms z {np.sqrt(np.mean(z**2)) if len(z) else NAN:.2f}"
@@ -286,10 +275,11 @@ def _mean(rows: Sequence[BuildRow], name: str) -> float:
 
 def compare_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Print two files of `outside judge` side by side, a line a kind."""
-    parser.add_argument("first", type=Path)
-    parser.add_argument("second", type=Path)
-    parser.add_argument("--word", default="", help="count the answers whose warnings hold it")
-    parser.add_argument(
+    add = parser.add_argument
+    add("first", type=Path)
+    add("second", type=Path)
+    add("--word", default="", help="count the answers whose warnings hold it")
+    add(
         "--options",
         nargs=2,
         default=("", ""),

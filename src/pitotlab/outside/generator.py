@@ -31,18 +31,10 @@ from pitotlab.outside.moving_air import Cell
 from pitotlab.outside.physics import FOOT, Array, Day, SourceError, impact_from_indicated
 
 WIND_RMS = 6.0  # m/s, a component of the mean wind
+_AXES = ("north", "east", "down")
 _PURPOSES = (
-    "card",
-    "error",
-    "wind",
-    "pilot",
-    "gust",
-    "slow_wind",
-    "thermals",
-    "sensors",
-    "receiver",
-    "unknowns",
-    "levels",
+    *("card", "error", "wind", "pilot", "gust", "slow_wind", "thermals", "sensors", "receiver"),
+    *("unknowns", "levels"),
 )
 
 
@@ -111,12 +103,9 @@ class OutsideFlight:
     truth: Truth
 
     def correction(self, indicated_airspeed: Array) -> Array:
-        """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s], as the log
-        shows them.
-        """
-        impact = impact_from_indicated(
-            self.error, _impact_of_reading(self.cell, indicated_airspeed)
-        )
+        """True calibrated minus indicated airspeed [m/s] at airspeeds [m/s] of the log."""
+        indicated = _impact_of_reading(self.cell, indicated_airspeed)
+        impact = impact_from_indicated(self.error, indicated)
         return physics.calibrated_airspeed(impact) - indicated_airspeed
 
     def position_error(self, indicated_airspeed: Array) -> Array:
@@ -132,9 +121,7 @@ def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
     of the air instead of the total temperature. Raises KeyError for an unknown maneuver.
     """
     children = np.random.SeedSequence(seed).spawn(len(_PURPOSES))
-    dice = {
-        name: np.random.default_rng(child) for name, child in zip(_PURPOSES, children, strict=True)
-    }
+    dice = dict(zip(_PURPOSES, map(np.random.default_rng, children), strict=True))
     if cell.drawn:
         cell = cell.drawn(cell, dice["unknowns"])
     sky = _draw_sky(cell, dice["wind"])
@@ -143,9 +130,8 @@ def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
     fix_rate = 20.0 if seed % 2 == 0 else 1.0
     air_temperature = {"air": True, "total": False}.get(cell.temperature, seed // 2 % 2 == 1)
     columns = _logged(cell, _record(cell, state, fix_rate, air_temperature, dice))
-    return OutsideFlight(
-        cell, maneuver, seed, fix_rate, sky, error, state, columns, _truth(cell, sky, error, state)
-    )
+    truth = _truth(cell, sky, error, state)
+    return OutsideFlight(cell, maneuver, seed, fix_rate, sky, error, state, columns, truth)
 
 
 def _draw_sky(cell: Cell, dice: np.random.Generator) -> Sky:
@@ -175,13 +161,8 @@ def _fly(
     slow = cell.slow_wind(motion.time, dice["slow_wind"])
     if any(cell.shear):
         slow[:, :2] += (height - cell.height)[:, None] * np.array(cell.shear)
-    quiet = _commanded_airspeed(
-        motion,
-        sky.day,
-        error,
-        height,
-        wander(count, cell.speed_wander, cell.speed_seconds, dice["pilot"]),
-    )
+    wandering = wander(count, cell.speed_wander, cell.speed_seconds, dice["pilot"])
+    quiet = _commanded_airspeed(motion, sky.day, error, height, wandering)
     level = np.sqrt(quiet**2 - (down - slow[:, 2]) ** 2)
     through_air = np.stack(
         [level * np.cos(motion.heading), level * np.sin(motion.heading), down - slow[:, 2]], axis=-1
@@ -216,9 +197,7 @@ def _fly(
 
 
 def _true_over_indicated(cell: Cell, day: Day) -> float:
-    """Ratio of true to indicated airspeed in the middle of the range, near enough for the rate of a
-    turn.
-    """
+    """Ratio of true to indicated airspeed in mid range, near enough for the rate of a turn."""
     h = np.array(cell.height)
     middle = 0.5 * (cell.low + cell.high)
     mach = physics.mach_number(physics.impact_pressure(np.array(middle)) / day.pressure(h))
@@ -269,12 +248,12 @@ def _record(
     static = state.pressure + (state.impact - state.indicated_impact) - state.total_error
     reading = cell.impact_scale * (total_pressure - static) + cell.impact_zero
     impact = reading + NOISE.impact * sensors.standard_normal(count)
-    mach = physics.mach_number(state.impact / state.pressure)
-    temperature = (
-        state.temperature
-        if air_temperature
-        else physics.total_temperature(state.temperature, mach, cell.recovery)
-    )
+    if cell.airspeed_step:
+        impact = in_steps(impact, cell.airspeed_step)
+    temperature = state.temperature
+    if not air_temperature:
+        mach = physics.mach_number(state.impact / state.pressure)
+        temperature = physics.total_temperature(temperature, mach, cell.recovery)
     temperature = lagged(temperature, cell.probe_lag, RATE)
     offset = cell.probe_offset * float(sensors.choice([-1.0, 1.0])) + cell.probe_bias
     velocity, height = receive(
@@ -290,18 +269,14 @@ def _record(
     attitude = _attitude(state) + NOISE.attitude * sensors.standard_normal((count, 3))
     return {
         "time_s": state.time,
-        "impact_pressure_pa": in_steps(impact, cell.airspeed_step)
-        if cell.airspeed_step
-        else impact,
-        "static_pressure_pa": static
-        + NOISE.static * sensors.standard_normal(count)
-        + cell.static_bias,
+        "impact_pressure_pa": impact,
+        "static_pressure_pa": (
+            static + NOISE.static * sensors.standard_normal(count) + cell.static_bias
+        ),
         "air_temperature_k" if air_temperature else "total_temperature_k": (
             temperature + offset + NOISE.temperature * sensors.standard_normal(count)
         ),
-        "velocity_north_mps": velocity[:, 0],
-        "velocity_east_mps": velocity[:, 1],
-        "velocity_down_mps": velocity[:, 2],
+        **{f"velocity_{axis}_mps": velocity[:, i] for i, axis in enumerate(_AXES)},
         "gps_fresh": (fixes(state.time, fix_rate) == np.arange(count)).astype(float),
         "altitude_m": height,
         "roll_rad": attitude[:, 0],
@@ -332,9 +307,7 @@ def _impact_of_reading(cell: Cell, airspeed: Array) -> Array:
 
 
 def _attitude(state: State) -> Array:
-    """Roll, pitch and heading [rad] of a coordinated flight: (n, 3); 4° of angle of attack at the
-    mean airspeed.
-    """
+    """Roll, pitch, heading [rad] of coordinated flight, (n, 3); 4° of attack at mean airspeed."""
     quiet = state.quiet_airspeed
     roll = np.arctan(quiet * state.turn_rate / physics.GRAVITY)
     attack = np.radians(4.0) * (float(np.mean(quiet)) / quiet) ** 2 / np.cos(roll)

@@ -4,9 +4,11 @@ import argparse
 import csv
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
@@ -27,13 +29,7 @@ from pitotlab.outside.written import checked_seeds
 
 TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
 FORMS = ("text", "markdown")
-_SHORT = {
-    "step_decrease": "step",
-    "rapid_decel": "rapid",
-    "circle": "circle",
-    "race_track": "race",
-    "four_leg": "four",
-}
+_SHOWN = ("step_decrease", "rapid_decel", "circle", "race_track", "four_leg")
 
 
 def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
@@ -103,15 +99,12 @@ def standard_error(values: Array) -> float:
 
 
 def _by_maneuver(rows: Sequence[Mapping[str, Any]]) -> str:
-    shares = {
-        short: 100.0
-        * _mean(_column([row for row in rows if row["maneuver"] == name], "curve_coverage"))
-        for name, short in _SHORT.items()
-    }
-    return (
-        ", ".join(f"{name} {share:.0f}" for name, share in shares.items() if np.isfinite(share))
-        or "–"
-    )
+    told = []
+    for name in _SHOWN:
+        flown = _column([row for row in rows if row["maneuver"] == name], "curve_coverage")
+        if len(flown):
+            told.append(f"{name.partition('_')[0]} {100.0 * _mean(flown):.0f}")
+    return ", ".join(told) or "–"
 
 
 def _column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
@@ -135,9 +128,7 @@ def text_of(value: float, digits: int) -> str:
 
 # Where the command's defaults are not those of CalibrationOptions.
 COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked", "model": "smooth"}
-LONG_LOG = (
-    600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
-)
+LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save its time
 NAN = float("nan")
 AnyRow = TypeVar("AnyRow")
 
@@ -161,9 +152,7 @@ class Row:
     wind_error_kt: float = NAN
     oracle_two_sigma_kt: float = NAN  # the triangle alone
     joined_two_sigma_kt: float = NAN  # with the height and the vertical velocity
-    coverage_ft: float = (
-        NAN  # share of the points at which the position error is inside its bound; NaN without one
-    )
+    coverage_ft: float = NAN  # share of the points whose position error is inside its bound
     two_sigma_ft: float = NAN  # mean over the curve
     rms_error_ft: float = NAN
     warned: float = NAN  # 1 where there was any warning
@@ -211,10 +200,9 @@ def _answer(flight: OutsideFlight, options: CalibrationOptions) -> Calibration |
 
 def _errors_of(found: Calibration, flight: OutsideFlight) -> dict[str, float | str]:
     curve, cell = found.curve, flight.cell
-    inside = (curve.indicated_airspeed > cell.low - 0.01) & (
-        curve.indicated_airspeed < cell.high + 0.01
-    )
-    error = (curve.correction - flight.correction(curve.indicated_airspeed))[inside]
+    airspeed = curve.indicated_airspeed
+    inside = (airspeed > cell.low - 0.01) & (airspeed < cell.high + 0.01)
+    error = (curve.correction - flight.correction(airspeed))[inside]
     parts = (found.known_wind.north, found.known_wind.east)
     wind_error = np.array([part.value for part in parts]) - flight.truth.mean_wind
     within = np.abs(wind_error) <= np.array([part.two_sigma for part in parts])
@@ -236,9 +224,7 @@ def _errors_of(found: Calibration, flight: OutsideFlight) -> dict[str, float | s
 def _position_error_of(
     curve: ErrorCurve, flight: OutsideFlight, inside: Booleans
 ) -> dict[str, float]:
-    """The position error against the truth; nothing where the answer has none, as for an error
-    elsewhere.
-    """
+    """The position error against the truth; nothing where the answer has none."""
     if curve.altitude_correction is None or curve.altitude_two_sigma is None:
         return {}
     truth = flight.truth
@@ -256,12 +242,10 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
     if not known_covariance(flight):
         return {}
     block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
+    known = partial(bound, flight, seconds=block, accuracy=USUAL_ONE_SIGMA)
     return {
-        name: float(np.mean(bound(flight, height, block, accuracy=USUAL_ONE_SIGMA).curve)) / KNOT
-        for name, height in (
-            ("oracle_two_sigma_kt", Height.NONE),
-            ("joined_two_sigma_kt", Height.WITH_VELOCITY),
-        )
+        "oracle_two_sigma_kt": float(np.mean(known(Height.NONE).curve)) / KNOT,
+        "joined_two_sigma_kt": float(np.mean(known(Height.WITH_VELOCITY).curve)) / KNOT,
     }
 
 
@@ -292,23 +276,32 @@ def read_rows(path: Path, kind: type[AnyRow]) -> list[AnyRow]:
     ]
 
 
+@contextmanager
+def append_to(path: Path, kind: type[AnyRow]) -> Iterator[Callable[[AnyRow], None]]:
+    """What appends a row to a file of the judge; a new file gets a line of names first."""
+    with path.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not file.tell():
+            writer.writerow([field.name for field in fields(kind)])  # type: ignore[arg-type]
+
+        def append(row: AnyRow) -> None:
+            cells = asdict(row).values()  # type: ignore[call-overload]
+            writer.writerow(" ".join(str(cell).split()) for cell in cells)
+            file.flush()
+
+        yield append
+
+
 def judge_all(
     cells: Sequence[str], seeds: Sequence[int], stated: Mapping[str, str], jobs: int, out: Path
 ) -> list[Row]:
-    """Judge what the file does not hold yet, append row by row, and return all rows that were asked
-    for.
-    """
+    """Judge what the file does not hold yet, append row by row; return all rows asked for."""
     held = {(row.cell, row.seed, row.options): row for row in read_rows(out, Row)}
     asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
     missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]
-    new = not out.exists() or out.stat().st_size == 0
-    with out.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        if new:
-            writer.writerow([field.name for field in fields(Row)])
+    with append_to(out, Row) as append:
         for count, row in enumerate(_judged(missing, stated, jobs), start=1):
-            writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
-            file.flush()
+            append(row)
             held[row.cell, row.seed, row.options] = row
             _progress(
                 f"[{count}/{len(missing)}] {row.cell} {row.maneuver} seed {row.seed}: {row.outcome}"
@@ -330,9 +323,8 @@ def _judged(
             yield judge(cell, seed, stated)
         return
     with ProcessPoolExecutor(jobs) as pool:
-        for done in as_completed(
-            [pool.submit(judge, cell, seed, stated) for cell, seed in missing]
-        ):
+        asked = [pool.submit(judge, cell, seed, stated) for cell, seed in missing]
+        for done in as_completed(asked):
             yield done.result()
 
 
@@ -345,27 +337,21 @@ def _stated(parser: argparse.ArgumentParser, text: str) -> dict[str, str]:
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Judge the calibration on flights of the independent generator, cell by cell; print the table."""
-    parser.add_argument("--cells", default="base", help=f"with commas, or all: {', '.join(CELLS)}")
-    parser.add_argument("--flights", type=int, default=60, help="a cell")
-    parser.add_argument("--seed", type=int, default=1, help="of the first flight")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument(
-        "--options", default="", help="choices of the calibration, NAME=VALUE with commas"
-    )
-    parser.add_argument("--format", choices=FORMS, default="text", help="of the table")
-    parser.add_argument(
-        "--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to"
-    )
+    add = parser.add_argument
+    add("--cells", default="base", help=f"with commas, or all: {', '.join(CELLS)}")
+    add("--flights", type=int, default=60, help="a cell")
+    add("--seed", type=int, default=1, help="of the first flight")
+    add("--jobs", type=int, default=1)
+    add("--options", default="", help="choices of the calibration, NAME=VALUE with commas")
+    add("--format", choices=FORMS, default="text", help="of the table")
+    add("--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to")
     choice = parser.parse_args(words)
     cells = list(CELLS) if choice.cells == "all" else choice.cells.split(",")
     unknown = [cell for cell in cells if cell not in CELLS]
     if unknown:
         parser.error(f"unknown cell {unknown[0]!r}; known: {', '.join(CELLS)}")
-    seeds, stated = (
-        checked_seeds(parser, choice.seed, choice.flights),
-        _stated(parser, choice.options),
-    )
-    rows = judge_all(cells, seeds, stated, choice.jobs, choice.out)
+    seeds = checked_seeds(parser, choice.seed, choice.flights)
+    rows = judge_all(cells, seeds, _stated(parser, choice.options), choice.jobs, choice.out)
     if sys.stderr.isatty():
         print(file=sys.stderr)
     print(table([asdict(row) for row in rows], choice.format))

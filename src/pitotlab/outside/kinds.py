@@ -7,6 +7,7 @@ the columns, and what is drawn anew for each flight a function of the cell.
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -104,132 +105,116 @@ def draw_shear(cell: Cell, dice: np.random.Generator) -> Cell:
     return replace(cell, shear=(0.03 * float(np.cos(toward)), 0.03 * float(np.sin(toward))))
 
 
-_BASE = replace(BASE, maneuvers=SHORT)
 _OF_THE_CELLS = (
     *("calm", "jet", "probe_2k", "probe_5k", "length_2000", "wave", "front", "linear"),
     *("calm_steps", "bursts"),
 )
-_FILTERED = replace(
-    _BASE, name="filtered", says="GPS filter 0.3 s, late 0.2 s", gps_filter=0.3, gps_late=0.2
+_TRACK = (ground_track, stepped("ground_speed_kt", 1.0), stepped("track_deg", 1.0))
+_WHOLE = (celsius, stepped("air_temperature_degc", 1.0, np.trunc))
+_COCKPIT = (
+    air_data,
+    stepped("indicated_airspeed_kt", 1.0),
+    stepped("pressure_altitude_ft", 10.0),
+    *_TRACK,
+    *_WHOLE,
 )
-_LAG = replace(_BASE, name="probe_lag", says="the probe lags 10 s", probe_lag=10.0)
-_SHEAR = replace(
-    _BASE,
-    name="shear",
-    says="shear 0.03/s, two heights 150 ft apart",
-    height_step=150.0 * FOOT,
-    drawn=draw_shear,
-)
-_PILOT = replace(
-    _BASE,
-    name="pilot",
-    says="the pilot is off by 100 ft and 5 kt (rms)",
+_FILTERED = Cell("filtered", "GPS filter 0.3 s, late 0.2 s", gps_filter=0.3, gps_late=0.2)
+_LAG = Cell("probe_lag", "the probe lags 10 s", probe_lag=10.0)
+_PILOT = Cell(
+    "pilot",
+    "the pilot is off by 100 ft and 5 kt (rms)",
     height_wander=100.0 * FOOT,
     height_seconds=40.0,
     speed_wander=5.0 * KNOT,
     speed_seconds=20.0,
 )
-_TRACK = (ground_track, stepped("ground_speed_kt", 1.0), stepped("track_deg", 1.0))
-_WHOLE = (celsius, stepped("air_temperature_degc", 1.0, np.trunc))
+
+
+def _like(cell: Cell, name: str, says: str, **fields: Any) -> Cell:
+    return replace(cell, name=name, says=says, **fields)
+
 
 KINDS: dict[str, Cell] = {
     cell.name: cell
     for cell in (
-        _BASE,
+        replace(BASE, maneuvers=SHORT),
         *(CELLS[name] for name in _OF_THE_CELLS),
         replace(CELLS["two_slope"], calibrate=(("model", "auto"),)),
         _FILTERED,
-        replace(_FILTERED, name="filtered_calm", says="the same, calm", gust_sigma=0.0),
-        replace(
-            CELLS["steps"], name="steps_1hz", says="airspeed in 1 kt, rows at 1 Hz", log_rate=1.0
+        _like(_FILTERED, "filtered_calm", "the same, calm", gust_sigma=0.0),
+        _like(CELLS["steps"], "steps_1hz", "airspeed in 1 kt, rows at 1 Hz", log_rate=1.0),
+        Cell("slow_turns", "turns at 10° of bank", bank=float(np.radians(10.0))),
+        Cell(
+            "shear",
+            "shear 0.03/s, two heights 150 ft apart",
+            height_step=150.0 * FOOT,
+            drawn=draw_shear,
         ),
-        replace(
-            _BASE, name="slow_turns", says="turns at 10° of bank", bank=float(np.radians(10.0))
-        ),
-        _SHEAR,
         *(
-            replace(
-                _BASE,
-                name=f"altitude_{step}ft",
-                says=f"indicated airspeed, and pressure altitude in {step} ft",
+            Cell(
+                f"altitude_{step}ft",
+                f"indicated airspeed, and pressure altitude in {step} ft",
                 shown=(air_data, stepped("pressure_altitude_ft", float(step))),
             )
             for step in (10, 1)
         ),
         _LAG,
-        replace(
-            _LAG,
-            name="probe_lag_climbs",
-            says="the same, two heights 500 ft apart",
-            height_step=500.0 * FOOT,
+        _like(
+            _LAG, "probe_lag_climbs", "the same, two heights 500 ft apart", height_step=500.0 * FOOT
         ),
         _PILOT,
-        replace(_BASE, name="ground_track", says="ground speed in 1 kt, track in 1°", shown=_TRACK),
-        replace(
-            _BASE,
-            name="whole_degrees",
-            says="temperature of the air in whole °C, cut off",
+        Cell("ground_track", "ground speed in 1 kt, track in 1°", shown=_TRACK),
+        Cell(
+            "whole_degrees",
+            "temperature of the air in whole °C, cut off",
             temperature="air",
             shown=_WHOLE,
         ),
-        replace(
-            _BASE,
-            name="recovery",
-            says="the probe recovers 0.9, not stated",
-            temperature="total",
-            recovery=0.9,
-        ),
-        replace(
-            _BASE, name="barometric", says="the height is that of the source", shown=(barometric,)
-        ),
-        replace(
+        Cell("recovery", "the probe recovers 0.9, not stated", temperature="total", recovery=0.9),
+        Cell("barometric", "the height is that of the source", shown=(barometric,)),
+        _like(
             _PILOT,
-            name="cockpit",
-            says="1 Hz, 1 kt, 10 ft, 1 kt, 1°, whole °C that lag 10 s, 100 ft and 5 kt off",
+            "cockpit",
+            "1 Hz, 1 kt, 10 ft, 1 kt, 1°, whole °C that lag 10 s, 100 ft and 5 kt off",
             temperature="air",
             probe_lag=10.0,
             log_rate=1.0,
-            shown=(
-                air_data,
-                stepped("indicated_airspeed_kt", 1.0),
-                stepped("pressure_altitude_ft", 10.0),
-                *_TRACK,
-                *_WHOLE,
-            ),
+            shown=_COCKPIT,
         ),
     )
 }
 
-_LIGHT = replace(_BASE, low=55.0 * KNOT, high=115.0 * KNOT, height=3000.0 * FOOT)
+_LIGHT = Cell(
+    "light",
+    "Δp/q_c 0.1 at 55 KIAS to -0.05 at 115, straight in ln q_ci",
+    low=55.0 * KNOT,
+    high=115.0 * KNOT,
+    height=3000.0 * FOOT,
+    source=lambda low, high, dice: line_in_log(low, high, 0.1, -0.05),
+)
 _FOUR = ("step_decrease", "rapid_decel", "circle", "race_track")
 OTHERS: dict[str, Cell] = {
     cell.name: cell
     for cell in (
-        replace(
+        _like(
             CELLS["uav"],
-            name="scale",
-            says="uav with 0.7 to 1.5 on the impact pressure, a third with 20 to 80 Pa",
+            "scale",
+            "uav with 0.7 to 1.5 on the impact pressure, a third with 20 to 80 Pa",
             drawn=draw_scale,
         ),
-        replace(CELLS["uav"], name="scale_none", says="the flights of scale without a factor"),
-        replace(_BASE, name="probe_-20k", says="temperature 20 K low", probe_bias=-20.0),
-        replace(_BASE, name="probe_-5k", says="temperature 5 K low", probe_bias=-5.0),
-        replace(
+        _like(CELLS["uav"], "scale_none", "the flights of scale without a factor"),
+        Cell("probe_-20k", "temperature 20 K low", probe_bias=-20.0),
+        Cell("probe_-5k", "temperature 5 K low", probe_bias=-5.0),
+        _LIGHT,
+        _like(
             _LIGHT,
-            name="light",
-            says="Δp/q_c 0.1 at 55 KIAS to -0.05 at 115, straight in ln q_ci",
-            source=lambda low, high, dice: line_in_log(low, high, 0.1, -0.05),
-        ),
-        replace(
-            _LIGHT,
-            name="c172s",
-            says="the handbook of a C172S",
+            "c172s",
+            "the handbook of a C172S",
             source=lambda low, high, dice: handbook(C172S_KIAS * KNOT, C172S_ADD * KNOT),
         ),
-        replace(
-            _BASE,
-            name="priors",
-            says="every unknown drawn from its prior",
+        Cell(
+            "priors",
+            "every unknown drawn from its prior",
             # in 16 seeds each maneuver meets each rate of GPS and each temperature once
             maneuvers=tuple(_FOUR[(row + column) % 4] for row in range(4) for column in range(4)),
             source=draw_smooth,
@@ -240,9 +225,7 @@ OTHERS: dict[str, Cell] = {
 }
 # The kinds that have gusts, in rougher air: bounds are then twice as wide
 ROUGH = {
-    f"{name}_rough": replace(
-        cell, name=f"{name}_rough", says=f"{cell.says}, gusts 1 m/s", gust_sigma=1.0
-    )
+    f"{name}_rough": _like(cell, f"{name}_rough", f"{cell.says}, gusts 1 m/s", gust_sigma=1.0)
     for name, cell in KINDS.items()
     if cell.gust_sigma
 }

@@ -18,9 +18,7 @@ CORNER = 0.7  # s, over which ramps and turns begin
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of a maneuver; it ends when its seconds are over, its angle is turned and its speed is
-    reached.
-    """
+    """A part of a maneuver, until its seconds are over, its angle turned, its speed reached."""
 
     seconds: float
     speed: float  # 0: the lowest of the maneuver, 1: the highest
@@ -109,11 +107,8 @@ def fly_maneuver(
         while rows < leg.seconds * RATE or turned < target_angle or abs(speed - leg.speed) > 1e-9:
             speed += float(np.clip(leg.speed - speed, -ramp, ramp))
             banked = GRAVITY * np.tan(bank) / ((low + speed * (high - low)) * true_over_indicated)
-            rate = (
-                banked
-                if leg.steep
-                else (min(STANDARD_TURN, banked) if turned < target_angle else 0.0)
-            )
+            gentle = min(STANDARD_TURN, banked) if turned < target_angle else 0.0
+            rate = banked if leg.steep else gentle
             turned += rate / RATE
             rows += 1
             speeds.append(speed)
@@ -121,28 +116,21 @@ def fly_maneuver(
     smooth = CORNER * RATE
     rate_array = side * gaussian_filter1d(np.array(rates), smooth, mode="nearest")
     speed_array = low + (high - low) * gaussian_filter1d(np.array(speeds), smooth, mode="nearest")
-    heading = start + np.concatenate(
-        [[0.0], np.cumsum(0.5 * (rate_array[1:] + rate_array[:-1])) / RATE]
-    )
+    turned_to = np.cumsum(0.5 * (rate_array[1:] + rate_array[:-1])) / RATE
+    heading = start + np.concatenate([[0.0], turned_to])
     return Motion(np.arange(len(speeds)) / RATE, speed_array, rate_array, heading)
 
 
 def wander(count: int, rms: float, seconds: float, dice: np.random.Generator) -> Array:
     """A smooth random motion of a pilot: Gaussian, with the given rms and time scale."""
     margin = int(5 * seconds * RATE)
-    noise = gaussian_filter1d(dice.standard_normal(count + 2 * margin), seconds * RATE)[
-        margin : margin + count
-    ]
-    expected = 1.0 / np.sqrt(
-        2.0 * np.sqrt(np.pi) * seconds * RATE
-    )  # rms of white noise after the filter
-    return np.asarray(rms * noise / expected)
+    noise = gaussian_filter1d(dice.standard_normal(count + 2 * margin), seconds * RATE)
+    expected = 1.0 / np.sqrt(2.0 * np.sqrt(np.pi) * seconds * RATE)  # rms after the filter
+    return np.asarray(rms * noise[margin : margin + count] / expected)
 
 
 def levels(time: Array, step: float, dice: np.random.Generator) -> Array:
-    """Height [m] over the middle of two levels, `step` apart: the pilot goes to the other one at
-    500 ft/min after one to three minutes.
-    """
+    """Height [m] over the middle of two levels: the pilot climbs after one to three minutes."""
     level, now = float(dice.choice([-0.5, 0.5])), 0.0
     corners = [(now, level)]
     while now < time[-1]:
@@ -150,16 +138,12 @@ def levels(time: Array, step: float, dice: np.random.Generator) -> Array:
         corners.append((now, level))
         now, level = now + step / CLIMB, -level
         corners.append((now, level))
-    knots, heights = np.array(corners).T
-    return np.asarray(
-        step * gaussian_filter1d(np.interp(time, knots, heights), 2.0 * RATE, mode="nearest")
-    )
+    flown = np.interp(time, *np.array(corners).T)
+    return np.asarray(step * gaussian_filter1d(flown, 2.0 * RATE, mode="nearest"))
 
 
 def lagged(signal: Array, seconds: float, rate: float) -> Array:
-    """The signal behind a lag of the first order, at rest in the first row; it trails a ramp by
-    `seconds` less one row.
-    """
+    """The signal behind a lag of the first order, at rest in the first row."""
     if not seconds:
         return signal
     gain, state = 1.0 / (seconds * rate), float(signal[0])

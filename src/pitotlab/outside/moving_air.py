@@ -1,7 +1,7 @@
 """The air of the outside generator: slow winds and gusts, and the cells of flights in it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import gamma, kv
@@ -20,9 +20,7 @@ VON_KARMAN = 1.339  # the factor beside the length in the spectra of MIL-F-8785C
 
 
 def ou_gusts(distance: Array, sigma: float, length: float, dice: np.random.Generator) -> Array:
-    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown through the air [m]: (n, 3), exact at
-    each row.
-    """
+    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown [m]: (n, 3), exact at each row."""
     decay = np.exp(-np.diff(distance) / length)
     push = sigma * np.sqrt(1.0 - decay**2)
     noise = dice.standard_normal((len(distance), 3))
@@ -112,9 +110,7 @@ def still(time: Array, dice: np.random.Generator) -> Array:
 
 
 def mountain_wave(time: Array, dice: np.random.Generator) -> Array:
-    """A standing wave of 1 m/s, crossed in 300 s: horizontal in one direction, and vertical, 90°
-    later.
-    """
+    """A standing wave of 1 m/s, crossed in 300 s: horizontal, and vertical 90° later."""
     toward, phase = dice.uniform(0.0, 2.0 * np.pi, 2)
     angle = 2.0 * np.pi * time / 300.0 + phase
     level, up = np.cos(angle), np.sin(angle)
@@ -124,15 +120,17 @@ def mountain_wave(time: Array, dice: np.random.Generator) -> Array:
 def front(time: Array, dice: np.random.Generator) -> Array:
     """A change of 3 m/s within 20 s, somewhere in the middle of the log."""
     toward, middle = dice.uniform(0.0, 2.0 * np.pi), dice.uniform(0.25, 0.75) * time[-1]
-    level = 3.0 * np.clip((time - middle) / 20.0 + 0.5, 0.0, 1.0)
-    return np.stack([level * np.cos(toward), level * np.sin(toward), np.zeros_like(time)], axis=-1)
+    return _level(3.0 * np.clip((time - middle) / 20.0 + 0.5, 0.0, 1.0), toward)
 
 
 def steady_change(time: Array, dice: np.random.Generator) -> Array:
     """A wind that changes by 3 m/s in ten minutes."""
-    toward = dice.uniform(0.0, 2.0 * np.pi)
-    level = 3.0 * time / 600.0
-    return np.stack([level * np.cos(toward), level * np.sin(toward), np.zeros_like(time)], axis=-1)
+    return _level(3.0 * time / 600.0, dice.uniform(0.0, 2.0 * np.pi))
+
+
+def _level(speed: Array, toward: float) -> Array:
+    parts = speed * np.cos(toward), speed * np.sin(toward), np.zeros_like(speed)
+    return np.stack(parts, axis=-1)
 
 
 def drift(time: Array, dice: np.random.Generator, *, size: float, seconds: float) -> Array:
@@ -199,60 +197,34 @@ class Cell:
 
 
 BASE = Cell("base", "gusts 0.5 m/s of 300 m, every assumption holds", maneuvers=ALL)
-_AIR = replace(BASE, maneuvers=SHORT)
+
 
 CELLS: dict[str, Cell] = {
     cell.name: cell
     for cell in (
         BASE,
-        replace(_AIR, name="calm", says="no gusts at all", gust_sigma=0.0),
-        replace(
-            _AIR,
-            name="jet",
-            says="200-350 kt at 20,000 ft",
-            low=200 * KNOT,
-            high=350 * KNOT,
-            height=20000 * FOOT,
+        Cell("calm", "no gusts at all", gust_sigma=0.0),
+        Cell(
+            "jet", "200-350 kt at 20,000 ft", low=200 * KNOT, high=350 * KNOT, height=20000 * FOOT
         ),
-        replace(_AIR, name="probe_2k", says="temperature 2 K off", probe_offset=2.0),
-        replace(_AIR, name="probe_5k", says="temperature 5 K off", probe_offset=5.0),
-        replace(_AIR, name="length_100", says="gusts of 100 m", gust_length=100.0),
-        replace(_AIR, name="length_2000", says="gusts of 2,000 m", gust_length=2000.0),
-        replace(
-            _AIR,
-            name="von_karman",
-            says="von Karman gusts of 533 m",
-            gusts="von_karman",
-            gust_length=533.0,
-        ),
-        replace(_AIR, name="wave", says="mountain wave 1 m/s, 300 s", slow_wind=mountain_wave),
-        replace(_AIR, name="front", says="front 3 m/s in 20 s", slow_wind=front),
-        replace(
-            _AIR, name="linear", says="wind changes by 3 m/s in 10 min", slow_wind=steady_change
-        ),
-        replace(_AIR, name="steps", says="airspeed in steps of 1 kt", airspeed_step=KNOT),
-        replace(
-            _AIR,
-            name="calm_steps",
-            says="airspeed in steps of 1 kt, calm",
-            airspeed_step=KNOT,
-            gust_sigma=0.0,
-        ),
-        replace(_AIR, name="two_slope", says="error curve with a kink", source=draw_two_slopes),
-        replace(_AIR, name="bursts", says="gusts in bursts x 4", bursts=True),
-        replace(
-            _AIR,
-            name="thermals",
-            says="thermals 2 m/s over gusts 0.3 m/s",
-            thermals=True,
-            gust_sigma=0.3,
-        ),
-        replace(_AIR, name="carried", says="the airplane answers the gusts", carried=True),
-        replace(_AIR, name="late", says="GPS 0.5 s late", gps_late=0.5),
-        replace(
-            _AIR,
-            name="uav",
-            says="29-58 kt at 500 ft, gusts of 150 m",
+        Cell("probe_2k", "temperature 2 K off", probe_offset=2.0),
+        Cell("probe_5k", "temperature 5 K off", probe_offset=5.0),
+        Cell("length_100", "gusts of 100 m", gust_length=100.0),
+        Cell("length_2000", "gusts of 2,000 m", gust_length=2000.0),
+        Cell("von_karman", "von Karman gusts of 533 m", gusts="von_karman", gust_length=533.0),
+        Cell("wave", "mountain wave 1 m/s, 300 s", slow_wind=mountain_wave),
+        Cell("front", "front 3 m/s in 20 s", slow_wind=front),
+        Cell("linear", "wind changes by 3 m/s in 10 min", slow_wind=steady_change),
+        Cell("steps", "airspeed in steps of 1 kt", airspeed_step=KNOT),
+        Cell("calm_steps", "airspeed in steps of 1 kt, calm", airspeed_step=KNOT, gust_sigma=0.0),
+        Cell("two_slope", "error curve with a kink", source=draw_two_slopes),
+        Cell("bursts", "gusts in bursts x 4", bursts=True),
+        Cell("thermals", "thermals 2 m/s over gusts 0.3 m/s", thermals=True, gust_sigma=0.3),
+        Cell("carried", "the airplane answers the gusts", carried=True),
+        Cell("late", "GPS 0.5 s late", gps_late=0.5),
+        Cell(
+            "uav",
+            "29-58 kt at 500 ft, gusts of 150 m",
             low=29 * KNOT,
             high=58 * KNOT,
             height=500 * FOOT,

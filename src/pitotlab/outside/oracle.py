@@ -53,9 +53,7 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """1σ of the errors that are constant over a log. The oracle knows how large they may be, not
-    what they are.
-    """
+    """1σ of the errors that are constant over a log: the oracle knows how large they may be."""
 
     temperature: float = 0.0  # K
     recovery: float = 0.0
@@ -214,9 +212,8 @@ def equations(
     weight = blocks.density * physics.GRAVITY  # Pa/m
     receiver = _receiver_covariance(blocks, noise)
     shared = np.diag(felt[1]) * noise.static**2 / _rows(blocks)
-    height_covariance = np.outer(weight, weight) * receiver + np.eye(n) * noise.static**2 / _rows(
-        blocks
-    )
+    white = np.eye(n) * noise.static**2 / _rows(blocks)
+    height_covariance = np.outer(weight, weight) * receiver + white
     if height is Height.ALONE:
         jacobian = np.block([[slopes, zero, zero], [by_height, one[:, None], drift[:, None]]])
         return jacobian, np.block([[covariance, shared], [shared, height_covariance]])
@@ -246,16 +243,13 @@ def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array
     mach = airspeed / physics.speed_of_sound(blocks.temperature)
     # a probe that recovers more than is taken into account reads high: T_t = T(1 + 0.2 r M²)
     temperature = blocks.temperature * 0.2 * mach**2
-    triangle_rows = np.stack(
-        [
-            felt[2] * accuracy.temperature,
-            felt[2] * temperature * accuracy.recovery,
-            felt[1] * accuracy.static,
-            felt[3] * accuracy.velocity,
-            felt[4] * accuracy.velocity,
-        ],
-        axis=1,
-    )
+    each = [
+        felt[2] * accuracy.temperature,
+        felt[2] * temperature * accuracy.recovery,
+        felt[1] * accuracy.static,
+        *(felt[3:5] * accuracy.velocity),
+    ]
+    triangle_rows = np.stack(each, axis=1)
     if height is Height.NONE:
         return triangle_rows
     # a layer that is warmer than measured is thicker; a static zero is part of the unknown offset
@@ -269,12 +263,8 @@ def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array
 
 def _true_inputs(blocks: Blocks) -> tuple[Array, Array]:
     """θ and the inputs of the triangle, (6, n), as they are."""
-    inputs = [
-        blocks.indicated_impact,
-        blocks.indicated_static,
-        blocks.temperature,
-        *blocks.velocity.T,
-    ]
+    pressures = [blocks.indicated_impact, blocks.indicated_static]
+    inputs = [*pressures, blocks.temperature, *blocks.velocity.T]
     return np.array([*blocks.error.k, *blocks.wind]), np.stack(inputs)
 
 
@@ -284,10 +274,7 @@ def _felt(blocks: Blocks, theta: Array, inputs: Array) -> Array:
     for place, step in enumerate((0.1, 1.0, 0.01, 1e-3, 1e-3, 1e-3)):
         shift = np.zeros_like(inputs)
         shift[place] = step
-        above, below = (
-            triangle(blocks, theta, inputs + shift),
-            triangle(blocks, theta, inputs - shift),
-        )
+        above, below = (triangle(blocks, theta, inputs + each) for each in (shift, -shift))
         slopes.append((above - below) / (2.0 * step))
     return np.stack(slopes)
 
@@ -342,9 +329,7 @@ def _receiver_covariance(blocks: Blocks, noise: Noise) -> Array:
 
 
 def _integrated_velocity_covariance(blocks: Blocks, noise: Noise) -> Array:
-    """Error of the integral of the vertical velocity [m²]: a random walk of white errors, one a
-    fix.
-    """
+    """Error of the integrated vertical velocity [m²]: a random walk of white errors, one a fix."""
     since = blocks.time - blocks.time[0] + blocks.seconds / 2.0
     walk = np.minimum(since[:, None], since[None, :])
     return np.asarray(noise.velocity**2 / blocks.fix_rate * walk)

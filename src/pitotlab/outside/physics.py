@@ -174,30 +174,23 @@ def through(airspeeds: Array, shares: Array) -> InversePlus:
 
 
 def draw_inverse_plus(low: float, high: float, dice: np.random.Generator) -> InversePlus:
-    """A light airplane's source between two indicated airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to
-    2 %.
-    """
+    """A light airplane's source between two airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to 2 %."""
     at_low, at_high = dice.uniform(0.025, 0.05), dice.uniform(0.005, 0.02)
     at_middle = at_high + dice.uniform(0.3, 0.5) * (at_low - at_high)
-    return through(
-        np.array([low, (low + high) / 2.0, high]), np.array([at_low, at_middle, at_high])
-    )
+    shares = np.array([at_low, at_middle, at_high])
+    return through(np.array([low, (low + high) / 2.0, high]), shares)
 
 
 def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSlopes:
     """A source whose error falls to a kink near the middle of the range and is then nearly flat."""
     kink = low + dice.uniform(0.35, 0.65) * (high - low)
     at_low, at_kink = dice.uniform(0.035, 0.05), dice.uniform(0.005, 0.012)
-    return TwoSlopes(
-        (low, kink, high),
-        (float(at_low), float(at_kink), float(at_kink + dice.uniform(0.0, 0.006))),
-    )
+    at_high = at_kink + dice.uniform(0.0, 0.006)
+    return TwoSlopes((low, kink, high), (float(at_low), float(at_kink), float(at_high)))
 
 
 def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
-    """The source of an airplane whose handbook adds `corrections` [m/s] at indicated `airspeeds`
-    [m/s], smooth between them.
-    """
+    """The source of an airplane whose handbook adds `corrections` at `airspeeds` [m/s]."""
     at = np.linspace(airspeeds[0], airspeeds[-1], 201)
     indicated = impact_pressure(at)
     impact = impact_pressure(at + PchipInterpolator(airspeeds, corrections)(at))
@@ -205,9 +198,7 @@ def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
 
 
 def line_in_log(low: float, high: float, at_low: float, at_high: float) -> Tabulated:
-    """Δp/q_c from one value to another between two indicated airspeeds [m/s], straight in ln q_ci;
-    it goes on by half the range on either side.
-    """
+    """Δp/q_c from one value to another, straight in ln q_ci, half the range further on."""
     x = np.log(impact_pressure(np.array([low, high])))
     u = np.array([-2.0, 2.0])
     return Tabulated(
@@ -245,14 +236,10 @@ def impact_from_indicated(error: SourceError, indicated_impact: Array) -> Array:
 
 
 def indicated_from_impact(error: SourceError, impact: Array) -> Array:
-    """q_ci [Pa] from q_c [Pa], by fixed point: the error changes slowly with speed, so each turn
-    gains a digit.
-    """
+    """q_ci [Pa] from q_c [Pa], by fixed point: each turn gains a digit."""
     indicated = impact * (1.0 - error.share(impact))
     for _ in range(60):
-        better = impact * (1.0 - error.share(indicated))
-        done = bool(np.all(np.abs(better - indicated) <= 1e-12 * impact))
-        indicated = better
-        if done:
+        before, indicated = indicated, impact * (1.0 - error.share(indicated))
+        if np.all(np.abs(indicated - before) <= 1e-12 * impact):
             break
     return indicated

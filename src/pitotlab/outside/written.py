@@ -18,9 +18,7 @@ TRUTH = ".truth.json"
 
 
 def truth_of(flight: OutsideFlight) -> dict[str, object]:
-    """What a calibration of the log should find, in a form for JSON; airspeeds as the log shows
-    them.
-    """
+    """What a calibration of the log should find, for JSON; airspeeds as the log shows them."""
     cell = flight.cell
     low, high = read_airspeed(cell, np.array([cell.low, cell.high]))
     at = np.linspace(low, high, 241)
@@ -51,9 +49,7 @@ def _not_usual(cell: Cell) -> dict[str, object]:
 
 
 def write_set(name: str, seeds: Sequence[int], folder: Path) -> int:
-    """Write each flight of a set as FOLDER/CELL/SEED.csv beside SEED.truth.json; return how many
-    were new.
-    """
+    """Write each flight of a set: CELL/SEED.csv, SEED.truth.json; return how many were new."""
     new = 0
     for cell in SETS[name]:
         for seed in seeds:

@@ -22,17 +22,12 @@ from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
 LEVEL_SPEED = 130.0 * KNOT  # m/s, of the bare loop
-SHIPPED, SHIPPED_SPEED = (
-    "c172x",
-    100.0,
-)  # JSBSim's own airplane, and its speed in the bare loop [KCAS]
+SHIPPED, SHIPPED_SPEED = "c172x", 100.0  # JSBSim's own airplane, and its speed [KCAS]
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A measured number with its name. `limit` is the most that it should be; `figure` names the
-    number on the page of measured numbers.
-    """
+    """A measured number; `limit` is the most it should be, `figure` its name on the page."""
 
     name: str
     value: float
@@ -56,9 +51,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """A ratio of CPU times measured in pairs: the least time over the least, and the ratios of the
-    pairs.
-    """
+    """A ratio of CPU times: the least time over the least, and the ratios of the pairs."""
 
     least: float
     pairs: tuple[float, ...]
@@ -78,50 +71,38 @@ def overhead_ratio(
     at 100 Hz, and the arrays at the end.
     """
     case = case or Case(maneuver="step_decrease")
-    flown, bare = [], []
+    times = []
     for _ in range(pairs):
         begun = process_time()
         flight = fly(case, channels=channels)
-        flown.append(process_time() - begun)
-        bare.append(bare_time(case, round(float(flight["time"][-1]) * USUAL_RATE)))
-    return Ratio(min(flown) / min(bare), tuple(a / b for a, b in zip(flown, bare, strict=True)))
+        flown = process_time() - begun
+        times.append((flown, bare_time(case, round(float(flight["time"][-1]) * USUAL_RATE))))
+    return _ratio(times)
 
 
 def bare_time(case: Case, steps: int) -> float:
-    """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level
-    flight, in its air.
-    """
+    """Return the CPU time [s] of JSBSim alone for steps of the case's aircraft in level flight."""
     plant = Plant.load(case.aircraft)
     plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
     return _loop(plant.fdm.run, steps)
 
 
 def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
-    """Return the CPU time of a bare step of our airplane in light air over that of one that JSBSim
-    ships.
-    """
-    ours, theirs = [], []
-    for _ in range(rounds):
-        ours.append(bare_time(Case(), steps))
-        theirs.append(_shipped_time(steps))
-    return Ratio(min(ours) / min(theirs), tuple(a / b for a, b in zip(ours, theirs, strict=True)))
+    """Return the CPU time of a bare step of our airplane over that of one that JSBSim ships."""
+    return _ratio([(bare_time(Case(), steps), _shipped_time(steps)) for _ in range(rounds)])
+
+
+def _ratio(pairs: Sequence[tuple[float, float]]) -> Ratio:
+    least_ours, least_theirs = map(min, zip(*pairs, strict=True))
+    return Ratio(least_ours / least_theirs, tuple(a / b for a, b in pairs))
 
 
 def _shipped_time(steps: int) -> float:
-    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, in the air with its
-    engine running.
-    """
+    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, engine running."""
     parts = (library() / ENGINES, library() / SYSTEMS)
     fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
-    for path, value in (
-        ("ic/h-sl-ft", 6000.0),
-        ("ic/vc-kts", SHIPPED_SPEED),
-        ("fcs/mixture-cmd-norm", 1.0),
-    ):
-        fdm[path] = value
-    fdm.set_output_filename(
-        0, devnull
-    )  # its file asks for a log of its own, in the folder where it flies
+    fdm["ic/h-sl-ft"], fdm["ic/vc-kts"], fdm["fcs/mixture-cmd-norm"] = 6000.0, SHIPPED_SPEED, 1.0
+    fdm.set_output_filename(0, devnull)  # its file asks for a log, in the folder where it flies
     fdm.disable_output()
     fdm.run_ic()
     fdm["propulsion/set-running"] = -1
@@ -170,9 +151,7 @@ def start_lines() -> Iterator[Line]:
 
 
 def campaign_lines() -> Iterator[Line]:
-    """Measure the campaigns of the README in one process each, one also without its report; yield a
-    line for each.
-    """
+    """Measure the campaigns of the README in one process each; yield a line for each."""
     for name, arguments, limit in (
         ("demo", DEMO, 5.5),
         ("everything, one seed", EVERYTHING, 3.5),

@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from subprocess import run
+from subprocess import check_output
 
 import numpy as np
 from pyarrow.csv import ReadOptions, read_csv
@@ -45,12 +45,8 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
-    """Return the growth of the cross-check's CPU time a row from `rows` to `times` × `rows` rows: 1
-    if linear.
-    """
-    at = CalibrationOptions(
-        error_location="static"
-    )  # stated, so that the legs and turns alone are timed
+    """Return the growth of the cross-check's CPU time a row to `times` the rows: 1 if linear."""
+    at = CalibrationOptions(error_location="static")  # so that legs and turns alone are timed
     short, long = (tiled(log, count) for count in (rows, times * rows))
     with one_thread():
         once, more = (least(partial(cross_check, each, at), _READ_TRIES) for each in (short, long))
@@ -81,13 +77,6 @@ _PEAK = (
 
 
 def peak_megabytes(path: Path, *argument: str) -> float:
-    """Return the peak memory [MB] of a new process that reads a log, and with an argument
-    calibrates it.
-    """
-    done = run(
-        [sys.executable, "-c", _PEAK, str(path), *argument],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    return float(done.stdout) / 1024.0
+    """Return the peak memory [MB] of a process that reads, with an argument calibrates, a log."""
+    command = [sys.executable, "-c", _PEAK, str(path), *argument]
+    return float(check_output(command, text=True)) / 1024.0

@@ -99,12 +99,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> int:
     limit is called exceeded, and ends with exit code 1. `--page` writes the numbers that
     docs/how-good-is-it.md quotes.
     """
-    parser.add_argument(
-        "--only",
-        default=",".join(PARTS),
-        help="parts, with commas (default: %(default)s)",
-    )
-    parser.add_argument("--page", action="store_true", help="write the numbers into the page")
+    add = parser.add_argument
+    add("--only", default=",".join(PARTS), help="parts, with commas (default: %(default)s)")
+    add("--page", action="store_true", help="write the numbers into the page")
     options = parser.parse_args(words)
     asked = options.only.split(",")
     if unknown := {*asked} - {*PARTS}:

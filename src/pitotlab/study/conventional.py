@@ -21,18 +21,13 @@ from pitotbench.units import KNOT, Array
 from pitotlab.study.reductions import TURNING
 
 AIRSPEEDS = np.arange(100.0, 161.0, 2.0) * KNOT  # indicated, at which curves are scored
-HEIGHT, BLOCK_CHECK = (
-    1.0,
-    5.0,
-)  # 1σ: m of a fly-by's height; Pa between tower and airplane, compared when parked
-PACER, READING = (
-    0.25 * KNOT,
-    0.5 * KNOT,
-)  # 1σ of the pacer's own calibration, and of a reading in formation
-CONE, TUBE_ZERO = (
-    0.002,
-    3.0,
-)  # 1σ of the cone's own error [of q_c], and of the zero of its transducer [Pa]
+# One standard deviation of each error of a method.
+HEIGHT = 1.0  # m, of a fly-by
+BLOCK_CHECK = 5.0  # Pa between tower and airplane, compared when parked
+PACER = 0.25 * KNOT  # of the pacer's own calibration
+READING = 0.5 * KNOT  # in formation
+CONE = 0.002  # of the cone itself [of q_c]
+TUBE_ZERO = 3.0  # Pa, of the cone's transducer
 LAG = 1.0  # s, of the pressure in the cone's tube
 BLOCK = 5.0  # s over which the cone's samples are averaged
 _READ = 2.0  # s over which a gauge is read as the airplane passes the tower
@@ -45,8 +40,7 @@ class Points:
     """Points of a pressure error: indicated impact pressure and Δp, (n,) [Pa].
 
     `own` is 1σ of a point's own error [Pa], (n,), or None where the scatter of the points tells it.
-    A row of
-    `shared`, (k, n), is 1σ at each point of one error that all points have together [Pa].
+    A row of `shared`, (k, n), is 1σ at each point of one error that all points have together [Pa].
     """
 
     impact_pressure: Array
@@ -56,9 +50,7 @@ class Points:
 
 
 def fit_points(points: Points, model: str = "inverse+") -> tuple[Array, Array]:
-    """Return the airspeed correction and its 2σ [m/s] at `AIRSPEEDS`, by generalized least squares
-    of Δp/q_c.
-    """
+    """Return the correction and its 2σ [m/s] at `AIRSPEEDS` by weighted least squares."""
     true_impact = points.impact_pressure + points.pressure_error
     reference = PressureErrorSpec().reference_pressure
     terms = MODELS[model]
@@ -98,59 +90,34 @@ def _true(flight: Flight, log: FlightLog, channel: str) -> Array:
     return np.interp(log.time, flight["time"], flight[channel])
 
 
-def _points(indicated: list[float], error: list[float], own: list[float], shared: Array) -> Points:
-    return Points(np.array(indicated), np.array(error), np.array(own), shared[None, :])
-
-
 def tower(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point a pass: static pressure in flight against the tower's, reduced to the height
-    of the pass.
-    """
-    static, impact, error = _true(flight, log, "static_pressure"), [], []
-    own: list[float] = []
+    """Return a point a pass: static pressure against the tower's, reduced to the height."""
+    static, temperature = (_true(flight, log, n) for n in ("static_pressure", "air_temperature"))
+    points = []
     check = BLOCK_CHECK * rng.standard_normal()
     for rows in _legs(flight, log):
-        middle = log.time[rows].mean()
-        near = rows[np.abs(log.time[rows] - middle) <= 0.5 * _READ]
-        temperature = float(_true(flight, log, "air_temperature")[near].mean())
-        own.append(
-            HEIGHT * air.GRAVITY * float(static[near].mean()) / (air.GAS_CONSTANT * temperature)
-        )
-        impact.append(float(log.impact_pressure[near].mean()))
-        error.append(
-            float(
-                (log.static_pressure - static)[near].mean()
-                + own[-1] * rng.standard_normal()
-                + check
-            )
-        )
-    return _points(impact, error, own, np.full(len(own), BLOCK_CHECK))
+        near = rows[np.abs(log.time[rows] - log.time[rows].mean()) <= 0.5 * _READ]
+        density = static[near].mean() / (air.GAS_CONSTANT * temperature[near].mean())
+        own = HEIGHT * air.GRAVITY * density
+        error = (log.static_pressure - static)[near].mean() + own * rng.standard_normal() + check
+        points.append((log.impact_pressure[near].mean(), error, own, BLOCK_CHECK))
+    impact, errors, each, shared = np.array(points).T
+    return Points(impact, errors, each, shared[None, :])
 
 
 def pacer(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
-    """Return a point a leg: the airspeed of a calibrated airplane in formation against the
-    airplane's own.
-    """
+    """Return a point a leg: the airspeed of a calibrated airplane in formation against our own."""
     true = _true(flight, log, "total_pressure") - _true(flight, log, "static_pressure")
-    own: list[float] = []
-    shared, impact, error = [], [], []
+    points = []
     calibration = PACER * rng.standard_normal()
     for rows in _legs(flight, log):
-        known = (
-            air.calibrated_airspeed(true[rows]).mean()
-            + calibration
-            + READING * rng.standard_normal()
-        )
-        indicated = float(
-            air.impact_pressure(air.calibrated_airspeed(log.impact_pressure[rows]).mean())
-        )
-        paced = float(air.impact_pressure(known))
+        read = air.calibrated_airspeed(true[rows]).mean() + READING * rng.standard_normal()
+        own = air.calibrated_airspeed(log.impact_pressure[rows]).mean()
+        paced, indicated = (float(air.impact_pressure(v)) for v in (read + calibration, own))
         slope = float(air.calibrated_airspeed_slope(paced))
-        impact.append(indicated)
-        error.append(paced - indicated)
-        own.append(READING / slope)
-        shared.append(PACER / slope)
-    return _points(impact, error, own, np.array(shared))
+        points.append((indicated, paced - indicated, READING / slope, PACER / slope))
+    impact, errors, each, shared = np.array(points).T
+    return Points(impact, errors, each, shared[None, :])
 
 
 def cone(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
@@ -162,15 +129,13 @@ def cone(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
     """
     static = _true(flight, log, "static_pressure")
     impact = _true(flight, log, "total_pressure") - static
-    behind = np.interp(
-        log.time - LAG, log.time, static
-    )  # a pure delay: to first order the lag of a tube
+    # A pure delay: to first order the lag of a tube.
+    behind = np.interp(log.time - LAG, log.time, static)
     seen = behind + CONE * rng.standard_normal() * impact + TUBE_ZERO * rng.standard_normal()
     straight = np.abs(_true(flight, log, "roll")) < TURNING
     block = np.floor(log.time / BLOCK).astype(int)
-    kept = [
-        np.flatnonzero((block == b) & straight) for b in np.unique(block[straight])
-    ]  # a block that a turn cuts short counts too: it holds as little lag
+    # A block that a turn cuts short counts too: it holds as little lag.
+    kept = [np.flatnonzero((block == b) & straight) for b in np.unique(block[straight])]
     mean = np.array([log.impact_pressure[rows].mean() for rows in kept])
     error = np.array([(log.static_pressure - seen)[rows].mean() for rows in kept])
     return Points(mean, error, None, np.array([CONE * mean, np.full(len(mean), TUBE_ZERO)]))

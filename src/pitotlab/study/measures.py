@@ -2,6 +2,7 @@
 workload.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,19 +28,25 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.sortie import fly
-from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array
+from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, Booleans
 from pitotlab.experiment import Row
 from pitotlab.study.reductions import TURNING, Reduction, Sortie, sense_for
 from pitotlab.study.velocity_fit import fit_velocity
 
-TRAVEL = {
-    "elevator": 40.0 * DEGREE,
-    "aileron": 40.0 * DEGREE,
-    "throttle_left": 1.0,
-}  # from stop to stop
+# From stop to stop.
+TRAVEL = {"elevator": 40.0 * DEGREE, "aileron": 40.0 * DEGREE, "throttle_left": 1.0}
 FELT = 0.02  # of the travel, some millimeters of a yoke: a smaller change is no hand movement (our estimate)
 CONTROL_RATE = 10.0  # Hz, ten times the rate of hand movements
 _WINDOW = 1.0  # s
+DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
+BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
+_SPLIT = 130.0 * KNOT  # the speed at which Step Decrease changes its heading
+_DATA_POINTS = 600  # of a picture
+_TRACK_POINTS = 800
+_CHANNELS = (
+    *CALIBRATION_CHANNELS, *TRAVEL, "position_north", "position_east", "calibrated_airspeed",
+    "roll", "pitch", "heading", "angle_of_attack", "sideslip",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +63,12 @@ class Workload:
 
 
 def workload(flight: Flight) -> Workload:
-    """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and
-    tolerances.
-    """
+    """Return the workload of a flight, from its control positions and tolerances."""
     step = max(1, round(len(flight) / flight.duration / CONTROL_RATE))
     controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
     minutes = flight.duration / 60.0
     moved = np.any([_moved(control) for control in controls.values()], axis=0)
-    kind = MANEUVERS[flight.case.maneuver].kind
-    meant = np.char.startswith(flight.segment[::step], kind)
+    meant = np.char.startswith(flight.segment[::step], MANEUVERS[flight.case.maneuver].kind)
     return Workload(
         reversals={name: reversals(control) / minutes for name, control in controls.items()},
         duty=float(np.mean(moved)),
@@ -90,11 +94,6 @@ def _moved(control: Array) -> Array:
     width = round(_WINDOW * CONTROL_RATE)
     windows = control[: len(control) // width * width].reshape(-1, width)
     return np.asarray(np.ptp(windows, axis=1) > FELT)
-
-
-DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
-BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
-_SPLIT = 130.0 * KNOT  # the speed at which Step Decrease changes its heading
 
 
 def reduction_row(reduction: Reduction) -> Row:
@@ -123,29 +122,15 @@ def fit(flight: Flight, log: FlightLog, reduction: Reduction) -> tuple[Row, Cali
 
     Of a fit of several outputs only their residuals are measured: it gives no calibration.
     """
+    row, result = reduction_row(reduction) | {"failed": ""}, None
     try:
         if reduction.form == "vector":
-            return {
-                **reduction_row(reduction),
-                "failed": "",
-                **_outputs(fit_velocity(log, reduction.options)),
-            }, None
-        result = calibrate(log, reduction.options)
+            row |= _outputs(fit_velocity(log, reduction.options))
+        else:
+            result = calibrate(log, reduction.options)
+            row |= _scores(result, flight) | _criteria(result)
     except (NoAnswerError, BadInputError) as error:
-        return {**reduction_row(reduction), "failed": str(error)}, None
-    scored = score(result, flight)
-    row: Row = {
-        **reduction_row(reduction),
-        "failed": "",
-        "samples": scored.samples,
-        "residual_two_sigma_kt": scored.residual_two_sigma / KNOT,
-        "smooth_two_sigma_kt": 2.0 * float(np.std(result.residuals.airspeed)) / KNOT,
-        "two_sigma_kt": scored.two_sigma / KNOT,
-        "rms_error_kt": scored.curve_rms_error / KNOT,
-        "coverage": scored.curve_coverage,
-        **_error_parts(result, flight),
-        **_criteria(result),
-    }
+        row["failed"] = str(error)
     return row, result
 
 
@@ -160,25 +145,29 @@ def _outputs(fitted: OutputErrorFit) -> Row:
     return {"pooled_two_sigma_kt": rms(each), **dict(zip(names, each.tolist(), strict=False))}
 
 
-def _error_parts(result: Calibration, flight: Flight) -> Row:
-    """Return the mean error of the curve, that of its lower half minus that of its upper half, and
-    the error of the wind, all in kt."""
+def _scores(result: Calibration, flight: Flight) -> Row:
+    """Return the errors of curve and wind; the tilt is the lower half's error less the upper's."""
+    scores = score(result, flight)
     error = compare_curve(result.curve, flight.case.pressure_error).error
     slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
-    tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
+    tilt = np.mean(error[slow]) - np.mean(error[~slow]) if slow.any() else 0.0
     north, east = compare_wind(result.known_wind, wind_toward(flight.case.wind)[:2]).error
     return {
+        "samples": scores.samples,
+        "residual_two_sigma_kt": scores.residual_two_sigma / KNOT,
+        "smooth_two_sigma_kt": 2.0 * float(np.std(result.residuals.airspeed)) / KNOT,
+        "two_sigma_kt": scores.two_sigma / KNOT,
+        "rms_error_kt": scores.curve_rms_error / KNOT,
+        "coverage": scores.curve_coverage,
         "mean_error_kt": float(np.mean(error)) / KNOT,
-        "tilt_kt": tilt / KNOT,
+        "tilt_kt": float(tilt) / KNOT,
         "wind_north_error_kt": float(north) / KNOT,
         "wind_east_error_kt": float(east) / KNOT,
     }
 
 
 def _criteria(result: Calibration) -> Row:
-    """Return Schwarz's criterion (1978) from all residuals as if white, and from means over blocks
-    of `BLOCK`.
-    """
+    """Return Schwarz's criterion (1978) of all residuals as if white, and of means over blocks."""
     count = len(result.parameters) + 2
     time, airspeed = result.residuals.time, result.residuals.airspeed
     block = np.floor((time - time[0]) / BLOCK).astype(np.intp)
@@ -194,13 +183,16 @@ def _schwarz(values: Array, count: int) -> float:
 def flight_row(flight: Flight) -> Row:
     """Return the times of a flight, its changes of altitude and speed, and its workload."""
     effort = workload(flight)
+    speed = np.hypot(flight["velocity_north"], flight["velocity_east"])
+    rate = np.gradient(speed, flight["time"])[flight.on_condition]
     return {
         "minutes": flight.duration / 60.0,
         "on_condition_minutes": float(np.mean(flight.on_condition)) * flight.duration / 60.0,
         "vertical_speed_fpm": float(np.std(flight["velocity_down"])) / FOOT * 60.0,
         "altitude_ft": float(np.std(flight["altitude"])) / FOOT,
         "turning_percent": 100.0 * float(np.mean(np.abs(flight["roll"]) > TURNING)),
-        "slowing_kt_a_second": _slowing(flight) / KNOT,
+        # The 95th percentile of the deceleration over ground.
+        "slowing_kt_a_second": -float(np.percentile(rate, 5.0)) / KNOT if len(rate) else 0.0,
         "reversals_a_minute": sum(effort.reversals.values()),
         **{f"reversals_{control}": rate for control, rate in effort.reversals.items()},
         "duty_percent": 100.0 * effort.duty,
@@ -208,47 +200,44 @@ def flight_row(flight: Flight) -> Row:
     }
 
 
-def _slowing(flight: Flight) -> float:
-    """Return the 95th percentile of the deceleration over ground [m/s²], on condition."""
-    speed = np.hypot(flight["velocity_north"], flight["velocity_east"])
-    rate = np.gradient(speed, flight["time"])[flight.on_condition]
-    return -float(np.percentile(rate, 5.0)) if len(rate) else 0.0
+def _rows(same: Row, **columns: Array | Booleans) -> list[Row]:
+    """Return a row for each place of some columns, with the same entries in all."""
+    values = [column.tolist() for column in columns.values()]
+    return [same | dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
 
 
 def density_rows(flight: Flight) -> list[Row]:
     """Return the seconds of a flight in each bin of calibrated airspeed."""
     counts, _ = np.histogram(flight["calibrated_airspeed"] / KNOT, DENSITY_EDGES)
-    seconds = counts * flight.duration / len(flight)
     middle = 0.5 * (DENSITY_EDGES[1:] + DENSITY_EDGES[:-1])
-    return [
-        {"airspeed_kt": float(v), "seconds": float(s)} for v, s in zip(middle, seconds, strict=True)
-    ]
+    return _rows({}, airspeed_kt=middle, seconds=counts * flight.duration / len(flight))
 
 
-_PUBLISHED = CalibrationOptions(error_location="impact")
-_DATA_POINTS = 600  # of a picture
+def track_rows(flight: Flight) -> list[Row]:
+    """Return some points of the ground track."""
+    some = slice(None, None, max(1, len(flight) // _TRACK_POINTS))
+    return _rows(
+        {},
+        east_nm=flight["position_east"][some] / NAUTICAL_MILE,
+        north_nm=flight["position_north"][some] / NAUTICAL_MILE,
+        on_condition=flight.on_condition[some],
+    )
 
 
 def curve_rows(flight: Flight, reduction: Reduction, result: Calibration) -> list[Row]:
-    """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the
-    truth.
-    """
-    curve = result.curve
-    truth = true_correction(flight.case.pressure_error, curve.indicated_airspeed)
-    columns = zip(curve.indicated_airspeed, curve.correction, curve.two_sigma, truth, strict=True)
-    residual = result.residual_two_sigma / KNOT
-    return [
+    """Return the points of a curve [kt] with its 2σ, the 2σ of the residual, and the truth."""
+    curve, options = result.curve, reduction.options
+    return _rows(
         {
-            "kind": reduction.options.method,
-            "on_condition": reduction.options.on_condition,
-            "airspeed_kt": float(speed) / KNOT,
-            "correction_kt": float(value) / KNOT,
-            "two_sigma_kt": float(bound) / KNOT,
-            "residual_two_sigma_kt": residual,
-            "truth_kt": float(true) / KNOT,
-        }
-        for speed, value, bound, true in columns
-    ]
+            "kind": options.method,
+            "on_condition": options.on_condition,
+            "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
+        },
+        airspeed_kt=curve.indicated_airspeed / KNOT,
+        correction_kt=curve.correction / KNOT,
+        two_sigma_kt=curve.two_sigma / KNOT,
+        truth_kt=true_correction(flight.case.pressure_error, curve.indicated_airspeed) / KNOT,
+    )
 
 
 def data_rows(log: FlightLog, reduction: Reduction, result: Calibration) -> list[Row]:
@@ -259,64 +248,42 @@ def data_rows(log: FlightLog, reduction: Reduction, result: Calibration) -> list
     """
     used = np.flatnonzero(result.residuals.used)
     few = log.select(used[:: max(1, len(used) // _DATA_POINTS)])
-    wind = result.known_wind
-    north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
-    down = (
-        few.velocity_down
-        if few.velocity_down is not None and reduction.options.use_down
-        else np.zeros(len(few))
-    )
-    mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)
     if few.total_temperature is None:
         raise BadInputError("the data of a picture need the temperature")
+    wind, down = result.known_wind, few.velocity_down if reduction.options.use_down else None
+    north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
+    true_airspeed = np.sqrt(north**2 + east**2 + (0.0 if down is None else down**2))
+    mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)
     temperature = air.air_temperature(few.total_temperature, mach)
-    impact = air.impact_pressure_from_true_airspeed(
-        np.sqrt(north**2 + east**2 + down**2), few.static_pressure, temperature
-    )
+    impact = air.impact_pressure_from_true_airspeed(true_airspeed, few.static_pressure, temperature)
     indicated = air.calibrated_airspeed(few.impact_pressure)
-    gained = air.calibrated_airspeed(impact) - indicated
-    return [
-        {
-            "kind": "data",
-            "on_condition": reduction.options.on_condition,
-            "airspeed_kt": float(speed) / KNOT,
-            "correction_kt": float(value) / KNOT,
-        }
-        for speed, value in zip(indicated, gained, strict=True)
-    ]
+    return _rows(
+        {"kind": "data", "on_condition": reduction.options.on_condition},
+        airspeed_kt=indicated / KNOT,
+        correction_kt=(air.calibrated_airspeed(impact) - indicated) / KNOT,
+    )
 
 
 def fixed_speed_rows(log: FlightLog) -> list[Row]:
-    """Return the four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated
-    airspeeds [kt].
-    """
-    return [
-        {
-            "kind": "fixed speed",
-            "airspeed_kt": point.indicated_airspeed / KNOT,
-            "correction_kt": point.correction / KNOT,
-        }
-        for point in cross_check(log, _PUBLISHED)
-        if point.method == "four_leg"
-    ]
-
-
-_CHANNELS = (
-    *CALIBRATION_CHANNELS, *TRAVEL, "position_north", "position_east", "calibrated_airspeed",
-    "roll", "pitch", "heading", "angle_of_attack", "sideslip",
-)  # fmt: skip
-_TRACK_POINTS = 800
+    """Return the four-leg points of a log: airspeed correction at indicated airspeed [kt]."""
+    points = cross_check(log, CalibrationOptions(error_location="impact"))
+    legs = [point for point in points if point.method == "four_leg"]
+    return _rows(
+        {"kind": "fixed speed"},
+        airspeed_kt=np.array([point.indicated_airspeed for point in legs]) / KNOT,
+        correction_kt=np.array([point.correction for point in legs]) / KNOT,
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
     """The rows of a sortie by table, and the failures in words."""
 
-    fits: tuple[Row, ...] = ()
-    flights: tuple[Row, ...] = ()
-    density: tuple[Row, ...] = ()
-    tracks: tuple[Row, ...] = ()
-    curves: tuple[Row, ...] = ()
+    fits: Iterable[Row] = ()
+    flights: Iterable[Row] = ()
+    density: Iterable[Row] = ()
+    tracks: Iterable[Row] = ()
+    curves: Iterable[Row] = ()
     failures: tuple[str, ...] = ()
 
 
@@ -330,30 +297,25 @@ def measure_sortie(sortie: Sortie) -> Measured:
         "maneuver": case.maneuver,
         "seed": case.truth_seed,
     }
+
+    def keyed(rows: Iterable[Row]) -> tuple[Row, ...]:
+        return tuple(key | row for row in rows)
+
     fits, curves = _fits(flight, sortie)
+    name = " ".join(map(str, key.values()))
     return Measured(
-        fits=tuple(key | row for row in fits),
-        flights=(key | flight_row(flight),),
-        density=tuple(key | row for row in density_rows(flight)) if case.truth_seed == 1 else (),
-        tracks=tuple(key | row for row in _track(flight)) if sortie.track else (),
-        curves=tuple(key | row for row in curves),
-        failures=tuple(
-            f"{' '.join(map(str, key.values()))}: {row['failed']}" for row in fits if row["failed"]
-        ),
-    )
-
-
-def lost_sortie(sortie: Sortie, reason: str) -> Measured:
-    """Return the record of a sortie that gave no numbers, with the reason."""
-    case = sortie.case
-    return Measured(
-        failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {reason}",)
+        fits=keyed(fits),
+        flights=keyed([flight_row(flight)]),
+        density=keyed(density_rows(flight) if case.truth_seed == 1 else ()),
+        tracks=keyed(track_rows(flight) if sortie.track else ()),
+        curves=keyed(curves),
+        failures=tuple(f"{name}: {row['failed']}" for row in fits if row["failed"]),
     )
 
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
     """Return one row for each reduction, and the points of the curves where the sortie asks for them."""
-    logs: dict[tuple[object, ...], tuple[Flight, FlightLog]] = {}
+    logs: dict[Reduction, tuple[Flight, FlightLog]] = {}
     rows, curves = [], []
     for reduction in sortie.reductions:
         if reduction.sensing not in logs:
@@ -368,17 +330,3 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
     if sortie.curves and flight.case.maneuver == "four_leg":
         curves += fixed_speed_rows(log)
     return rows, curves
-
-
-def _track(flight: Flight) -> list[Row]:
-    step = max(1, len(flight) // _TRACK_POINTS)
-    rows = np.arange(0, len(flight), step)
-    east, north = (
-        flight["position_east"][rows] / NAUTICAL_MILE,
-        flight["position_north"][rows] / NAUTICAL_MILE,
-    )
-    on = flight.on_condition[rows]
-    return [
-        {"east_nm": float(e), "north_nm": float(n), "on_condition": bool(o)}
-        for e, n, o in zip(east, north, on, strict=True)
-    ]

@@ -6,7 +6,7 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,6 @@ from pitotbench.calibration.options import USUAL
 from pitotbench.campaigns.fleet import require_all, run_tasks
 from pitotbench.campaigns.flights import Comparison, compare_curve, rms, sense, true_correction
 from pitotbench.pressure_error import MODELS
-from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
@@ -42,7 +41,7 @@ from pitotlab.study.conventional import (
 from pitotlab.study.measures import TRAVEL, workload
 from pitotlab.study.parts import Part
 from pitotlab.study.reductions import COVERING, NAMES, PAPER, PAPER_ORDER, case_of
-from pitotlab.study.tables import Spread, rank_agreement
+from pitotlab.study.tables import Spread, rank_agreement, signed
 from pitotlab.tables import frame_columns, markdown_table
 
 if TYPE_CHECKING:
@@ -68,14 +67,8 @@ REDUCTIONS = {
 STATIC = PressureErrorSpec(location="static")
 # The second system has a smaller error of another slope, as a mast beside the fuselage may have.
 SECOND = PressureErrorSpec(parameters=(0.010, -0.008, 0.004), location="static")
-_CHANNELS = (
-    *CALIBRATION_CHANNELS,
-    *TRAVEL,
-    "calibrated_airspeed",
-    "roll",
-    "power_left",
-    "power_right",
-)
+_FELT = ("calibrated_airspeed", "roll", "power_left", "power_right")
+_CHANNELS = (*CALIBRATION_CHANNELS, *TRAVEL, *_FELT)
 OLDER = {
     "tower fly-by": "Tower fly-by",
     "pacer": "Pacer",
@@ -90,8 +83,7 @@ def measure_seed(seed: int) -> Tables:
     flights = {m: _fly(seed, m) for m in PAPER_MANEUVERS}
     rows: Tables = {"banks": [], "methods": [], "systems": []}
     level = _powers(flights["race_track"], "leg")
-    for bank in BANKS:
-        rows["banks"].append(_bank_row(seed, bank, level))
+    rows["banks"] += [_bank_row(seed, bank, level) for bank in BANKS]
     for maneuver, flight in flights.items():
         smooth = calibrate(sense(_fly(seed, maneuver, "smooth"), SYSTEM), PAPER)
         log = sense(flight, SYSTEM)
@@ -104,12 +96,10 @@ def measure_seed(seed: int) -> Tables:
             row |= {"residual_kt": result.residual_two_sigma / KNOT} if reduction == "paper" else {}
         rows["methods"].append(row)
         rows["systems"].append({"maneuver": maneuver, **two_systems(flight)})
-    low = replace(case_of("light", "race_track", seed, card={"dwell_s": 20.0}), altitude=FLY_BY)
-    fly_by = fly(replace(low, pressure_error=STATIC), channels=_CHANNELS)
+    fly_by = _fly(seed, "race_track", card={"dwell_s": 20.0}, altitude=FLY_BY)
     flown = (fly_by, flights["race_track"], flights["race_track"], flights["step_decrease"])
-    for number, (method, read, flight) in enumerate(
-        zip(OLDER, (tower, pacer, cone, cone), flown, strict=True)
-    ):
+    reads = (tower, pacer, cone, cone)
+    for number, (method, read, flight) in enumerate(zip(OLDER, reads, flown, strict=True)):
         rng = np.random.default_rng([seed, number, 34])
         answer = fit_points(read(flight, sense(flight, SYSTEM), rng))
         row = {"method": method, "minutes": _minutes(flight)}
@@ -134,8 +124,8 @@ def with_constant_errors(log: FlightLog, rng: np.random.Generator) -> FlightLog:
     )
 
 
-def _fly(seed: int, maneuver: str, setting: str = "light", **card: float) -> Flight:
-    case = case_of(setting, maneuver, seed, card=card, pressure_error=STATIC)
+def _fly(seed: int, maneuver: str, setting: str = "light", **changes: Any) -> Flight:
+    case = case_of(setting, maneuver, seed, pressure_error=STATIC, **changes)
     return fly(case, channels=_CHANNELS)
 
 
@@ -155,20 +145,16 @@ def _scored(reduction: str, found: Comparison) -> Row:
 def _powers(flight: Flight, kind: str) -> Array:
     """Return the mean power [hp] at each airspeed, fastest first, in the segments of a kind."""
     power = (flight["power_left"] + flight["power_right"]) / HORSEPOWER
-    parts = {
-        name: name.split()[1] for name in dict.fromkeys(flight.segment) if name.startswith(kind)
-    }
-    return np.array(
-        [
-            power[np.isin(flight.segment, [n for n, s in parts.items() if s == speed])].mean()
-            for speed in dict.fromkeys(parts.values())
-        ]
-    )
+    speeds: dict[str, list[str]] = {}
+    for name in dict.fromkeys(flight.segment):
+        if name.startswith(kind):
+            speeds.setdefault(name.split()[1], []).append(name)
+    return np.array([power[np.isin(flight.segment, names)].mean() for names in speeds.values()])
 
 
 def _bank_row(seed: int, bank: float, level: Array) -> Row:
     card = {"bank_deg": bank, "bank_limit_deg": max(35.0, bank + 5.0)}
-    flight = _fly(seed, "circle", "light", **card)
+    flight = _fly(seed, "circle", card=card)
     circling = np.char.startswith(flight.segment, "circle")
     held = np.degrees(np.abs(flight["roll"][circling]))
     extra = _powers(flight, "circle") - level
@@ -214,24 +200,18 @@ def two_systems(flight: Flight) -> Row:
         row |= _scored(f"{name}_alone", compare_curve(result.curve, truth))
         at = AIRSPEEDS + sign * difference
         between = sign * np.interp(at, AIRSPEEDS, difference)
-        mean, bound = _at(middle, at)
+        mean, bound = (
+            np.interp(at, middle.curve.indicated_airspeed, values)
+            for values in (middle.curve.correction, middle.curve.two_sigma)
+        )
         both = (mean + between, np.hypot(bound, 0.5 * its_two_sigma))
         row |= _scored(f"{name}_both", against_truth(both, truth))
-    winds = np.array(
-        [[one.north.value, one.east.value] for one in (result.known_wind for result in alone)]
-    )
-    row["wind_gap_kt"] = float(np.linalg.norm(winds[1] - winds[0])) / KNOT
+    one_wind, other_wind = (each.known_wind for each in alone)
+    north = other_wind.north.value - one_wind.north.value
+    row["wind_gap_kt"] = float(np.hypot(north, other_wind.east.value - one_wind.east.value)) / KNOT
     slower, faster = AIRSPEEDS - 0.5 * difference, AIRSPEEDS + 0.5 * difference
     true = true_correction(STATIC, slower) - true_correction(SECOND, faster)
     return row | _scored("difference", Comparison(difference - true, its_two_sigma))
-
-
-def _at(result: Calibration, airspeeds: Array) -> tuple[Array, Array]:
-    curve = result.curve
-    return (
-        np.interp(airspeeds, curve.indicated_airspeed, curve.correction),
-        np.interp(airspeeds, curve.indicated_airspeed, curve.two_sigma),
-    )
 
 
 def system_difference(one: FlightLog, two: FlightLog) -> tuple[Array, Array]:
@@ -251,26 +231,22 @@ def system_difference(one: FlightLog, two: FlightLog) -> tuple[Array, Array]:
     found = np.linalg.lstsq(rows, share * weight, rcond=None)[0]
     left = (share - basis @ found) * weight
     covariance = np.linalg.inv(rows.T @ rows) * (left @ left) / (len(left) - len(found))
-    at, pressure = (
-        terms.basis(air.impact_pressure(AIRSPEEDS) / reference),
-        air.impact_pressure(AIRSPEEDS),
+    pressure = air.impact_pressure(AIRSPEEDS)
+    at, slope = (
+        terms.basis(pressure / reference),
+        pressure * air.calibrated_airspeed_slope(pressure),
     )
-    slope = pressure * air.calibrated_airspeed_slope(pressure)
     return slope * (at @ found), 2.0 * slope * np.sqrt(np.einsum("ij,jk,ik->i", at, covariance, at))
 
 
 def fly_methods(seeds: int, jobs: int | None = None) -> dict[str, pd.DataFrame]:
     """Return the rows of seeds 1 to `seeds` by table."""
     done = require_all(run_tasks(measure_seed, range(1, seeds + 1), jobs, label="seeds"))
-    return {
-        name: pd.DataFrame([row for tables in done for row in tables[name]]) for name in done[0]
-    }
+    return {name: pd.DataFrame([row for each in done for row in each[name]]) for name in KEYS}
 
 
 def summarize(rows: pd.DataFrame, key: str, provenance: str) -> pd.DataFrame:
-    """Return a row a cell: means over seeds, standard deviations beside them, and rms of the true
-    errors.
-    """
+    """Return a row a cell: means and deviations over seeds, and rms of the true errors."""
     cells = []
     for name, group in rows.groupby(key, sort=False):
         cell: Row = {key: name, "seeds": group["seed"].nunique()}
@@ -295,17 +271,12 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     Ten seeds take about eight minutes of processor time. The tables and pictures are those of the
     documentation.
     """
-    parser.add_argument("--seeds", type=int, default=10, help="seeds 1 to N (default: %(default)s)")
-    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument(
-        "--out", type=Path, default=RESULTS, help="folder of the tables (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--again", action="store_true", help="fly nothing; print the tables that are there"
-    )
-    parser.add_argument(
-        "--pictures", type=Path, help="write the pictures of the page into this folder"
-    )
+    add = parser.add_argument
+    add("--seeds", type=int, default=10, help="seeds 1 to N (default: %(default)s)")
+    add("--jobs", type=int, help="processes (default: one a core)")
+    add("--out", type=Path, default=RESULTS, help="folder of the tables (default: %(default)s)")
+    add("--again", action="store_true", help="fly nothing; print the tables that are there")
+    add("--pictures", type=Path, help="write the pictures of the page into this folder")
     options = parser.parse_args(words)
     if not options.again:
         options.out.mkdir(parents=True, exist_ok=True)
@@ -321,75 +292,76 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 
 def in_the_air(methods: pd.DataFrame) -> "pd.Series[float]":
-    """Return the minutes of each method with the set-up between its airspeeds: two minutes, three
-    times.
-    """
+    """Return the minutes of each method with the set-up between its airspeeds."""
     held = methods["method"].isin([*HELD, *OLDER]) & (methods["method"] != "cone, slowing")
     return methods["minutes"] + SET_UP * RUNS_BETWEEN * held
 
 
+# The columns of a table as people read them: heading, column of the file, digits.
+HEADINGS = {
+    "banks": (
+        ("bank [°]", "bank_deg", 0),
+        ("one circle [min]", "circle_minutes", 2),
+        ("recorded [min]", "minutes", 1),
+        ("more power than level [hp]", "extra_power_hp", 0),
+        ("the same at 100 kt [hp]", "extra_power_slowest_hp", 0),
+        ("bank wanders, 1σ [°]", "bank_wander_deg", 1),
+        ("out of tolerance [%]", "out_percent", 1),
+        ("residual 2σ [kt]", "residual_kt", 2),
+        ("true rms error [kt]", "speed_error_kt", 3),
+        ("covering 2σ [kt]", "speed_bound_kt", 3),
+    ),
+    "methods": (
+        ("method", "method", 0),
+        ("recorded [min]", "minutes", 1),
+        ("with set-up [min]", "air", 1),
+        ("residual 2σ, smooth air [kt]", "smooth_residual_kt", 3),
+        ("residual 2σ, light turbulence [kt]", "residual_kt", 2),
+        ("true error, published method [kt]", "paper_error_kt", 3),
+        ("true error [kt]", "speed_error_kt", 3),
+        ("covering 2σ [kt]", "speed_bound_kt", 3),
+        ("true error with height [kt]", "height_error_kt", 3),
+        ("covering 2σ with height [kt]", "height_bound_kt", 3),
+        ("true error, sensors off [kt]", "usual_speed_error_kt", 2),
+        ("2σ, sensors off [kt]", "usual_speed_bound_kt", 2),
+        ("true error with height, sensors off [kt]", "usual_height_error_kt", 2),
+        ("2σ with height, sensors off [kt]", "usual_height_bound_kt", 2),
+    ),
+    "systems": (
+        ("maneuver", "maneuver", 0),
+        ("2σ of A alone [kt]", "a_alone_bound_kt", 3),
+        ("2σ of A with B [kt]", "a_both_bound_kt", 3),
+        ("2σ of B alone [kt]", "b_alone_bound_kt", 3),
+        ("2σ of B with A [kt]", "b_both_bound_kt", 3),
+        ("A with B inside 2σ [%]", "a_both_inside", 0),
+        ("two winds of one flight differ [kt]", "wind_gap_kt", 3),
+        ("true error of A − B [kt]", "difference_error_kt", 4),
+        ("2σ of A − B [kt]", "difference_bound_kt", 3),
+        ("A − B inside 2σ [%]", "difference_inside", 0),
+    ),
+}
+
+
 def read_tables(folder: Path = RESULTS) -> dict[str, pd.DataFrame]:
     """Return the tables of a measurement as people read them, the unit in each heading."""
-    banks, methods, systems = (pd.read_csv(folder / f"{name}.csv") for name in KEYS)
-    names = methods["method"].map({**NAMES, **OLDER})
-
-    def both(table: pd.DataFrame, column: str, digits: int) -> "pd.Series[str]":
-        pairs = zip(table[column], table[f"{column}_sd"], strict=True)
-        return pd.Series(
-            [Spread(m, s, 0).text(digits) if np.isfinite(m) else "–" for m, s in pairs]
-        )
-
-    def error(table: pd.DataFrame, column: str, digits: int = 2) -> "pd.Series[str]":
-        return table[column].map(lambda v: f"{v:.{digits}f}" if np.isfinite(v) else "–")
-
+    found = {name: pd.read_csv(folder / f"{name}.csv") for name in KEYS}
+    found["methods"]["air"] = in_the_air(found["methods"])
     return {
-        "banks": pd.DataFrame(
-            {
-                "bank [°]": banks["bank_deg"].map("{:.0f}".format),
-                "one circle [min]": both(banks, "circle_minutes", 2),
-                "recorded [min]": both(banks, "minutes", 1),
-                "more power than level [hp]": both(banks, "extra_power_hp", 0),
-                "the same at 100 kt [hp]": both(banks, "extra_power_slowest_hp", 0),
-                "bank wanders, 1σ [°]": both(banks, "bank_wander_deg", 1),
-                "out of tolerance [%]": both(banks, "out_percent", 1),
-                "residual 2σ [kt]": both(banks, "residual_kt", 2),
-                "true rms error [kt]": error(banks, "speed_error_kt", 3),
-                "covering 2σ [kt]": both(banks, "speed_bound_kt", 3),
-            }
-        ),
-        "methods": pd.DataFrame(
-            {
-                "method": names,
-                "recorded [min]": both(methods, "minutes", 1),
-                "with set-up [min]": in_the_air(methods).map("{:.1f}".format),
-                "residual 2σ, smooth air [kt]": both(methods, "smooth_residual_kt", 3),
-                "residual 2σ, light turbulence [kt]": both(methods, "residual_kt", 2),
-                "true error, published method [kt]": error(methods, "paper_error_kt", 3),
-                "true error [kt]": error(methods, "speed_error_kt", 3),
-                "covering 2σ [kt]": both(methods, "speed_bound_kt", 3),
-                "true error with height [kt]": error(methods, "height_error_kt", 3),
-                "covering 2σ with height [kt]": both(methods, "height_bound_kt", 3),
-                "true error, sensors off [kt]": error(methods, "usual_speed_error_kt"),
-                "2σ, sensors off [kt]": both(methods, "usual_speed_bound_kt", 2),
-                "true error with height, sensors off [kt]": error(methods, "usual_height_error_kt"),
-                "2σ with height, sensors off [kt]": both(methods, "usual_height_bound_kt", 2),
-            }
-        ),
-        "systems": pd.DataFrame(
-            {
-                "maneuver": systems["maneuver"].map(NAMES),
-                "2σ of A alone [kt]": both(systems, "a_alone_bound_kt", 3),
-                "2σ of A with B [kt]": both(systems, "a_both_bound_kt", 3),
-                "2σ of B alone [kt]": both(systems, "b_alone_bound_kt", 3),
-                "2σ of B with A [kt]": both(systems, "b_both_bound_kt", 3),
-                "A with B inside 2σ [%]": (100.0 * systems["a_both_inside"]).map("{:.0f}".format),
-                "two winds of one flight differ [kt]": both(systems, "wind_gap_kt", 3),
-                "true error of A − B [kt]": error(systems, "difference_error_kt", 4),
-                "2σ of A − B [kt]": both(systems, "difference_bound_kt", 3),
-                "A − B inside 2σ [%]": (100.0 * systems["difference_inside"]).map("{:.0f}".format),
-            }
-        ),
+        name: pd.DataFrame({head: _cells(table, c, digits) for head, c, digits in HEADINGS[name]})
+        for name, table in found.items()
     }
+
+
+def _cells(table: pd.DataFrame, column: str, digits: int) -> "pd.Series[str]":
+    """Return a column as text: a name, a share in percent, or a number with its deviation if any."""
+    values = table[column]
+    if column in ("method", "maneuver"):
+        return values.map({**NAMES, **OLDER})
+    if column.endswith("_inside"):
+        return (100.0 * values).map("{:.0f}".format)
+    spreads = table.get(f"{column}_sd", pd.Series(np.nan, index=table.index))
+    pairs = zip(values, spreads, strict=True)
+    return pd.Series([Spread(v, s, 0).text(digits) if np.isfinite(v) else "–" for v, s in pairs])
 
 
 MEASURES = {
@@ -408,29 +380,21 @@ MEASURES = {
 
 
 def orders(methods: pd.DataFrame) -> list[str]:
-    """Return the order of the five maneuvers by each measure, with its Kendall's τ against the
-    published order.
-    """
+    """Return the order of the maneuvers by each measure, with τ against the published order."""
     table = methods.assign(air=in_the_air(methods)).set_index("method").loc[list(PAPER_ORDER)]
     lines = []
     for label, column in MEASURES.items():
         order = " < ".join(NAMES[str(m)] for m in table[column].sort_values().index)
         tau = rank_agreement(table[column].to_numpy(), np.arange(float(len(table))))
-        lines.append(
-            f"{label}: {order} (τ with the paper's order {tau:+.1f})".replace("-0", "−0").replace(
-                "-1", "−1"
-            )
-        )
+        lines.append(f"{label}: {order} (τ with the paper's order {signed(tau)})")
     return lines
 
 
 def parts() -> list[Part]:
     """Return the committed tables as parts of the study's page."""
     shown, made = read_tables(), pd.read_csv(RESULTS / "methods.csv")
-    when = (
-        f"Seeds 1 to {made['seeds'].max()}; {made['made'].iloc[0]}; python -m pitotlab study "
-        "methods repeats it."
-    )
+    by, repeat = made["made"].iloc[0], "python -m pitotlab study methods repeats it."
+    when = f"Seeds 1 to {made['seeds'].max()}; {by}; {repeat}"
     telling = {
         "banks": (
             "The Circle's bank",
@@ -443,12 +407,11 @@ def parts() -> list[Part]:
         "systems": (
             "Two air-data systems in one flight",
             "Gusts and the wind are common to both systems, so that a second one hardly narrows "
-            "the bound of the "
-            "first. The difference of the two is known far better than either.",
+            "the bound of the first. The difference of the two is known far better than either.",
         ),
     }
     return [
-        Part(f"beside-{name}", heading, [("", f"{words} {when}")], tables=[shown[name]])
+        Part(f"beside-{name}", heading, [("", f"{words} {when}")], tables=(shown[name],))
         for name, (heading, words) in telling.items()
     ]
 
@@ -457,14 +420,11 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
     """Write two pictures: residual against truth, and bound against minutes in the air."""
     folder.mkdir(parents=True, exist_ok=True)
     table = methods.assign(air=in_the_air(methods)).set_index("method")
-    names = pd.Series({**NAMES, **OLDER})
     five, older = table.loc[list(PAPER_ORDER)], table.loc[list(OLDER)]
     with canvas(1, 1, 6.4, 3.9) as (figure, (axes,)):
-        x, y, spread = (
-            five[c] for c in ("smooth_residual_kt", "speed_error_kt", "smooth_residual_kt_sd")
-        )
-        axes.errorbar(x, y, xerr=spread, fmt="o", color=BLUE, ms=7)
-        _label(axes, x, y, names)
+        x, y = five["smooth_residual_kt"], five["speed_error_kt"]
+        axes.errorbar(x, y, xerr=five["smooth_residual_kt_sd"], fmt="o", color=BLUE, ms=7)
+        _label(axes, x, y)
         axes.set(
             title="A small residual is not a small error",
             xlabel="2σ of the residual in smooth air [kt]",
@@ -475,16 +435,13 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
         figure.savefig(folder / "residual-and-truth.png", dpi=110, metadata={"Software": None})
     with canvas(1, 1, 7.4, 4.4) as (figure, (axes,)):
         speed, height = "usual_speed_bound_kt", "usual_height_bound_kt"
-        axes.plot(five["air"], five[speed], "o", color=BLUE, label="GPS velocity")
-        axes.plot(
-            five["air"],
-            five[height],
-            "o",
-            color=SKY,
-            label="GPS velocity and height (static error)",
-        )
-        axes.plot(older["air"], older[speed], "s", color=ORANGE, label="conventional methods")
-        _label(axes, table["air"], table[speed], names)
+        for of, column, mark, color, label in (
+            (five, speed, "o", BLUE, "GPS velocity"),
+            (five, height, "o", SKY, "GPS velocity and height (static error)"),
+            (older, speed, "s", ORANGE, "conventional methods"),
+        ):
+            axes.plot(of["air"], of[column], mark, color=color, label=label)
+        _label(axes, table["air"], table[speed])
         axes.set(
             title="What a curve costs",
             xlabel="minutes in the air, with set-up between airspeeds [min]",
@@ -496,13 +453,9 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
         figure.savefig(folder / "bound-and-minutes.png", dpi=110, metadata={"Software": None})
 
 
-def _label(
-    axes: "Axes", x: "pd.Series[float]", y: "pd.Series[float]", names: "pd.Series[str]"
-) -> None:
-    """Name the dots: above them to the right, below one with another close on its right, and below
-    a long name.
-    """
-    wide, high = float(np.ptp(x)), float(np.ptp(y))
+def _label(axes: "Axes", x: "pd.Series[float]", y: "pd.Series[float]") -> None:
+    """Name the dots, above them or, where another is close or the name long, below."""
+    wide, high, names = float(np.ptp(x)), float(np.ptp(y)), {**NAMES, **OLDER}
     for name in x.index:
         right = (x - x[name]).between(0.0, 0.1 * wide) & ((y - y[name]).abs() < 0.1 * high)
         close, long = bool(right.drop(name).any()), len(names[name]) > 20

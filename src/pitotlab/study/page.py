@@ -1,6 +1,6 @@
 """The study drawn: its charts, its page, and its Markdown document with the pictures as files."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import cycle
 from pathlib import Path
@@ -30,7 +30,7 @@ from pitotbench.show.style import (
     svg,
 )
 from pitotbench.units import Array
-from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Numbers, Part, StudyPage
+from pitotlab.study.parts import Bars, Chart, Lines, Part, Series, StudyPage
 from pitotlab.tables import frame_columns, markdown_table
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
@@ -71,45 +71,39 @@ def _draws(chart: Chart) -> list[Callable[[Axes], None]]:
     """The functions that fill the axes of a chart, from top to bottom."""
     if isinstance(chart, Bars):
         return [partial(draw_dots if chart.dots else draw_bars, chart=chart)]
-    below = [partial(draw_lines, chart=chart.below)] if chart.below else []
-    return [partial(draw_lines, chart=chart), *below]
+    return [partial(draw_lines, chart=each) for each in (chart, chart.below) if each]
+
+
+def _placed(chart: Bars) -> Iterator[tuple[Series, Array, str, str]]:
+    """Each series of a chart with its places on the axis, its color and its mark."""
+    width, place = _BARS / len(chart.series), np.arange(float(len(chart.groups)))
+    looks = zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False)
+    for number, (series, color, mark) in enumerate(looks):
+        yield series, place + (number + 0.5) * width - 0.5 * _BARS, color, mark
 
 
 def draw_bars(axes: Axes, chart: Bars) -> None:
     """Groups of bars; a whisker is ± one standard deviation over seeds."""
-    width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
-    for number, (series, color) in enumerate(zip(chart.series, cycle(_COLORS), strict=False)):
-        at = place + (number + 0.5) * width - 0.5 * _BARS
-        axes.bar(at, series.heights, 0.92 * width, color=color, label=series.label)
-        _whiskers(axes, at, series.heights, series.spreads, ecolor=INK, elinewidth=0.9)
+    for series, at, color, _ in _placed(chart):
+        width = 0.92 * _BARS / len(chart.series)
+        axes.bar(at, series.y, width, color=color, label=series.label)
+        _whiskers(axes, at, series, ecolor=INK, elinewidth=0.9)
     _name_groups(axes, chart)
 
 
 def draw_dots(axes: Axes, chart: Bars) -> None:
     """Groups of dots on an axis cut to the data; a whisker is ± one standard deviation over seeds."""
-    width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
-    for number, (series, color, mark) in enumerate(
-        zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False)
-    ):
-        at = place + (number + 0.5) * width - 0.5 * _BARS
-        heights = np.asarray(series.heights, dtype=np.float64)
+    for series, at, color, mark in _placed(chart):
+        heights = np.asarray(series.y, dtype=np.float64)
         spreads = np.nan_to_num(np.asarray(series.spreads, dtype=np.float64))
-        if chart.top is not None:
-            for x, y in zip(at[heights > chart.top], heights[heights > chart.top], strict=True):
-                axes.annotate(
-                    f"{y:.2f} ↑",
-                    (x, 1.0),
-                    xycoords=("data", "axes fraction"),
-                    ha="center",
-                    color=color,
-                    size=8,
-                )
-        axes.errorbar(
-            at, heights, yerr=spreads, fmt=mark, ms=5.0, color=color, label=series.label, capsize=2.0,
-            elinewidth=0.9,
-        )  # fmt: skip
-    for edge in place[1:] - 0.5:
-        axes.axvline(edge, color=PALE, lw=0.8)
+        above = heights > (np.inf if chart.top is None else chart.top)
+        top: Any = {"xycoords": ("data", "axes fraction"), "ha": "center", "size": 8}
+        for x, y in zip(at[above], heights[above], strict=True):
+            axes.annotate(f"{y:.2f} ↑", (x, 1.0), color=color, **top)
+        look: Any = {"ms": 5.0, "capsize": 2.0, "elinewidth": 0.9, "label": series.label}
+        axes.errorbar(at, heights, yerr=spreads, fmt=mark, color=color, **look)
+    for edge in range(1, len(chart.groups)):
+        axes.axvline(edge - 0.5, color=PALE, lw=0.8)
     axes.set_xlim(-0.5, len(chart.groups) - 0.5)
     axes.margins(y=0.08)
     if chart.top is not None:
@@ -140,39 +134,37 @@ def draw_lines(axes: Axes, chart: Lines) -> None:
         axes.margins(0.12)
 
 
-def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
+# How a style is drawn; the color is that of the series unless given.
+_STYLES: dict[str, dict[str, Any]] = {
+    "steps": {"drawstyle": "steps-mid"},
+    "marks": {"ls": "", "ms": 4.5},
+    "dashed": {"ls": "--", "color": "black", "lw": 1.2},
+    "limit": {"ls": ":", "color": GREY, "lw": 1.4},
+    "band": {},
+    "line": {"ms": 3.5},
+}
+
+
+def _draw_series(axes: Axes, series: Series, color: str, mark: str) -> None:
     x, y = np.asarray(series.x, dtype=np.float64), np.asarray(series.y, dtype=np.float64)
-    if series.style == "steps":
-        axes.step(x, y, where="mid", color=color, label=series.label)
-    elif series.style == "marks":
-        axes.plot(x, y, mark, color=color, ms=4.5, label=series.label)
-    elif series.style == "dots":
+    if series.style == "dots":
         axes.plot(x, y, ".", color=GREY, ms=2.5, alpha=0.5, mew=0)
         axes.plot([], [], ".", color=GREY, label=series.label)  # a larger dot for the legend
-    elif series.style == "dashed":
-        axes.plot(x, y, "--", color="black", lw=1.2, label=series.label)
-    elif series.style == "limit":
-        axes.plot(x, y, ":", color=GREY, lw=1.4, label=series.label)
-    elif series.style == "band":
+        return
+    marked = series.style == "marks" or (series.style == "line" and len(x) <= _MOST_MARKED)
+    if series.style == "band":
         spread = np.asarray(series.spreads, dtype=np.float64)
         axes.fill_between(x, y - spread, y + spread, color=color, alpha=0.2, lw=0)
-        axes.plot(x, y, color=color, label=series.label)
-    else:
-        axes.plot(
-            x,
-            y,
-            color=color,
-            marker=mark if len(x) <= _MOST_MARKED else None,
-            ms=3.5,
-            label=series.label,
-        )
-        _whiskers(axes, x, series.y, series.spreads, ecolor=color, elinewidth=0.8)
+    look = {"color": color, "marker": mark if marked else None, **_STYLES[series.style]}
+    axes.plot(x, y, label=series.label, **look)
+    if series.style == "line":
+        _whiskers(axes, x, series, ecolor=color, elinewidth=0.8)
 
 
-def _whiskers(axes: Axes, x: Array, y: Numbers, spreads: Numbers | None, **line: Any) -> None:
-    if spreads is None:
+def _whiskers(axes: Axes, x: Array, series: Series, **line: Any) -> None:
+    if series.spreads is None:
         return
-    heights, spread = np.asarray(y, dtype=np.float64), np.asarray(spreads, dtype=np.float64)
+    heights, spread = (np.asarray(v, dtype=np.float64) for v in (series.y, series.spreads))
     known = np.isfinite(spread) & np.isfinite(heights)
     if known.any():
         axes.errorbar(x[known], heights[known], yerr=spread[known], fmt="none", capsize=2.0, **line)

@@ -7,17 +7,22 @@ from typing import Literal
 import pandas as pd
 
 Numbers = Sequence[float]
+Verdict = Literal["reproduced", "in part", "not reproduced", ""]
 
 
 @dataclass(frozen=True, slots=True)
-class BarSeries:
-    """One bar a group, of one kind: heights and their standard deviations over seeds (NaN where
-    unknown).
+class Series:
+    """Numbers of one label, with their standard deviations over seeds (NaN where unknown) or none.
+
+    Bars have one number a group. In `Lines` the numbers lie over `x` in a style; a `band` is a line
+    in a band of ± the deviations.
     """
 
     label: str
-    heights: Numbers
-    spreads: Numbers
+    x: Numbers
+    y: Numbers
+    spreads: Numbers | None = None
+    style: Literal["line", "marks", "dots", "dashed", "band", "steps", "limit"] = "line"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,36 +36,21 @@ class Bars:
     note: str
     ylabel: str
     groups: Sequence[str]
-    series: Sequence[BarSeries]
+    series: Sequence[Series]
     name: str = ""  # of the file
     dots: bool = False
     top: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class LineSeries:
-    """Points of one label: a line, marks, dots, a dashed line, or a band of ± the spreads around a
-    line.
-    """
-
-    label: str
-    x: Numbers
-    y: Numbers
-    spreads: Numbers | None = None
-    style: Literal["line", "marks", "dots", "dashed", "band", "steps", "limit"] = "line"
-
-
-@dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines over a common axis; `below` is drawn under them over the same axis, in the same
-    picture.
-    """
+    """Lines over a common axis; `below` is drawn under them, over the same axis."""
 
     title: str
     note: str
     xlabel: str
     ylabel: str
-    series: Sequence[LineSeries]
+    series: Sequence[Series]
     name: str = ""
     log_x: bool = False
     log_y: bool = False
@@ -69,6 +59,8 @@ class Lines:
 
 
 Chart = Bars | Lines
+Charts = tuple[Chart, ...]
+Frames = tuple[pd.DataFrame, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,9 +70,9 @@ class Part:
     anchor: str
     heading: str
     lines: Sequence[tuple[str, str]]
-    charts: Sequence[Chart] = ()
-    tables: Sequence[pd.DataFrame] = ()
-    verdict: str = ""
+    charts: Charts = ()
+    tables: Frames = ()
+    verdict: Verdict = ""
 
 
 @dataclass(frozen=True, slots=True)

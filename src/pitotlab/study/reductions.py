@@ -2,7 +2,7 @@
 a reduction asks for.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any
@@ -43,15 +43,10 @@ def named(
 
 
 MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT
-SIDESLIP_ERROR = (
-    0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe next to the fuselage
-)
+# Of q_c a degree squared: 1.25 % at 5°, our estimate for a probe next to the fuselage.
+SIDESLIP_ERROR = 0.0005
 TURNING = 10.0 * DEGREE  # of bank: above it the airplane turns
 Change = Callable[[Flight, float], Flight]
-
-
-def _none(flight: Flight, level: float) -> Flight:
-    return flight
 
 
 def _with(flight: Flight, **channels: Array) -> Flight:
@@ -86,9 +81,7 @@ def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
 
 
 def vertical_speed(flight: Flight, times: float) -> Flight:
-    """Return the flight at the same airspeed with the vertical speed multiplied and less ground
-    speed.
-    """
+    """Return the flight at the same airspeed with the vertical speed multiplied."""
     wind = wind_toward(flight.case.wind)
     north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
     down = flight["velocity_down"]
@@ -102,25 +95,16 @@ def vertical_speed(flight: Flight, times: float) -> Flight:
     )
 
 
-def steady_sideslip(flight: Flight, degrees: float) -> Flight:
-    """Return the flight with a constant sideslip; the probe loses `SIDESLIP_ERROR` of q_c a degree
-    squared.
-    """
-    return _slipping(flight, np.full(len(flight), degrees))
+def steady_sideslip(flight: Flight, degrees: float | Array) -> Flight:
+    """Return the flight with a sideslip; the probe loses `SIDESLIP_ERROR` of q_c a degree squared."""
+    total = flight["total_pressure"]
+    lost = SIDESLIP_ERROR * degrees**2 * (total - flight["static_pressure"])
+    return _with(flight, total_pressure=total - lost)
 
 
 def sideslip_in_turns(flight: Flight, degrees: float) -> Flight:
-    """Return the flight with sideslip in turns only, as without rudder: where the bank is above ten
-    degrees.
-    """
-    return _slipping(flight, np.where(np.abs(flight["roll"]) > TURNING, degrees, 0.0))
-
-
-def _slipping(flight: Flight, degrees: Array) -> Flight:
-    impact = flight["total_pressure"] - flight["static_pressure"]
-    return _with(
-        flight, total_pressure=flight["total_pressure"] - SIDESLIP_ERROR * degrees**2 * impact
-    )
+    """Return the flight with sideslip in turns only, as without rudder."""
+    return steady_sideslip(flight, np.where(np.abs(flight["roll"]) > TURNING, degrees, 0.0))
 
 
 def twice_the_rate(flight: Flight, level: float) -> Flight:
@@ -142,24 +126,32 @@ def twice_the_rate(flight: Flight, level: float) -> Flight:
     return Flight(flight.case, channels, flight.segment[order], flight.on_condition[order])
 
 
-def _truth(spec: PressureErrorSpec) -> Change:
-    return lambda flight, level: replace(flight, case=replace(flight.case, pressure_error=spec))
+def _with_error(flight: Flight, level: float, *, error: PressureErrorSpec) -> Flight:
+    return replace(flight, case=replace(flight.case, pressure_error=error))
+
+
+def _truth(model: str, *parameters: float) -> Change:
+    return partial(_with_error, error=PressureErrorSpec(model=model, parameters=parameters))
 
 
 def error_size(flight: Flight, times: float) -> Flight:
     """Return the flight with its pressure error multiplied."""
-    spec = flight.case.pressure_error
-    larger = replace(spec, parameters=tuple(times * k for k in spec.parameters))
-    return replace(flight, case=replace(flight.case, pressure_error=larger))
+    error = flight.case.pressure_error
+    larger = replace(error, parameters=tuple(times * k for k in error.parameters))
+    return _with_error(flight, 0.0, error=larger)
 
 
-# Where a curve has a knee, as of a static source behind a flap.
-_KNEE = tuple(knots * KNOT for knots in (90.0, 110.0, 120.0, 130.0, 170.0))
+# A curve with a knee, as of a static source behind a flap.
+_KNEE = PressureErrorSpec(
+    model="table",
+    airspeed=tuple(knots * KNOT for knots in (90.0, 110.0, 120.0, 130.0, 170.0)),
+    values=(0.01, 0.01, -0.01, -0.02, -0.02),
+)
 
 CHANGES: Catalog[Change] = Catalog(
     "change",
     {
-        "none": _none,
+        "none": lambda flight, level: flight,
         "wind change": wind_change,
         "shear": shear,
         "vertical speed": vertical_speed,
@@ -167,16 +159,10 @@ CHANGES: Catalog[Change] = Catalog(
         "sideslip in turns": sideslip_in_turns,
         "twice the rate": twice_the_rate,
         "error size": error_size,
-        "constant truth": _truth(PressureErrorSpec(model="bias", parameters=(-0.02,))),
-        "linear truth": _truth(PressureErrorSpec(model="linear", parameters=(0.03, -0.025))),
-        "quadratic truth": _truth(
-            PressureErrorSpec(model="quadratic", parameters=(0.08, -0.09, 0.02))
-        ),
-        "knee truth": _truth(
-            PressureErrorSpec(
-                model="table", airspeed=_KNEE, values=(0.01, 0.01, -0.01, -0.02, -0.02)
-            )
-        ),
+        "constant truth": _truth("bias", -0.02),
+        "linear truth": _truth("linear", 0.03, -0.025),
+        "quadratic truth": _truth("quadratic", 0.08, -0.09, 0.02),
+        "knee truth": partial(_with_error, error=_KNEE),
     },
 )
 
@@ -185,10 +171,15 @@ CHANGES: Catalog[Change] = Catalog(
 # in the impact pressure alone (so no altitude equation), no sensor has a constant error, the wind
 # is constant, the clocks agree.
 COVERING = CalibrationOptions(
-    model="inverse+", method="covering", error_location="impact", wind="constant", latency="given",
+    model="inverse+",
+    method="covering",
+    error_location="impact",
+    wind="constant",
+    latency="given",
     accuracies=Accuracies(),
-)  # fmt: skip
+)
 PAPER = replace(COVERING, method="paper", robust=False)  # as published: every row counts
+BOTH_METHODS = (COVERING, PAPER)
 EITHER_WAY = tuple(replace(PAPER, use_down=down) for down in (True, False))
 _SIMULATED = 100.0  # Hz
 
@@ -215,11 +206,19 @@ class Reduction:
     form: str = "scalar"
 
     @property
-    def sensing(self) -> tuple[object, ...]:
-        """The fields that determine the log. Reductions with the same fields share one log."""
-        return tuple(
-            getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form")
-        )
+    def sensing(self) -> "Reduction":
+        """The part that determines the log: reductions that share it share one log."""
+        return replace(self, options=PAPER, form="scalar")
+
+
+def reductions(
+    options: Iterable[CalibrationOptions] = (PAPER,),
+    das: Iterable[str] = ("50/50",),
+    **how: Any,
+) -> tuple[Reduction, ...]:
+    """Return the reductions with each of some options at each of some data systems."""
+    every = tuple(options)
+    return tuple(Reduction(system, one, **how) for system in das for one in every)
 
 
 def sense_for(flight: Flight, reduction: Reduction) -> tuple[Flight, FlightLog]:
@@ -228,31 +227,24 @@ def sense_for(flight: Flight, reduction: Reduction) -> tuple[Flight, FlightLog]:
 
     Raises BadInputError for impossible rates, UnknownNameError for an unknown change.
     """
-    system = _exact(_system(reduction.das)) if reduction.alone else _system(reduction.das)
+    system = _system(reduction.das)
     changed = CHANGES[reduction.change](flight, reduction.level)
     if system.air_rate > _SIMULATED:
         changed = CHANGES["twice the rate"](changed, 0.0)
+    if reduction.alone:  # no other noise, and no rounding
+        names = [f.name for f in fields(system) if f.name.endswith(("_noise", "_resolution"))]
+        exact: dict[str, Any] = dict.fromkeys(names, 0.0)
+        system = replace(system, **exact | {"impact_pressure_noise": system.impact_pressure_noise})
     noisy = replace(
         system,
         impact_pressure_noise=reduction.noise * system.impact_pressure_noise,
         velocity_noise=reduction.gps_noise * system.velocity_noise,
     )
-    return changed, record(
-        changed, noisy, flight.case.sensor_seed, True if reduction.given_down else None
-    )
-
-
-def _exact(system: DataSystem) -> DataSystem:
-    """Return a data system in which only the impact pressure has noise, and no sensor rounds."""
-    names = [f.name for f in fields(system) if f.name.endswith(("_noise", "_resolution"))]
-    exact: dict[str, Any] = {name: 0.0 for name in names if name != "impact_pressure_noise"}
-    return replace(system, **exact)
+    return changed, record(changed, noisy, flight.case.sensor_seed, reduction.given_down or None)
 
 
 def _system(das: str) -> DataSystem:
-    """Return a data system for rates up to 200 Hz, with the noise of the same kind of system at 100
-    Hz.
-    """
+    """Return a data system for rates up to 200 Hz, with the noise of its kind at 100 Hz."""
     air, gps = (float(part) for part in das.split("/"))
     if air <= _SIMULATED:
         return data_system(das)
@@ -272,14 +264,12 @@ ERROR_SHAPES = ("linear truth", "quadratic truth", "knee truth")
 
 @dataclass(frozen=True, slots=True)
 class StudySetting:
-    """The air and the pilot. `rare` settings only explain a result and are flown for a fifth of the
-    seeds.
-    """
+    """The air and the pilot. `rare` settings are flown for a fifth of the seeds."""
 
     turbulence: str
     pilot: str
     what: str
-    rare: bool = False
+    rare: bool = True
     effects: tuple[EffectSpec, ...] = ()
     flown: tuple[str, ...] = PAPER_MANEUVERS
     wind: float | None = None  # kt, the wind of the case unless given
@@ -294,25 +284,23 @@ _AIRPLANE = (
 )
 AIRPLANE_EFFECTS = tuple(effect for effect in _AIRPLANE if effect.name in EFFECTS)
 AIRPLANE_FLOWN = ("step_decrease", "race_track", "four_leg", "rapid_decel")
+_SMOOTH = "smooth air, constant wind, a good pilot: as the paper's simulator"
+_CALM = "smooth air, no wind, the autopilot alone"
+_AS_FLOWN = "light turbulence, a good pilot, the airplane's effects"
 
 SETTINGS: Catalog[StudySetting] = Catalog(
     "setting",
     {
-        "smooth": StudySetting("none", "good", "smooth air, constant wind, a good pilot: as the "
-                                               "paper's simulator"),
-        "light": StudySetting("light", "good", "light turbulence, a good pilot"),
-        "autopilot": StudySetting("none", "none", "smooth air, no wind, the autopilot "
-                                                  "alone", rare=True, wind=0.0),
-        "busy": StudySetting("none", "busy", "smooth air, a busy pilot", rare=True),
+        "smooth": StudySetting("none", "good", _SMOOTH, rare=False),
+        "light": StudySetting("light", "good", "light turbulence, a good pilot", rare=False),
+        "autopilot": StudySetting("none", "none", _CALM, wind=0.0),
+        "busy": StudySetting("none", "busy", "smooth air, a busy pilot"),
         "airplane": StudySetting(
-            "light", "good", "light turbulence, a good pilot, the airplane's "
-                             "effects", True, AIRPLANE_EFFECTS,
-            AIRPLANE_FLOWN,
+            "light", "good", _AS_FLOWN, effects=AIRPLANE_EFFECTS, flown=AIRPLANE_FLOWN
         ),
-        "moderate": StudySetting("moderate", "good", "moderate turbulence, a good "
-                                                     "pilot", rare=True),
+        "moderate": StudySetting("moderate", "good", "moderate turbulence, a good pilot"),
     },
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,7 +315,7 @@ class Sortie:
     curves: bool = False
 
 
-def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
+def case_of(setting: str, maneuver: str, seed: int, **changes: Any) -> Case:
     """Return the case of a setting, maneuver and seed, with other changes."""
     air = SETTINGS[setting]
     case = Case(
@@ -340,120 +328,69 @@ def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
     )
     if air.wind is not None:
         case = replace(case, wind=Wind(speed=air.wind * KNOT))
-    return replace(case, **changes)  # type: ignore[arg-type]
+    return replace(case, **changes)
 
 
-# Unusual cards: the name, the maneuver, and the changed numbers.
+# Unusual cards in smooth air: the name, the maneuver, and the changed numbers.
 VARIANTS = (
     ("six speeds", "four_leg", {"speeds_kt": (160.0, 148.0, 136.0, 124.0, 112.0, 100.0)}),
     ("long steps", "step_decrease", {"step_time_s": 20.0}),
 )
-
-
-FLOWN_BY_PITCH = (
-    "smooth",
-    "light",
-    "autopilot",
-    "busy",
-)  # Circle at fixed power; the last two are rare
-
-
-def main_reductions() -> tuple[Reduction, ...]:
-    """Return the reductions of every claim: data systems, models, V_down, turns, and the covering bound."""
-    reductions = []
-    for das in SYSTEMS:
-        reductions += [
-            Reduction(das, replace(one, on_condition=on))
-            for one in EITHER_WAY
-            for on in (False, True)
-        ]
-        reductions += [Reduction(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
-        reductions += [Reduction(das, COVERING)]
-    reductions += [Reduction("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
-    return tuple(reductions)
-
-
-def pooled_reductions() -> tuple[Reduction, ...]:
-    """Return the fits of ground velocity as two and as three outputs, with noise on the impact
-    pressure alone.
-
-    All data at each data system, and on-condition data at 50/50 Hz.
-    """
-    pooled = partial(Reduction, given_down=True, alone=True, form="vector")
-    every = [pooled(das, one) for das in SYSTEMS for one in EITHER_WAY]
-    return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in EITHER_WAY))
-
-
-def other_errors() -> tuple[Reduction, ...]:
-    """Return the fits of every model to pressure errors that were not chosen for a claim."""
-    models = [replace(PAPER, model=model) for model in PAPER_MODELS]
-    sizes = [
-        Reduction("50/50", one, "error size", times) for times in ERROR_SIZES for one in models
-    ]
-    return (*sizes, *(Reduction("50/50", one, shape) for shape in ERROR_SHAPES for one in models))
-
-
-def explaining_reductions() -> tuple[Reduction, ...]:
-    """Return the reductions that explain C2, C5, C7 and C8.
-
-    They have less noise, steeper paths with and without V_down, ground velocity as outputs, and
-    other errors.
-    """
-    quiet = [Reduction(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
-    steep = [
-        Reduction("50/50", one, "vertical speed", times) for times in STEEPER for one in EITHER_WAY
-    ]
-    slow = [Reduction("20/1", one, "vertical speed", STEEP, given_down=True) for one in EITHER_WAY]
-    vector = [Reduction("50/50", one, form="vector") for one in EITHER_WAY]
-    return (
-        *quiet,
-        *steep,
-        *slow,
-        *vector,
-        *quiet_reductions(),
-        *pooled_reductions(),
-        *other_errors(),
-        STRAIGHT,
-    )
-
-
-STRAIGHT = Reduction(
-    "20/1", replace(PAPER, model="quadratic", on_condition=True)
-)  # like the airplane's data
-
-
-def quiet_reductions() -> tuple[Reduction, ...]:
-    """Return the reductions with and without V_down, with the specified noise of pressure and velocity."""
-    return tuple(
-        Reduction("50/50", one, noise=SPECIFICATION, gps_noise=SPECIFICATION) for one in EITHER_WAY
-    )
-
-
-def rare_reductions() -> tuple[Reduction, ...]:
-    """Return the reductions of a rare setting."""
-    held = tuple(Reduction(das, one) for das in SYSTEMS for one in EITHER_WAY)
-    return (*held, STRAIGHT, Reduction("50/50", COVERING))
-
-
-def airplane_reductions() -> tuple[Reduction, ...]:
-    """Return reductions with the airplane's data system and model, with and without turns, by both
-    methods.
-    """
-    options = [replace(method, model="quadratic") for method in (PAPER, COVERING)]
-    return tuple(
-        Reduction("20/1", replace(one, on_condition=straight))
-        for one in options
-        for straight in (True, False)
-    )
-
-
-def _reductions(name: str, rare: bool) -> tuple[Reduction, ...]:
-    if name == "airplane":
-        return airplane_reductions()
-    if SETTINGS[name].rare:
-        return (*rare_reductions(), *(quiet_reductions() if name == "busy" else ()))
-    more = {"smooth": explaining_reductions() if rare else (), "light": (STRAIGHT,)}
-    return (*main_reductions(), *more.get(name, ()))
+FLOWN_BY_PITCH = ("smooth", "light", "autopilot", "busy")  # Circle at fixed power
+_MODELS = tuple(replace(PAPER, model=model) for model in PAPER_MODELS)
+_ON_CONDITION = tuple(replace(one, on_condition=True) for one in EITHER_WAY)
+_COVERED = Reduction("50/50", COVERING)
+_LIKE_THE_AIRPLANE = replace(PAPER, model="quadratic", on_condition=True)
+_QUIET = reductions(EITHER_WAY, noise=SPECIFICATION, gps_noise=SPECIFICATION)
+# What every claim needs: data systems, models, V_down, turns, and the covering bound.
+_MAIN = (
+    *reductions((*EITHER_WAY, *_ON_CONDITION, *_MODELS[1:], COVERING), SYSTEMS),
+    *reductions((PAPER, COVERING), ("20/1",), gps_noise=ALIKE),
+)
+# Ground velocity as two and as three outputs, with noise on the impact pressure alone.
+_POOLED = (
+    *reductions(EITHER_WAY, SYSTEMS, given_down=True, alone=True, form="vector"),
+    *reductions(_ON_CONDITION, given_down=True, alone=True, form="vector"),
+)
+_STEEP = tuple(
+    one for times in STEEPER for one in reductions(EITHER_WAY, change="vertical speed", level=times)
+)
+# Errors that were not chosen for a claim.
+_ERRORS = (
+    *(
+        one
+        for times in ERROR_SIZES
+        for one in reductions(_MODELS, change="error size", level=times)
+    ),
+    *(one for shape in ERROR_SHAPES for one in reductions(_MODELS, change=shape)),
+)
+_STRAIGHT = reductions((_LIKE_THE_AIRPLANE,), ("20/1",))
+# What explains C2, C5, C7 and C8 in smooth air.
+_EXPLAINING = (
+    *reductions(das=SYSTEMS, noise=SPECIFICATION),
+    *_STEEP,
+    *reductions(EITHER_WAY, ("20/1",), change="vertical speed", level=STEEP, given_down=True),
+    *reductions(EITHER_WAY, form="vector"),
+    *_QUIET,
+    *_POOLED,
+    *_ERRORS,
+    *_STRAIGHT,
+)
+_RARE = (*reductions(EITHER_WAY, SYSTEMS), *_STRAIGHT, _COVERED)
+# The airplane's data system and model, with and without turns, by both methods.
+_AIRPLANE_OPTIONS = tuple(
+    replace(method, model="quadratic", on_condition=straight)
+    for method in BOTH_METHODS
+    for straight in (True, False)
+)
+OF_SETTING: Mapping[str, tuple[Reduction, ...]] = {
+    "smooth": _MAIN,
+    "light": (*_MAIN, *_STRAIGHT),
+    "autopilot": _RARE,
+    "busy": (*_RARE, *_QUIET),
+    "airplane": reductions(_AIRPLANE_OPTIONS, ("20/1",)),
+    "moderate": _RARE,
+}
 
 
 def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
@@ -461,25 +398,17 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
     for name, setting in SETTINGS.items():
         if setting.rare and not rare:
             continue
+        asked = (*OF_SETTING[name], *(_EXPLAINING if name == "smooth" and rare else ()))
+        track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
         for maneuver in setting.flown:
-            track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
-            yield Sortie(
-                name,
-                case_of(name, maneuver, seed),
-                _reductions(name, rare),
-                track=track,
-                curves=curves,
-            )
-    plain = (*(Reduction(das) for das in SYSTEMS), Reduction("50/50", COVERING))
-    if rare:
-        models = tuple(Reduction("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
-        for name in ("smooth", "light"):
-            yield Sortie(
-                name, case_of(name, BOTH_WAYS, seed), (*models, Reduction("50/50", COVERING))
-            )
-    for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
-        yield Sortie(
-            name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER
-        )
+            case = case_of(name, maneuver, seed)
+            yield Sortie(name, case, asked, track=track, curves=curves)
+    plain = (*reductions(das=SYSTEMS), _COVERED)
+    for name in ("smooth", "light") if rare else ():
+        yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*reductions(_MODELS), _COVERED))
+    for name in FLOWN_BY_PITCH:
+        if rare or not SETTINGS[name].rare:
+            case = case_of(name, "circle", seed, card={"fixed_power": 1})
+            yield Sortie(name, case, plain, FIXED_POWER)
     for variant, maneuver, card in VARIANTS:
         yield Sortie("smooth", case_of("smooth", maneuver, seed, card=card), plain, variant)

@@ -1,7 +1,7 @@
 """The tables of a study, and what all answers take from them: means, spreads and charts."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,7 @@ from pitotbench import air
 from pitotbench.records.case import DataSystem
 from pitotbench.units import KNOT, Array
 from pitotlab.study.measures import Measured
-from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
+from pitotlab.study.parts import Bars, Lines, Series
 from pitotlab.study.reductions import NAMES, PAPER_ORDER
 
 
@@ -21,8 +21,7 @@ def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
     It is the noise of the default data system [Pa] times the slope of airspeed over impact
     pressure.
     """
-    impact = air.impact_pressure(airspeed_kt * KNOT)
-    slope = air.calibrated_airspeed_slope(impact)
+    slope = air.calibrated_airspeed_slope(air.impact_pressure(airspeed_kt * KNOT))
     variance = np.average((DataSystem().impact_pressure_noise * slope) ** 2, weights=seconds)
     return 2.0 * float(np.sqrt(variance)) / KNOT
 
@@ -51,9 +50,7 @@ TABLES = ("fits", "flights", "density", "tracks", "curves")
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """A number over seeds: its mean, its standard deviation (NaN for one seed), and the number of
-    seeds.
-    """
+    """A number over seeds: mean, standard deviation (NaN for one seed), number of seeds."""
 
     mean: float
     deviation: float
@@ -77,21 +74,26 @@ class Spread:
         return f"{self.mean:.{digits}f}{spread}{unit}".replace("-", "−")
 
 
+def mean(values: Iterable[float]) -> float:
+    """Return the mean of the finite values; NaN for none."""
+    return Spread.of(values).mean
+
+
+def text(values: Iterable[float], digits: int = 2) -> str:
+    """Return mean ± standard deviation of values over seeds as text."""
+    return Spread.of(values).text(digits)
+
+
 @dataclass(frozen=True, slots=True)
 class StudyTables:
-    """Tables of fits, flights, airspeed bins, and points of tracks and curves; column names end in
-    units.
-    """
+    """Tables of fits, flights, airspeed bins, tracks and curves; column names end in units."""
 
     fits: pd.DataFrame
     flights: pd.DataFrame
     density: pd.DataFrame
     tracks: pd.DataFrame
     curves: pd.DataFrame
-
-    by_reduction: Mapping[
-        tuple[object, ...], pd.DataFrame
-    ]  # the fits of a maneuver and reduction, by seed
+    by_reduction: Mapping[tuple[object, ...], pd.DataFrame]  # fits of a maneuver, by seed
 
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "StudyTables":
@@ -103,10 +105,9 @@ class StudyTables:
     @classmethod
     def of_tables(cls, tables: Mapping[str, pd.DataFrame]) -> "StudyTables":
         """Return the record of tables given by name (`TABLES`)."""
-        fits = tables["fits"]
         # Grouped once: fits are looked up thousands of times, and to filter each time takes longer
         # than the fits.
-        groups = fits.groupby(["maneuver", *DEFAULT_FIT], sort=False)
+        groups = tables["fits"].groupby(["maneuver", *DEFAULT_FIT], sort=False)
         return cls(
             **tables,
             by_reduction={key: group.set_index("seed").sort_index() for key, group in groups},
@@ -123,8 +124,7 @@ class StudyTables:
 
         Raises KeyError for a setting that is not in `DEFAULT_FIT`.
         """
-        unknown = set(how) - set(DEFAULT_FIT)
-        if unknown:
+        if unknown := set(how) - set(DEFAULT_FIT):
             raise KeyError(
                 f"fits are chosen by {', '.join(DEFAULT_FIT)}; not by {', '.join(sorted(unknown))}"
             )
@@ -135,15 +135,25 @@ class StudyTables:
         """Return 2σ of the residual [kt] by seed."""
         return self.fit("residual_two_sigma_kt", maneuver, **how)
 
+    def bound(self, maneuver: str, **how: object) -> pd.Series:
+        """Return the covering 2σ of the curve [kt] by seed."""
+        return self.fit("two_sigma_kt", maneuver, method="covering", **how)
+
     def flight(
         self, column: str, maneuver: str, setting: str = "smooth", variant: str = "standard"
     ) -> pd.Series:
         """Return a column of the flights of a maneuver by seed."""
-        table = self.flights
-        chosen = table[
-            (table.maneuver == maneuver) & (table.setting == setting) & (table.variant == variant)
-        ]
+        chosen = _chosen(self.flights, maneuver, setting, variant)
         return chosen.set_index("seed")[column].astype(float).sort_index()
+
+    def seconds(self, maneuver: str, variant: str = "standard") -> pd.DataFrame:
+        """Return the seconds at each airspeed in smooth air, which are from one seed."""
+        return _chosen(self.density, maneuver, "smooth", variant)
+
+
+def _chosen(table: pd.DataFrame, maneuver: str, setting: str, variant: str) -> pd.DataFrame:
+    wanted = {"maneuver": maneuver, "setting": setting, "variant": variant}
+    return table[np.all([table[name] == value for name, value in wanted.items()], axis=0)]
 
 
 def signed(value: float, digits: int = 1) -> str:
@@ -151,10 +161,14 @@ def signed(value: float, digits: int = 1) -> str:
     return f"{value:+.{digits}f}".replace("-", "−")
 
 
+def span(values: Sequence[float], digits: int = 2) -> str:
+    """Return the least and the largest of some numbers, as text for a sentence."""
+    low, high = min(values), max(values)
+    return f"{low:.{digits}f} to {high:.{digits}f}"
+
+
 def ratio(one: pd.Series, other: pd.Series) -> Spread:
-    """Return one over the other, seed by seed. Both are from the same flight, so common errors
-    cancel.
-    """
+    """Return one over the other, seed by seed: of one flight, so that common errors cancel."""
     both = pd.concat([one, other], axis=1, keys=["one", "other"]).dropna()
     return Spread.of((both["one"] / both["other"]).to_numpy())
 
@@ -162,71 +176,54 @@ def ratio(one: pd.Series, other: pd.Series) -> Spread:
 def percent_above(one: pd.Series, other: pd.Series) -> Spread:
     """Return the difference of one from the other in percent of the other, seed by seed."""
     found = ratio(one, other)
-    return Spread(100.0 * (found.mean - 1.0), 100.0 * found.deviation, found.count)
+    return replace(found, mean=100.0 * (found.mean - 1.0), deviation=100.0 * found.deviation)
 
 
 def rank_agreement(one: Array, other: Array) -> float:
-    """Return Kendall's τ (1938) of two orders: 1 for the same, −1 for the reverse. A tie counts as
-    neither.
-    """
+    """Return Kendall's τ (1938) of two orders, 1 for the same; a tie counts as neither."""
     first, second = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     upper = np.triu_indices(len(first), 1)
     signs = np.sign(np.subtract.outer(first, first)) * np.sign(np.subtract.outer(second, second))
     return float(np.mean(signs[upper]))
 
 
-def bar_series(label: str, values: Iterable[Iterable[float]]) -> BarSeries:
-    """Return the bars of numbers over seeds, one a group."""
+def order(values: Mapping[str, float]) -> str:
+    """Return the names of maneuvers by rising value."""
+    return " < ".join(NAMES[m] for m in sorted(values, key=lambda m: values[m]))
+
+
+def series_of(label: str, values: Iterable[Iterable[float]], x: Sequence[float] = ()) -> Series:
+    """Return the means and deviations of numbers over seeds, one a group or place."""
     found = [Spread.of(each) for each in values]
-    return BarSeries(label, [s.mean for s in found], [s.deviation for s in found])
+    return Series(label, x, [s.mean for s in found], [s.deviation for s in found])
 
 
 CUT = "The axis does not begin at zero; whiskers are ± one standard deviation over seeds."
-Number = Callable[[str, str], pd.Series]  # maneuver and kind to numbers by seed
 
 
 def maneuver_bars(
-    name: str,
-    title: str,
-    note: str,
-    ylabel: str,
-    kinds: Sequence[tuple[str, str]],
-    number: Number,
-    maneuvers: Sequence[str] = PAPER_ORDER,
-    dots: bool = False,
-    top: float | None = None,
+    chart: Bars, kinds: Mapping[str, str], number: Callable[[str, str], pd.Series]
 ) -> Bars:
-    """Return a chart with a group of bars, or of dots, for each maneuver and one for each kind
-    (key, label).
+    """Return a chart with a bar or dot for each kind (key to label) in a group a maneuver.
 
-    `number(maneuver, key)` gives the values by seed. `top` is where the axis of dots is cut.
+    `number(maneuver, key)` gives the values by seed.
     """
     series = [
-        bar_series(label, [number(maneuver, key) for maneuver in maneuvers]) for key, label in kinds
+        series_of(label, [number(m, key) for m in PAPER_ORDER]) for key, label in kinds.items()
     ]
-    note = f"{note} {CUT}" if dots else note
-    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots, top)
+    note = f"{chart.note} {CUT}" if chart.dots else chart.note
+    return replace(chart, note=note, groups=[NAMES[m] for m in PAPER_ORDER], series=series)
 
 
 def maneuver_lines(
-    name: str,
-    title: str,
-    note: str,
-    xlabel: str,
-    ylabel: str,
+    chart: Lines,
     levels: Sequence[float],
     number: Callable[[str, float], pd.Series],
     maneuvers: Sequence[str] = PAPER_ORDER,
-    log_x: bool = False,
-    log_y: bool = False,
 ) -> Lines:
     """Return a chart with a line for each maneuver over levels.
 
     `number(maneuver, level)` gives the values by seed.
     """
-    series = []
-    for maneuver in maneuvers:
-        found = [Spread.of(number(maneuver, level)) for level in levels]
-        y, spread = [s.mean for s in found], [s.deviation for s in found]
-        series.append(LineSeries(NAMES[maneuver], levels, y, spread))
-    return Lines(title, note, xlabel, ylabel, series, name, log_x, log_y)
+    values = {m: [number(m, level) for level in levels] for m in maneuvers}
+    return replace(chart, series=[series_of(NAMES[m], each, levels) for m, each in values.items()])

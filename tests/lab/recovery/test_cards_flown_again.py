@@ -30,9 +30,7 @@ def shown_as(layout: Any, sizes: Array) -> Any:
 def test_a_card_is_flown_with_the_error_curve_that_the_log_shows(
     parameters: tuple[float, ...],
 ) -> None:
-    """The curve of a log of 80 to 160 kt, an analyst's own, is within 0.4 kt of the one that was
-    flown.
-    """
+    """The curve of an analyst's log of 80 to 160 kt is within 0.4 kt of the one flown."""
     error = PressureErrorSpec(parameters=parameters)
     case = Case(maneuver="rapid_decel", turbulence="none", pressure_error=error, truth_seed=4713)
     layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(), Catalog("effect", {}))

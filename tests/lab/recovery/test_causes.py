@@ -30,9 +30,7 @@ from pitotbench.records.case import EffectSpec
 def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(
     tmp_path,
 ):
-    """The left fuel flow reads 8 % low, no matter of the error curve. Without the formula it seems
-    to be.
-    """
+    """The left fuel flow reads 8 % low. Without the formula the curve seems to be wrong."""
     plain = flown(None, 43, tmp_path, "20/20")
     sound = judged(plain)
     low = judged(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left))
@@ -98,9 +96,7 @@ def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None
 
 
 def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
-    """A narrow error of the static source: with the typical airspeed instead of the fitted one
-    nothing closes.
-    """
+    """With the typical airspeed of a narrow static error, not the fitted one, nothing closes."""
     bump = Catalog("effect", {"local_static_bump": EFFECTS["local_static_bump"]})
     hidden = EffectSpec(
         "local_static_bump", {"coefficient": 0.05, "center_mps": 55.0, "width_mps": 4.0}
@@ -122,9 +118,7 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
 
 
 def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
-    """A polar that bends at a lift coefficient of 1.2: the column of the typical one, 0.4, stood in
-    its place.
-    """
+    """A polar that bends at a lift coefficient of 1.2; the typical one bends at 0.4."""
     bend = Catalog("effect", {"polar_bend": EFFECTS["polar_bend"]})
     layout = lay_out(sense(flight, "20/20"), aircraft_model("navajo"), AnalysisSetting(), bend)
     shown = at_sizes(layout, {("polar_bend", "factor"): 0.1}, {"polar_bend": {"onset": 1.2}})

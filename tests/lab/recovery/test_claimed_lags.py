@@ -28,12 +28,8 @@ def laid_out(flight: Flight, das: str, lag: str = "") -> Layout:
     """The layout of a flight with one noise, and with a lag or without one."""
     effects = (EffectSpec(lag, {EFFECTS[lag].parameters[0].name: SIZE}),) if lag else ()
     late = replace(flight, case=replace(flight.case, effects=effects))
-    return lay_out(
-        record(late, data_system(das), 4712),
-        aircraft_model("navajo"),
-        AnalysisSetting(),
-        NO_EFFECTS,
-    )
+    log = record(late, data_system(das), 4712)
+    return lay_out(log, aircraft_model("navajo"), AnalysisSetting(), NO_EFFECTS)
 
 
 def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tuple[Array, Array]:
@@ -41,25 +37,16 @@ def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tup
     late = laid_out(flight, das, lag)
     whiten = noise_of_log(without).whitener(without.grid, without.residuals.slack)
     effect = EFFECTS[lag]
-    claimed = residual_change(
-        effect, without.reference, effect.complete({effect.parameters[0].name: SIZE})
-    )
+    sizes = effect.complete({effect.parameters[0].name: SIZE})
+    claimed = residual_change(effect, without.reference, sizes)
     done = late.residuals.values - without.residuals.values
     return whiten(claimed).ravel(), whiten(done).ravel()
 
 
 def test_a_flight_that_cannot_show_a_lag_does_not_claim_to() -> None:
-    """On a circle at constant airspeeds, a lag is worth less than 1σ. The noise of a slow GPS
-    claimed 5σ.
-    """
-    circle = fly(
-        Case(
-            maneuver="circle",
-            card={"speeds_kt": [150.0, 110.0]},
-            turbulence="none",
-            truth_seed=4711,
-        )
-    )
+    """At constant airspeeds a lag is worth less than 1σ; noise of a slow GPS claimed 5σ."""
+    card = {"speeds_kt": [150.0, 110.0]}
+    circle = fly(Case(maneuver="circle", card=card, turbulence="none", truth_seed=4711))
     without = laid_out(circle, "20/1")
     for lag in LAGS:
         claimed, done = claimed_and_done(circle, without, "20/1", lag)
@@ -68,17 +55,13 @@ def test_a_flight_that_cannot_show_a_lag_does_not_claim_to() -> None:
 
 
 def test_a_signature_claims_what_a_lag_does() -> None:
-    """Two speeds with turns between them: what a lag shows there is what a pilot does to hold the
-    airspeed.
-    """
+    """Two speeds with turns between: a lag shows what a pilot does to hold the airspeed."""
     card = {"speeds_kt": [140.0, 105.0]}
-    flight = fly(
-        Case(maneuver="four_leg", card=card, turbulence="none", pilot="good", truth_seed=4711)
-    )
+    case = Case(maneuver="four_leg", card=card, turbulence="none", pilot="good", truth_seed=4711)
+    flight = fly(case)
     without = laid_out(flight, "20/5")
     for lag in LAGS:
         claimed, done = claimed_and_done(flight, without, "20/5", lag)
         assert np.linalg.norm(done) > 8.0
-        assert claimed @ done / (claimed @ claimed) == pytest.approx(
-            1.0, abs=0.2
-        )  # it was 0.4 and 0.7
+        # It was 0.4 and 0.7.
+        assert claimed @ done / (claimed @ claimed) == pytest.approx(1.0, abs=0.2)

@@ -11,9 +11,7 @@ from pitotbench.calibration import calibrate
 
 
 def test_a_wind_that_drifts_far_bends_nothing():
-    """Ten times the drift: a problem linearized around its mean alone would be off by a meter a
-    second.
-    """
+    """Ten times the drift: a problem linearized at its mean alone would be off by 1 m/s."""
     log = circling(wind=lambda t: (20.0 * t / HOUR, 15.0 * np.sin(2.0 * np.pi * t / HOUR)))
     curve = calibrate(log, CHECKED).curve
     assert np.all(correction_error(curve) <= 1.2 * curve.two_sigma)

@@ -109,9 +109,7 @@ def with_curve(flight: Flight, times: float) -> FlightLog:
 def test_an_error_curve_is_taken_out_before_forces_are_judged(
     flight: Flight, null: NullDistribution
 ) -> None:
-    """It is unknown in every log; to first order alone, one and a half times the usual one would
-    pass for drag.
-    """
+    """It is unknown in every log; half as much again as usual would pass for drag."""
     log, true = with_curve(flight, 1.5), with_curve(flight, 0.0).impact_pressure
     layout = lay_out(log, None, SETTING)
     left, before = (

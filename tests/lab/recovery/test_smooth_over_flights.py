@@ -33,10 +33,9 @@ def logs_of(truths, gust=0.15):
 def test_covers_curves_outside_the_table():
     truths = [bumped(seed) for seed in SEEDS]
     logs = logs_of(truths, gust=0.08)  # in rougher air a law's bound is wide enough for most bumps
-    smooth = np.mean(
-        [inside(calibrate(log, SMOOTH), t).mean() for log, t in zip(logs, truths, strict=True)]
-    )
-    law = np.mean([inside(calibrate(log), t).mean() for log, t in zip(logs, truths, strict=True)])
+    pairs = [*zip(logs, truths, strict=True)]
+    smooth = np.mean([inside(calibrate(log, SMOOTH), t).mean() for log, t in pairs])
+    law = np.mean([inside(calibrate(log), t).mean() for log, t in pairs])
     assert smooth >= 0.85
     assert law < smooth - 0.05
 

@@ -27,9 +27,7 @@ def test_effects_that_are_not_on_the_sensors_change_nothing(laid_out) -> None:
 
 @pytest.mark.parametrize("name", ["recovery_deficit", "pitot_lag"])
 def test_what_is_left_is_the_flight_without_the_effect(laid_out, name: str) -> None:
-    """The residuals differ from those of the same flight without the effect by a part of the
-    change.
-    """
+    """The residuals differ from those of a flight without it by a part of the change."""
     plain, log = laid_out(), laid_out(name)
     entries: Entries = {name: EFFECTS[name].typical()}
     left = with_corrected_track(log, entries)
@@ -41,9 +39,7 @@ def test_what_is_left_is_the_flight_without_the_effect(laid_out, name: str) -> N
 
 
 def test_the_answer_is_exact_where_a_propeller_meets_its_stop(laid_out) -> None:
-    """There the answer of the model has no slope; to first order a third of the change was missed
-    at the best.
-    """
+    """There the model has no slope; to first order a third of the change was missed."""
     name = "recovery_deficit"
     plain, log = laid_out(), laid_out(name)
     left = with_corrected_track(log, {name: EFFECTS[name].typical()})
@@ -81,9 +77,7 @@ def laid_out(sensed):
 
 
 def _differences(layout: Layout, other: Layout) -> dict[str, float]:
-    """The difference of two logs by channel, without what free parameters take up, in units of the
-    noise of one.
-    """
+    """The difference of two logs by channel, less the free parameters, in units of noise."""
     values = layout.residuals.values - other.residuals.values
     usable = layout.residuals.slack < 1.0
     fitted = fit_free_parameters(values, layout.free, usable).residuals

@@ -41,9 +41,7 @@ def sound_forces(flight: Flight) -> Array:
 def test_a_vane_that_is_off_leaves_no_force(
     flight: Flight, sound_forces: Array, offset_deg: float, scale: float
 ) -> None:
-    """Lift and drag are not linear in the angle of attack: two degrees of a vane's zero once were
-    called a pod.
-    """
+    """Lift and drag are not linear in alpha: two degrees of a vane's zero looked like a pod."""
     effect = EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": offset_deg})
     layout, forces = with_vane(flight, effect)
     alpha, angles = layout.track["angle_of_attack"], layout.angles
@@ -57,9 +55,7 @@ def test_a_vane_that_is_off_leaves_no_force(
 
 
 def test_a_vane_that_is_off_beside_a_lift_slope_leaves_both_their_sizes() -> None:
-    """The force of a vane's error goes with the slope that the airplane has, not with the model's:
-    with the latter, the slope came out 5 % too steep, and the scale at 0.11.
-    """
+    """By the model's slope, not the airplane's, it came out 5 % too steep, the scale at 0.11."""
     slope, scale = -0.25, 0.14
     effects = (
         EffectSpec("lift_slope", {"change": slope, "zero_coefficient": 0.0625}),

@@ -6,9 +6,7 @@ from pitotbench.calibration import calibrate
 
 
 def test_a_constant_wind_and_gusts_that_hide_every_change_are_named_in_few_flights():
-    """Without heading, in gusts of 1.5 m/s, the factor is near 1: most exceed 1/3, few are more
-    than chance.
-    """
+    """Without heading, in gusts of 1.5 m/s, the factor is near 1: few are more than chance."""
     for maneuver in ("step_decrease", "rapid_decel", "circle"):
         assert (
             sum(bool(named(calibrate(flown(maneuver, seed), CHECKED))) for seed in range(20, 23))

@@ -12,6 +12,10 @@ from pitotlab.study.tables import StudyTables
 FLOWN = ("step_decrease", "race_track", "four_leg", "circle", "rapid_decel", BOTH_WAYS)
 MINUTES = dict(zip(FLOWN, (6.0, 15.0, 21.0, 6.0, 5.0, 6.0), strict=True))
 RATINGS = dict(zip(FLOWN, (3.0, 2.0, 3.0, 4.0, 2.0, 3.0), strict=True))
+EFFORTS = (
+    *(f"reversals_{control}" for control in TRAVEL),
+    *("reversals_a_minute", "duty_percent", "out_of_tolerance_percent"),
+)
 Residual = Callable[[Sortie, Reduction], float]
 
 
@@ -25,14 +29,9 @@ def evidence(
 
 
 def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> Measured:
-    case = sortie.case
-    key = {
-        "setting": sortie.setting,
-        "variant": sortie.variant,
-        "maneuver": case.maneuver,
-        "seed": case.truth_seed,
-    }
-    time = minutes[case.maneuver]
+    case, time = sortie.case, minutes[sortie.case.maneuver]
+    key = {"setting": sortie.setting, "variant": sortie.variant}
+    key |= {"maneuver": case.maneuver, "seed": case.truth_seed}
     rng = np.random.default_rng(case.truth_seed)
     flight = {
         "minutes": time,
@@ -40,18 +39,13 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
         "altitude_ft": 8.0,
         "turning_percent": 30.0,
         "slowing_kt_a_second": 1.0,
-        **{f"reversals_{control}": RATINGS[case.maneuver] for control in TRAVEL},
-        "reversals_a_minute": RATINGS[case.maneuver],
-        "duty_percent": RATINGS[case.maneuver],
-        "out_of_tolerance_percent": RATINGS[case.maneuver],
+        **dict.fromkeys(EFFORTS, RATINGS[case.maneuver]),
     }
     curves = []
     if sortie.curves:
-        for method, straight in (("paper", True), ("covering", False)):
-            curves += [
-                _point(method, speed, 0.5) | {"on_condition": straight}
-                for speed in (100.0, 130.0, 160.0)
-            ]
+        for speed in (100.0, 130.0, 160.0):
+            curves += [_point("paper", speed, 0.5) | {"on_condition": True}]
+            curves += [_point("covering", speed, 0.5) | {"on_condition": False}]
         curves += [_point("data", speed, 0.4) | {"on_condition": True} for speed in (100.0, 160.0)]
         curves += [_point("fixed speed", 120.0, 0.6)]
     density = [{"airspeed_kt": float(v), "seconds": 10.0} for v in DENSITY_EDGES[:-1] + 1.25]
@@ -71,12 +65,11 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
 def _fit(
     reduction: Reduction, residual: float, minutes: float, rng: np.random.Generator
 ) -> dict[str, object]:
+    outputs = [f"two_sigma_{axis}_kt" for axis in ("north", "east", "down")]
+    kinds = [f"{kind}_two_sigma_kt" for kind in ("residual", "pooled", "smooth")]
     numbers = {
         "samples": 3000.0 * minutes,
-        "residual_two_sigma_kt": residual,
-        "pooled_two_sigma_kt": residual,
-        **{f"two_sigma_{axis}_kt": residual for axis in ("north", "east", "down")},
-        "smooth_two_sigma_kt": residual,
+        **dict.fromkeys([*kinds, *outputs], residual),
         "two_sigma_kt": 1.0 / minutes,
         "rms_error_kt": 0.3 / minutes * (1.0 + reduction.level),
         "coverage": 1.0,

@@ -63,9 +63,7 @@ def test_a_sortie_gives_what_the_bench_gives():
 
 
 def test_the_papers_case_takes_no_default_of_the_calibrator(light_flights):
-    """The log has a height, and by default the calibrator weighs the locations by it; the looks do
-    not.
-    """
+    """By default the calibrator weighs the locations by the height; the study does not."""
     flight = light_flights["rapid_decel"]
     log = sense(flight, "50/50")
     assert calibrate(log).diagnostics.static_probability is not None
@@ -87,17 +85,14 @@ def test_the_fit_of_ground_velocity_recovers_the_truth_in_calm_air():
 
 
 def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
-    """With noise on the impact pressure alone the fall is 1 − √(2/3); with noise on every sensor
-    there is none.
-    """
+    """With noise on the impact pressure alone the fall is 1 − √(2/3); else there is none."""
     flight = smooth_flights["rapid_decel"]
     fall = {}
     for alone in (True, False):
         pooled = []
         for down in (True, False):
-            reduction = Reduction(
-                options=replace(PAPER, use_down=down), given_down=alone, alone=alone, form="vector"
-            )
+            options, how = replace(PAPER, use_down=down), {"given_down": alone, "alone": alone}
+            reduction = Reduction(options=options, form="vector", **how)
             row, _ = fit(*sense_for(flight, reduction), reduction)
             pooled.append(row["pooled_two_sigma_kt"])
         fall[alone] = 1.0 - pooled[0] / pooled[1]
@@ -106,13 +101,9 @@ def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
 
 
 def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
-    """The mean of the points minus the truth is the wind's error, and their scatter is the
-    published residual.
-    """
-    flight, reduction = (
-        smooth_flights["race_track"],
-        Reduction("20/1", replace(PAPER, on_condition=True)),
-    )
+    """Their mean minus the truth is the wind's error, their scatter the residual."""
+    flight = smooth_flights["race_track"]
+    reduction = Reduction("20/1", replace(PAPER, on_condition=True))
     _, log = sense_for(flight, reduction)
     result = calibrate(log, reduction.options)
     rows = measures.data_rows(log, reduction, result)

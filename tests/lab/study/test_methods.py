@@ -41,10 +41,8 @@ def test_the_bound_covers_drawn_errors():
     rng, clean = np.random.default_rng(1), _points(2, own=12.0, shared=8.0)
     inside = []
     for _ in range(400):
-        drawn = (
-            clean.own * rng.standard_normal(len(clean.own))
-            + clean.shared[0] * rng.standard_normal()
-        )
+        drawn = clean.own * rng.standard_normal(len(clean.own))
+        drawn += clean.shared[0] * rng.standard_normal()
         points = replace(clean, pressure_error=clean.pressure_error + drawn)
         inside.append(against_truth(fit_points(points), STATIC).inside)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
@@ -108,9 +106,8 @@ def test_the_committed_tables_are_whole():
     seeds = {int(count) for table in (banks, flown, systems) for count in table["seeds"]}
     assert len(seeds) == 1  # all of one run
     assert min(seeds) > 1
-    assert (
-        systems["difference_bound_kt"] < 0.2 * systems["a_alone_bound_kt"]
-    ).all()  # gusts are common to both
+    # Gusts are common to both.
+    assert (systems["difference_bound_kt"] < 0.2 * systems["a_alone_bound_kt"]).all()
     assert all(len(part.tables) == 1 and part.lines for part in methods.parts())
 
 
@@ -119,10 +116,8 @@ def test_tables_and_pictures_are_written_again_without_flights(tmp_path, capsys)
 
     assert main(["study", "methods", "--again", "--pictures", str(tmp_path)]) == 0
     assert "covering 2σ" in capsys.readouterr().out
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "residual-and-truth.png",
-        "bound-and-minutes.png",
-    }
+    pictures = {"residual-and-truth.png", "bound-and-minutes.png"}
+    assert {path.name for path in tmp_path.iterdir()} == pictures
 
 
 def test_summaries_leave_out_what_a_method_does_not_have():

@@ -65,12 +65,8 @@ def test_the_page_is_whole_and_self_contained(told):
 
 
 def test_every_picture_has_units_on_its_axes(page):
-    charts = [
-        chart
-        for parts in (page.claims, page.truth, page.questions)
-        for part in parts
-        for chart in part.charts
-    ]
+    parts = (*page.claims, *page.truth, *page.questions)
+    charts = [chart for part in parts for chart in part.charts]
     assert all("[" in chart.ylabel for chart in charts)
     assert all("[" in chart.xlabel for chart in charts if hasattr(chart, "xlabel"))
     names = [chart.name for chart in charts]
@@ -121,9 +117,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
 
 
 def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told, page, tmp_path):
-    """Every claim answers from fewer flights with the same words and the same pictures; nothing of
-    what was not flown is shown.
-    """
+    """The same words and pictures from fewer flights, and nothing of what was not flown."""
     alone = made_up.evidence(_varied, seeds=2, sweeps=False)
     assert len(alone.flights) < len(evidence.flights)
     findings = {number: claim.answer(alone) for number, claim in CLAIMS.items()}

@@ -38,9 +38,7 @@ def test_rank_agreement_is_kendalls(order):
 
 
 def test_noise_in_knots_is_that_of_the_data_system():
-    """sensing/sampling.py states 0.36 kt at 100 KCAS and 0.22 kt at 160 KCAS for one standard
-    deviation.
-    """
+    """sensing/sampling.py states 0.36 kt at 100 KCAS and 0.22 kt at 160 KCAS, 1σ."""
     slow, fast = (airspeed_noise(np.array([v]), np.array([1.0])) for v in (100.0, 160.0))
     assert 0.5 * slow == pytest.approx(0.36, abs=0.01)
     assert 0.5 * fast == pytest.approx(0.22, abs=0.01)

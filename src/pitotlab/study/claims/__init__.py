@@ -1,27 +1,23 @@
 """The table of claims. A new claim is a function on the page of its family, and one line here."""
 
 from pitotbench.catalog import Catalog
-from pitotlab.study.claims.models import AIRPLANE, BIAS, SAME
-from pitotlab.study.claims.motion import DOWN, TURNS
-from pitotlab.study.claims.ranking import QUARTER, RANKING, RATINGS, TIMES
-from pitotlab.study.claims.sampling import DENSER, FAST, FEWER, SLOW
-from pitotlab.study.questions import Claim as Claim
-from pitotlab.study.questions import Finding as Finding
+from pitotlab.study.claims import models, motion, ranking, sampling
+from pitotlab.study.questions import Claim
 
 _TABLE = (
-    TIMES,
-    RANKING,
-    FAST,
-    SLOW,
-    BIAS,
-    SAME,
-    DOWN,
-    TURNS,
-    DENSER,
-    FEWER,
-    RATINGS,
-    AIRPLANE,
-    QUARTER,
+    ranking.times,
+    ranking.ranking,
+    sampling.fast,
+    sampling.slow,
+    models.bias,
+    models.same,
+    motion.down,
+    motion.turns,
+    sampling.denser,
+    sampling.fewer,
+    ranking.ratings,
+    models.airplane,
+    ranking.quarter,
 )
 
 CLAIMS: Catalog[Claim] = Catalog("claim", {claim.number: claim for claim in _TABLE})

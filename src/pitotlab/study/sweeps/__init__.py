@@ -3,11 +3,16 @@ here.
 """
 
 from pitotbench.catalog import Catalog
-from pitotlab.study.questions import Reply as Reply
-from pitotlab.study.questions import Sweep as Sweep
-from pitotlab.study.sweeps.air import CONDITIONS, SIDESLIP, WIND
-from pitotlab.study.sweeps.sampling import DENSITY, RATES_SWEEP, STRUCTURE
+from pitotlab.study.questions import Sweep
+from pitotlab.study.sweeps import air, sampling
 
-_TABLE = (WIND, SIDESLIP, RATES_SWEEP, STRUCTURE, DENSITY, CONDITIONS)
+_TABLE = (
+    air.variable_wind,
+    air.sideslip,
+    sampling.rates,
+    sampling.structure,
+    sampling.density,
+    air.conditions,
+)
 
 SWEEPS: Catalog[Sweep] = Catalog("sweep", {sweep.name: sweep for sweep in _TABLE})

@@ -8,18 +8,19 @@ import numpy as np
 import pandas as pd
 
 from pitotbench.campaigns.flights import rms
-from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
+from pitotlab.study.parts import Bars, Lines, Series
 from pitotlab.study.questions import Reply, Sweep
 from pitotlab.study.reductions import (
-    COVERING,
+    BOTH_METHODS,
     NAMES,
     PAPER,
     PAPER_ORDER,
     Reduction,
     Sortie,
     case_of,
+    reductions,
 )
-from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, maneuver_lines
+from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, maneuver_lines, mean, span
 
 FLOWN = ("step_decrease", "circle", "rapid_decel")
 RATES = (0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 50.0, 200.0)  # Hz
@@ -49,64 +50,51 @@ def rate_reductions(maneuver: str) -> tuple[Reduction, ...]:
     if maneuver not in FLOWN:
         return ()
     systems = dict.fromkeys(system(side, rate) for side in SIDES for rate in RATES)
-    return tuple(
-        Reduction(das, o)
-        for das in systems
-        for o in (COVERING, PAPER)
-        if das not in ("20/1", "50/50")
-    )
+    return reductions(BOTH_METHODS, [das for das in systems if das not in ("20/1", "50/50")])
 
 
 def _rate_column(evidence: StudyTables, kind: str, maneuver: str, das: str) -> pd.Series:
-    name, method, *_ = KINDS[kind]
-    found = evidence.fit(name, maneuver, setting="light", method=method, das=das)
-    few = evidence.fit(name, maneuver, setting="light", method=method, das=FASTEST).index
-    return found[found.index.isin(few)]
-
-
-def _at(evidence: StudyTables, kind: str, side: str, maneuver: str, rate: float) -> pd.Series:
-    return _rate_column(evidence, kind, maneuver, system(side, rate))
+    column, method, *_ = KINDS[kind]
+    fitted = partial(evidence.fit, column, maneuver, setting="light", method=method)
+    found = fitted(das=das)
+    return found[found.index.isin(fitted(das=FASTEST).index)]
 
 
 def _rate_chart(evidence: StudyTables, kind: str, side: str) -> Lines:
     (*_, title, ylabel), (words, xlabel) = KINDS[kind], SIDES[side]
-    name, number = f"sweep-rates-{side}-{kind}", partial(_at, evidence, kind, side)
     note = "Light turbulence, the same flights; noise a sample does not depend on the rate."
-    return maneuver_lines(
-        name, f"{title}: {words}", note, xlabel, ylabel, RATES, number, FLOWN, log_x=True
-    )
+    name = f"sweep-rates-{side}-{kind}"
+    chart = Lines(f"{title}: {words}", note, xlabel, ylabel, (), name, log_x=True)
+
+    def number(maneuver: str, rate: float) -> pd.Series:
+        return _rate_column(evidence, kind, maneuver, system(side, rate))
+
+    return maneuver_lines(chart, RATES, number, FLOWN)
 
 
-def _rate_answer(evidence: StudyTables) -> Reply:
-    def mean(kind: str, maneuver: str, das: str) -> float:
-        return Spread.of(_rate_column(evidence, kind, maneuver, das)).mean
+@partial(
+    Sweep,
+    "sampling rates",
+    "Which rates are enough, 0.2 to 200 Hz on both sides?",
+    reductions=rate_reductions,
+)
+def rates(evidence: StudyTables) -> Reply:
+    def average(kind: str, maneuver: str, das: str) -> float:
+        return mean(_rate_column(evidence, kind, maneuver, das))
 
     def change(das: str) -> str:
-        found = [mean("bound", m, das) / mean("bound", m, FASTEST) for m in FLOWN]
-        return f"{das} Hz {min(found):.2f} to {max(found):.2f}"
+        found = [average("bound", m, das) / average("bound", m, FASTEST) for m in FLOWN]
+        return f"{das} Hz {span(found)}"
 
-    held, fast = (
-        mean("residual", "rapid_decel", "200/0.2"),
-        mean("residual", "rapid_decel", FASTEST),
-    )
+    held, fast = (average("residual", "rapid_decel", das) for das in ("200/0.2", FASTEST))
     return Reply(
         f"Against {FASTEST} Hz the covering 2σ in light turbulence is larger by a factor of "
         + ", at ".join(change(das) for das in ("0.2/0.2", "1/1", "5/5", "20/1"))
         + f" ({', '.join(NAMES[m] for m in FLOWN)}). The residual of the published method is "
-        "another matter: in "
-        f"Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 Hz, where each fix is "
-        "held for five "
-        "seconds.",
+        f"another matter: in Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 "
+        "Hz, where each fix is held for five seconds.",
         tuple(_rate_chart(evidence, kind, side) for kind in KINDS for side in SIDES),
     )
-
-
-RATES_SWEEP = Sweep(
-    "sampling rates",
-    "Which rates are enough, 0.2 to 200 Hz on both sides?",
-    _rate_answer,
-    rate_reductions,
-)
 
 
 CARDS: dict[str, dict[str, dict[str, object]]] = {
@@ -120,14 +108,14 @@ LABELS = {
     "race_track": "Race Track, 2, 3, 4 speeds",
     "step_decrease": "Step Decrease, steps of 5 to 40 s",
 }
-_REDUCTIONS = (Reduction("50/50", COVERING), Reduction("50/50", PAPER))
 
 
-def sorties(seed: int) -> Iterator[Sortie]:
+def card_sorties(seed: int) -> Iterator[Sortie]:
     """Yield every card in light turbulence."""
     for maneuver, variants in CARDS.items():
         for variant, card in variants.items():
-            yield Sortie("light", case_of("light", maneuver, seed, card=card), _REDUCTIONS, variant)
+            case = case_of("light", maneuver, seed, card=card)
+            yield Sortie("light", case, reductions(BOTH_METHODS), variant)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,34 +128,31 @@ class Point:
 
 
 def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
-    """Return the cards of a maneuver and the usual one, the shortest first, all with the same
-    seeds.
-    """
+    """Return the cards of a maneuver, the shortest first, all with the same seeds."""
     points = []
     few = evidence.residual(maneuver, setting="light", variant=next(iter(CARDS[maneuver]))).index
     for variant in ("standard", *CARDS[maneuver]):
-        bound = evidence.fit(
-            "two_sigma_kt", maneuver, setting="light", method="covering", variant=variant
+        numbers = (
+            number(maneuver, setting="light", variant=variant)
+            for number in (evidence.bound, evidence.residual)
         )
-        residual = evidence.residual(maneuver, setting="light", variant=variant)
-        minutes = Spread.of(evidence.flight("minutes", maneuver, "light", variant)).mean
-        bounds, residuals = (Spread.of(found[found.index.isin(few)]) for found in (bound, residual))
-        points.append(Point(minutes, bounds, residuals))
+        minutes = mean(evidence.flight("minutes", maneuver, "light", variant))
+        points.append(Point(minutes, *(Spread.of(n[n.index.isin(few)]) for n in numbers)))
     return sorted(points, key=lambda point: point.minutes)
 
 
-def _series(label: str, points: list[Point]) -> LineSeries:
-    return LineSeries(
-        label,
-        [p.minutes for p in points],
-        [p.bound.mean for p in points],
-        [p.bound.deviation for p in points],
-    )
-
-
-def _density_answer(evidence: StudyTables) -> Reply:
+@partial(Sweep, "data density", "How many speeds, and how long a step?", sorties=card_sorties)
+def density(evidence: StudyTables) -> Reply:
     points = {maneuver: _points(evidence, maneuver) for maneuver in CARDS}
-    series = [_series(LABELS[maneuver], found) for maneuver, found in points.items()]
+    series = [
+        Series(
+            LABELS[maneuver],
+            [p.minutes for p in found],
+            [p.bound.mean for p in found],
+            [p.bound.deviation for p in found],
+        )
+        for maneuver, found in points.items()
+    ]
     chart = Lines(
         "What more data buy",
         "Light turbulence, 50/50 Hz.",
@@ -181,20 +166,13 @@ def _density_answer(evidence: StudyTables) -> Reply:
     track, step = points["race_track"], points["step_decrease"]
     return Reply(
         f"Race Track with two speeds ({track[0].minutes:.0f} min) has a covering 2σ of "
-        f"{track[0].bound.mean:.2f} "
-        "kt; three and four speeds give "
-        + " and ".join(f"{p.bound.mean:.3f}" for p in track[1:])
-        + f" kt, while the residual stays at {min(p.residual.mean for p in track):.2f} to "
-        f"{max(p.residual.mean for p in track):.2f} kt. Longer steps of "
-        f"Step Decrease ({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "
+        f"{track[0].bound.mean:.2f} kt; three and four speeds give "
+        f"{' and '.join(f'{p.bound.mean:.3f}' for p in track[1:])} kt, while the residual stays at "
+        f"{span([p.residual.mean for p in track])} kt. Longer steps of Step Decrease "
+        f"({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "
         f"{step[0].bound.mean:.2f} to {step[-1].bound.mean:.2f} kt.",
         (chart,),
     )
-
-
-DENSITY = Sweep(
-    "data density", "How many speeds, and how long a step?", _density_answer, sorties=sorties
-)
 
 
 MODELS = ("bias", "linear", "quadratic", "inverse+")
@@ -209,43 +187,36 @@ TRUTHS = {
 CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "means over 5 s"}
 
 
-def structure_reductions(maneuver: str) -> tuple[Reduction, ...]:
-    """Return reductions of every true curve with every model. The usual one is already among those
-    of the claims.
-    """
+def structure_reductions(maneuver: str) -> Iterator[Reduction]:
+    """Yield reductions of every true curve but the usual one with every model."""
     options = [replace(PAPER, model=model) for model in MODELS]
-    return tuple(
-        Reduction("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none"
-    )
+    for truth in TRUTHS:
+        if truth != "none":
+            yield from reductions(options, change=truth)
 
 
 def choices(evidence: StudyTables) -> pd.DataFrame:
-    """Return a row a flight and true curve: the model that each criterion chooses, and every
-    model's rms error.
-    """
+    """Return a row a flight and true curve: each criterion's model, every model's rms error."""
     fits = evidence.fits
-    for name, value in {**DEFAULT_FIT, "setting": "light"}.items():
-        if name not in ("model", "change", "level"):
-            fits = fits[fits[name] == value]
-    fits = fits[
-        fits["change"].isin(TRUTHS) & (fits["failed"] == "") & fits["maneuver"].isin(PAPER_ORDER)
-    ]
+    wanted = {**DEFAULT_FIT, "setting": "light", "failed": ""}
+    for name in wanted.keys() - {"model", "change", "level"}:
+        fits = fits[fits[name] == wanted[name]]
+    fits = fits[fits["change"].isin(TRUTHS) & fits["maneuver"].isin(PAPER_ORDER)]
     fits = fits[fits["seed"].isin(fits[fits["change"] == KNEE]["seed"].unique())]
     rows = []
     for (truth, maneuver, seed), group in fits.groupby(["change", "maneuver", "seed"], sort=False):
         models = group.set_index("model").reindex(list(MODELS))
         row: dict[str, object] = {"truth": truth, "maneuver": maneuver, "seed": seed}
-        row |= {model: float(models["rms_error_kt"].astype(float)[model]) for model in MODELS}
+        row |= dict(zip(MODELS, models["rms_error_kt"].astype(float), strict=True))
         row |= {name: str(models[name].astype(float).idxmin()) for name in CRITERIA}
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _chosen(table: pd.DataFrame, criterion: str) -> pd.Series:
-    """Return the true rms error of the chosen model [kt], flight by flight."""
-    errors = table[list(MODELS)].to_numpy()
-    picked = table[criterion].map({m: i for i, m in enumerate(MODELS)}).to_numpy()
-    return pd.Series(errors[np.arange(len(table)), picked], index=table.index)
+def _chosen(table: pd.DataFrame, criterion: str) -> float:
+    """Return the rms of the true errors of the chosen models [kt]."""
+    places = [MODELS.index(model) for model in table[criterion]]
+    return rms(table[list(MODELS)].to_numpy()[np.arange(len(table)), places])
 
 
 def _line(table: pd.DataFrame, criterion: str, truth: str) -> dict[str, object]:
@@ -255,56 +226,43 @@ def _line(table: pd.DataFrame, criterion: str, truth: str) -> dict[str, object]:
         "criterion": CRITERIA[criterion],
         "truth": TRUTHS[truth],
         **{f"{m} chosen [%]": f"{100.0 * counts.get(m, 0) / len(of):.0f}" for m in MODELS},
-        "rms error, chosen [kt]": f"{rms(_chosen(of, criterion)):.2f}",
+        "rms error, chosen [kt]": f"{_chosen(of, criterion):.2f}",
         "rms error, best of the four [kt]": f"{rms(of[list(MODELS)].min(axis=1)):.2f}",
     }
 
 
 def _structure_chart(table: pd.DataFrame) -> Bars:
-    unknown = [float("nan")] * len(PAPER_ORDER)
-    by = {m: table[table["maneuver"] == m] for m in PAPER_ORDER}
-    series = [
-        BarSeries(model, [rms(by[m][model]) for m in PAPER_ORDER], unknown) for model in MODELS
-    ]
-    title, note = (
-        "True error by model",
-        "Light turbulence, 50/50 Hz; rms over seeds and the five truths.",
-    )
+    by = [table[table["maneuver"] == m] for m in PAPER_ORDER]
+    series = [Series(model, (), [rms(of[model]) for of in by]) for model in MODELS]
+    title = "True error by model"
+    note = "Light turbulence, 50/50 Hz; rms over seeds and the five truths."
     groups = [NAMES[m] for m in PAPER_ORDER]
     return Bars(title, note, "rms error of the curve [kt]", groups, series, "sweep-structure")
 
 
-def _structure_answer(evidence: StudyTables) -> Reply:
+@partial(
+    Sweep,
+    "model structure",
+    "Can statistics choose the structure of the model?",
+    reductions=structure_reductions,
+)
+def structure(evidence: StudyTables) -> Reply:
     table = choices(evidence)
     known = table[table["truth"] != KNEE]
     right = {c: 100.0 * float((known[c] == known["truth"].map(TRUTHS)).mean()) for c in CRITERIA}
-    cost = {c: rms(_chosen(table, c)) for c in CRITERIA}
-    unneeded = [table[(table["truth"] == t)] for t in ("constant truth", "linear truth")]
-    many, few = (
-        rms(pd.concat([of["quadratic"] for of in unneeded])),
-        rms(known.loc[known["truth"] == "none", "linear"]),
-    )
+    cost = {c: _chosen(table, c) for c in CRITERIA}
+    many = rms(table[table["truth"].isin(("constant truth", "linear truth"))]["quadratic"])
+    few = rms(known[known["truth"] == "none"]["linear"])
     always = {model: rms(table[model]) for model in MODELS}
     return Reply(
         f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of "
-        "flights when every "
-        f"sample counts as independent and in {right['block_criterion']:.0f} % when means over 5 s "
-        "do, with rms "
-        f"errors of {cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all "
-        "truths. Always "
-        f"fitting Quadratic gives {always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, "
-        "Linear "
+        f"flights when every sample counts as independent and in {right['block_criterion']:.0f} % "
+        f"when means over 5 s do, with rms errors of {cost['white_criterion']:.2f} and "
+        f"{cost['block_criterion']:.2f} kt over all truths. Always fitting Quadratic gives "
+        f"{always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, Linear "
         f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt. A term too many (Quadratic on a "
-        "constant or "
-        f"linear truth) costs {many:.2f} kt, one too few (Linear on Inverse+) {few:.2f} kt.",
+        f"constant or linear truth) costs {many:.2f} kt, one too few (Linear on Inverse+) "
+        f"{few:.2f} kt.",
         (_structure_chart(table),),
         (pd.DataFrame([_line(table, c, truth) for c in CRITERIA for truth in TRUTHS]),),
     )
-
-
-STRUCTURE = Sweep(
-    "model structure",
-    "Can statistics choose the structure of the model?",
-    _structure_answer,
-    structure_reductions,
-)

@@ -4,17 +4,21 @@ code.
 A new table is a function and a line of `TABLES`. What stands around a table is written by hand.
 """
 
+import inspect
 import re
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from re import fullmatch
 from statistics import mode
 from typing import TYPE_CHECKING, Any
 
+import pitotbench
 from pitotbench.calibration.options import PRIORS, Priors
+from pitotbench.cli.app import COMMANDS
 from pitotbench.effects import EFFECTS, FAMILIES
 from pitotbench.effects import effect as effect_records
 from pitotbench.effects.effect import Effect, Excitation, Parameter
@@ -113,6 +117,24 @@ def prior_rows() -> Rows:
         (low, high), told = each.metadata["usual"], each.metadata
         value = getattr(PRIORS, each.name)
         yield [f"`{each.name}`", f"{value:g}", told["unit"], f"{low:g}…{high:g}", told["source"]]
+
+
+def command_rows() -> Rows:
+    """Yield a row for each command: its arguments, and its flags by all their names."""
+    for command in COMMANDS:
+        flags = getattr(import_module(command.module), command.flags)
+        names = [each.names for each in flags]
+        given = [f"`{each[0]}`" for each in names if not each[0].startswith("-")]
+        told = [" ".join(f"`{n}`" for n in each) for each in names if each[0].startswith("-")]
+        yield [f"`{command.name}`", ", ".join(given), ", ".join(told)]
+
+
+def python_rows() -> Rows:
+    """Yield a row for each public name of Python: the first line of what is said of it."""
+    for name in pitotbench.__all__:
+        said = inspect.getdoc(getattr(pitotbench, name)) if name != "__version__" else ""
+        line = " ".join((said or "The version, as text.").partition("\n\n")[0].split())
+        yield [f"`{name}`", re.split(r"(?<=[.;:])\s", line)[0].rstrip(";:.") + "."]
 
 
 # Page and heading line of each table, and its rows.

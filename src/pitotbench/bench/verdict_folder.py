@@ -12,7 +12,7 @@ from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import SURE
-from pitotbench.show.columns import json_text
+from pitotbench.show.columns import answer_text
 from pitotbench.show.gap_words import sentences
 from pitotbench.show.reader_units import reader_units
 from pitotbench.show.verdict import kind_words
@@ -36,7 +36,7 @@ def keep(
     Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
     """
     texts = {
-        "verdict.json": json_text(document),
+        "verdict.json": answer_text(document),
         "patch.toml": outcome.patch.text,
         "report.html": account_page(outcome.account, reader_units(units)),
     }

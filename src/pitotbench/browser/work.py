@@ -356,7 +356,7 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """
     from pitotbench.show.calibration import NamedFlight, doubts_of
     from pitotbench.show.calibration_json import flights_json
-    from pitotbench.show.columns import json_text
+    from pitotbench.show.columns import answer_text
     from pitotbench.show.curve_rows import card_csv
     from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
     from pitotbench.show.pages import calibration_record, flights_page
@@ -367,7 +367,7 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     ]
     every, unit = [each.flight.calibration for each in found], units.speed
     makers: dict[str, tuple[str, Callable[[], str]]] = {
-        "json": (".json", lambda: json_text(flights_json(found))),
+        "json": (".json", lambda: answer_text(flights_json(found))),
         "card": (f"-card-{unit}.csv", lambda: card_csv(every[0].curve, doubts_of(every[0]), unit)),
         "record": (f"-record-{unit}.html", lambda: calibration_record(every, units=units)),
         "page": (f"-page-{unit}.html", lambda: flights_page(found, units=units)),

@@ -298,9 +298,9 @@ def tell(
 
         write_page(options.report, lambda: page_of(title, nodes(), units))
     if getattr(options, "json", False):
-        from pitotbench.show.columns import json_text
+        from pitotbench.show.columns import answer_text
 
-        sys.stdout.write(json_text(document()))
+        sys.stdout.write(answer_text(document()))
         return
     from rich.console import Console
 

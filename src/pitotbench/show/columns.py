@@ -231,6 +231,17 @@ def json_text(document: object) -> str:
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 
 
+# Of the answers: it counts up where a key of docs/contract.md goes or changes its meaning.
+SCHEMA = 1
+
+
+def answer_text(answer: Any) -> str:
+    """An answer, or a list of answers, as strict JSON; each says by which schema it is."""
+    if isinstance(answer, list):
+        return json_text([{"schema": SCHEMA, **each} for each in answer])
+    return json_text({"schema": SCHEMA, **answer})
+
+
 def _finite(value: object) -> Any:
     if isinstance(value, float) and not isfinite(value):
         return None

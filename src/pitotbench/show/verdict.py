@@ -258,7 +258,6 @@ LEAST_PROBABILITY = 0.001  # of a cause that is listed
 def verdict_json(verdict: Verdict) -> dict[str, Any]:
     """The verdict as plain data; the gap as sums of squares in units of the noise."""
     return {
-        "schema": 1,
         "verdict": verdict.kind,
         "gaps": [gap_json(gap) for gap in verdict.gaps],
         "free": [asdict(each) for each in verdict.free],

@@ -1,0 +1,97 @@
+"""The page of the contract against real answers, the Python names and the exit codes."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from tests.calibration import trajectories as fixture
+
+import pitotbench
+from pitotbench import write_log
+from pitotbench.cli import shared_flags
+from pitotbench.cli.app import main
+from pitotbench.records.aircraft import Performance
+from pitotbench.show.inspection import performance_json
+
+PAGE = (Path(__file__).parents[2] / "docs" / "contract.md").read_text(encoding="utf-8")
+ANSWERS = {
+    row[0]: re.findall(r"`(\w+)`", row[1])
+    for row in re.findall(r"^\| (`[^|]+) \| ([^|]+) \|$", PAGE.partition("## JSON")[2], re.M)
+}
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("contract") / "flight.csv"
+    return write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), path)
+
+
+def answer(capsys: pytest.CaptureFixture[str], *words: object) -> dict:
+    assert main([*map(str, words), "--json"]) == 0
+    return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+
+
+def require_keys(name: str, *found: dict) -> None:
+    assert found
+    for each in found:
+        assert set(ANSWERS[name]) <= set(each), (name, set(ANSWERS[name]) - set(each))
+
+
+def test_a_calibration_and_the_comparison_of_two_have_the_keys(log, tmp_path, capsys):
+    found = answer(capsys, "calibrate", log)
+    assert found["schema"] == 1
+    require_keys("`calibrate`", found)
+    require_keys("`calibrate`, in `curve`", *found["curve"])
+    require_keys("`calibrate`, in `parameters`", *found["parameters"])
+    require_keys("`calibrate`, in `wind`", found["wind"])
+    kept = tmp_path / "answer.json"
+    kept.write_text(json.dumps(found), encoding="utf-8")
+    compared = answer(capsys, "compare", kept, kept)
+    assert compared["schema"] == 1
+    require_keys("`compare` of calibrations", compared)
+    several = answer(capsys, "calibrate", log, log, "--separately")
+    assert [each["schema"] for each in several] == [1, 1]
+
+
+def test_legs_have_the_keys(capsys):
+    typed = "--ground-speed-kt", "178,185,188,184", "--track-deg", "178,82,355,265"
+    found = answer(capsys, "fixed-speed", *typed)
+    assert found["schema"] == 1
+    require_keys("`fixed-speed` of legs", found)
+
+
+def test_a_reconciliation_has_the_keys(capsys, tmp_path):
+    """Of a late GPS receiver, judged without an airplane: no flight is flown for it."""
+    case = tmp_path / "late.toml"
+    case.write_text(
+        'maneuver = "decel_circle"\n[[effects]]\nname = "gps_latency"\n'
+        "parameters = { latency_s = 0.8 }\n",
+        encoding="utf-8",
+    )
+    late = tmp_path / "late.csv"
+    assert main(["fly", str(case), "-o", str(late)]) == 0
+    bare = pitotbench.read_log(late)  # without its header it has no card, and so no null flights
+    plain = write_log(type(bare)(**{**_fields(bare), "header": {}}), tmp_path / "plain.csv")
+    capsys.readouterr()
+    found = answer(capsys, "reconcile", plain, "--aircraft", "none")
+    assert found["schema"] == 1
+    require_keys("`reconcile`", found)
+    require_keys("`reconcile`, in `gaps`", *found["gaps"])
+    require_keys("`reconcile`, in `causes`", *(c for gap in found["gaps"] for c in gap["causes"]))
+
+
+def _fields(record: object) -> dict:
+    return {name: getattr(record, name) for name in record.__dataclass_fields__}
+
+
+def test_the_page_lists_the_public_names_and_the_exit_codes():
+    python = re.findall(r"^\| `(\w+)` \|", PAGE.partition("## Python")[2], re.M)
+    assert python == pitotbench.__all__
+    codes = [int(code) for code in re.findall(r"^\| (\d+) \|", PAGE, re.M)]
+    names = ("DONE", "UNFORESEEN", "BAD_INPUT", "NO_ANSWER", "INTERRUPTED")
+    assert codes == [getattr(shared_flags, name) for name in names]
+
+
+def test_the_performance_of_an_airplane_has_the_keys():
+    require_keys("`aircraft performance`", performance_json(Performance("x", 1.0, (), ())))

@@ -25,7 +25,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights, in_one_line
+from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
@@ -524,14 +524,6 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
         "--airspeed-sensor 2"
     )
     assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"
-
-
-def test_a_command_is_quoted_for_the_shell_of_the_system() -> None:
-    words = ["pitotbench", "calibrate", "my log.csv", "a&b.csv", "18±2@ground"]
-    assert (
-        in_one_line(words, "posix") == "pitotbench calibrate 'my log.csv' 'a&b.csv' '18±2@ground'"
-    )
-    assert in_one_line(words, "nt") == 'pitotbench calibrate "my log.csv" "a&b.csv" 18±2@ground'
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signal")

@@ -3,18 +3,16 @@ answers, downloads. Each function calls its first argument with its replies, as 
 a reply is, as the desk calls it, and the reply itself.
 """
 
-import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from subprocess import list2cmdline
 from typing import Any
 
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.units import Array, Meters, MetersPerSecond
 
@@ -42,15 +40,6 @@ class LogFile:
 
     path: Path
     name: str
-
-
-def in_one_line(words: Sequence[str], system: str = os.name) -> str:
-    """A command as it is pasted: on Windows for its command prompt, to which `&` and others of
-    its letters mean something, elsewhere for a POSIX shell.
-    """
-    if system != "nt":
-        return shlex.join(words)
-    return " ".join(f'"{w}"' if set("&|<>^()") & set(w) else list2cmdline([w]) for w in words)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +81,7 @@ class Request:
             *([("--units", units.words)] if units != reader_units() else []),
         ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
-        return in_one_line([*words, *(part for each in stated for part in each)])
+        return command_line([*words, *(part for each in stated for part in each)])
 
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""

@@ -3,7 +3,6 @@ results.
 """
 
 import json
-import shlex
 import signal
 import sys
 import time
@@ -49,6 +48,7 @@ from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.simulation.maneuvers import MANEUVERS
 
@@ -485,7 +485,7 @@ class _Campaign:
         program = (
             "pitotbench" if Path(sys.argv[0]).name in ("pitotbench", "__main__.py") else sys.argv[0]
         )
-        command = shlex.join([program, *sys.argv[1:]])
+        command = command_line([program, *sys.argv[1:]])
         done = watch.found + watch.flown
         return (
             f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: "

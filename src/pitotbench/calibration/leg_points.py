@@ -24,7 +24,9 @@ from pitotbench.calibration.options import (
     PRIORS,
     Accuracies,
     CalibrationOptions,
+    Priors,
     accuracies_of,
+    priors_of,
 )
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.estimation.noise import Intervals
@@ -297,47 +299,47 @@ _FORGOTTEN = 1e5
 _TOUCHING = 1.01 * SECOND
 
 
-def two_sigma(groups: Sequence[SolvedGroup]) -> list[Array]:
+def two_sigma(groups: Sequence[SolvedGroup], priors: Priors = PRIORS) -> list[Array]:
     """Compute 2σ of the airspeed and the wind components [m/s], (3,), of each group."""
-    noises, weights = plausible_noises(groups)
+    noises, weights = plausible_noises(groups, priors)
     means = np.zeros((len(weights), 3))
     return [
         half_width(weights, means, np.sqrt(answer_variances(group, noises))) for group in groups
     ]
 
 
-def plausible_noises(groups: Sequence[SolvedGroup]) -> tuple[Array, Array]:
+def plausible_noises(groups: Sequence[SolvedGroup], priors: Priors = PRIORS) -> tuple[Array, Array]:
     """Return the nodes of the noise's posterior, (m, 3), and their weights, (m,).
 
     A node is ln(gust deviation [m/s], gust length [m], white deviation [m/s]).
     """
     level = float(np.concatenate([group.residual for group in groups]).std())
     if level < _FLOOR:  # computed legs without noise
-        return np.log([[_FLOOR, PRIORS.gust_length_m, _FLOOR]]), np.ones(1)
+        return np.log([[_FLOOR, priors.gust_length_m, _FLOOR]]), np.ones(1)
     likelihood = LegLikelihood(groups)
 
     def log_posterior(noise: Array) -> float:
         try:
-            return likelihood.of(noise) + _log_prior(noise)
+            return likelihood.of(noise) + _log_prior(noise, priors)
         except np.linalg.LinAlgError:
             return -np.inf  # the search rejects this noise
 
-    return weighted_noises(log_posterior, np.log([level, PRIORS.gust_length_m, 0.3 * level]))
+    return weighted_noises(log_posterior, np.log([level, priors.gust_length_m, 0.3 * level]))
 
 
-def _log_prior(phi: Array) -> float:
+def _log_prior(phi: Array, priors: Priors = PRIORS) -> float:
     """The prior of the covering method: half-normal levels, log-normal length, as densities of the
     logarithms.
     """
     deviation, white = np.exp(phi[0]), np.exp(phi[2])
     levels = (
-        -0.5 * (deviation / PRIORS.gust_mps) ** 2
-        - 0.5 * (white / PRIORS.white_mps) ** 2
+        -0.5 * (deviation / priors.gust_mps) ** 2
+        - 0.5 * (white / priors.white_mps) ** 2
         + phi[0]
         + phi[2]
     )
     return float(
-        levels - 0.5 * ((phi[1] - np.log(PRIORS.gust_length_m)) / np.log(_LENGTH_FACTOR)) ** 2
+        levels - 0.5 * ((phi[1] - np.log(priors.gust_length_m)) / np.log(_LENGTH_FACTOR)) ** 2
     )
 
 
@@ -434,10 +436,11 @@ def fixed_speed_points(
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
     `location` is that of the error, where a fit has found it; else it is judged as a fit of the
-    curve does. The used options are the row selection, the recovery factor, the error location and
-    the accuracies (stated, else the header's, else the usual ones). The 2σ covers gusts, sensor
-    noise and GPS noise as found in the log, and the accuracies. Raises BadInputError for a log that
-    cannot be used, NoAnswerError for one without such legs or turns.
+    curve does. The used options are the row selection, the recovery factor, the error location, the
+    priors of gusts and white noise, and the accuracies (stated, else the header's, else the usual
+    ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the accuracies.
+    Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or
+    turns.
     """
     with one_thread():
         return _points(log, options or CalibrationOptions(), location)
@@ -457,7 +460,7 @@ def _points(
     place = location or likely_location(log, options)
     return tuple(
         _point(each, bound, stated, place)
-        for one, found in zip(solved, two_sigma(solved), strict=True)
+        for one, found in zip(solved, two_sigma(solved, priors_of(options.priors)), strict=True)
         for each, bound in ((one, found), *_horseshoe(one, found))
     )
 

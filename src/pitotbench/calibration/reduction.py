@@ -418,17 +418,9 @@ def scale_of(observed: Sequence[Observations]) -> CurveScale:
 
 def model_of(options: CalibrationOptions, scale: CurveScale) -> PredictionModel:
     """Return the model to be fitted, over the flown range where it is one of a range."""
-    error, priors = (
-        MODELS[options.law].spread_over(scale.low, scale.high),
-        priors_of(options.priors),
-    )
+    error = MODELS[options.law].spread_over(scale.low, scale.high)
     if isinstance(error, SmoothModel):
-        error = replace(
-            error,
-            slope=priors.curve_slope,
-            lift=priors.curve_lift,
-            departure=priors.curve_departure,
-        )
+        error = priors_of(options.priors).of_curve(error)
     static = options.error_location == "static"
     return PredictionModel(error, scale.reference_pressure, static, options.wind_down)
 

@@ -19,6 +19,7 @@ from pitotbench.calibration.options import (
     accuracies_of,
     assumptions_of,
     priors_of,
+    stated_of,
 )
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
@@ -86,6 +87,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
+        priors=stated_of(reduction.options.priors),
         impact_pressure_zero=zero,
         winds=reduction.winds or _one_window(reduction, _wind(model, answer)),
         parts=reduction.parts,
@@ -176,6 +178,7 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         warnings=(*log.cautions, Caution(words, "one heading")),
         error_location=STATIC,
         assumptions=assumptions_of(options.accuracies, log.header),
+        priors=stated_of(options.priors),
         parts=spans(log.time, obs.usable.rows),
         log_start=log.start,
         left_out=obs.usable.reasons,

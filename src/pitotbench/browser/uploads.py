@@ -10,9 +10,8 @@ from tornado.web import HTTPError, RequestHandler, stream_request_body
 
 from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.logbook.bundle import ZIP
-from pitotbench.logbook.formats import FORMATS, READ_ONLY
+from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
-from pitotbench.logbook.topics import TOPIC_READERS
 
 MOST_BYTES = 500 << 20  # of a file
 ENDINGS = tuple(dict.fromkeys((*READ_ONLY, *FORMATS, *TOPIC_READERS, ZIP)))

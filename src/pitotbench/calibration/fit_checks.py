@@ -9,15 +9,11 @@ from typing import Literal
 import numpy as np
 
 from pitotbench.calibration.altitude import NOISE_COUNT
-from pitotbench.calibration.covering import (
-    CoveringFit,
-    Posterior,
-    Structure,
-    length_factor,
-    wind_scale,
-)
+from pitotbench.calibration.covering import CoveringFit
+from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import (

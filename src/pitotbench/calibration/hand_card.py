@@ -10,7 +10,7 @@ from pitotbench.calibration.card_model import CardModel, rows_of
 from pitotbench.calibration.card_slips import find_slips
 from pitotbench.calibration.leg_methods import LegAir, by_track, solve_group, wind_from
 from pitotbench.calibration.options import PRIORS, USUAL, Accuracies, Priors
-from pitotbench.estimation.restricted_likelihood import half_width
+from pitotbench.estimation.mixture import half_width
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardLeg, CardPoint, HandCard, ReadingSteps, Slip

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibration.covering import WindNoise
+from pitotbench.calibration.covering_problem import WindNoise
 from pitotbench.calibration.leg_methods import (
     LegAir,
     Legs,
@@ -29,8 +29,9 @@ from pitotbench.calibration.options import (
     priors_of,
 )
 from pitotbench.calibration.reduction import one_thread
+from pitotbench.estimation.mixture import half_width
 from pitotbench.estimation.noise import Intervals
-from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises
+from pitotbench.estimation.restricted_likelihood import weighted_noises
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.legs import FixedSpeedPoint

@@ -24,17 +24,17 @@ from pitotbench.calibration.altitude import (
 from pitotbench.calibration.covering import (
     CoveringFit,
     FirstPass,
-    Posterior,
-    Structure,
     final_pass,
     first_pass,
     fit_covering,
     posterior_of,
 )
+from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import PredictionModel, WindPath
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,

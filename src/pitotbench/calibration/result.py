@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.covering import Posterior, Structure, drift_of
+from pitotbench.calibration.covering import drift_of
+from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
@@ -30,6 +31,7 @@ from pitotbench.calibration.prediction import (
     curve_airspeeds,
 )
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (

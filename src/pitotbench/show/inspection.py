@@ -128,7 +128,11 @@ def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[
     return [
         *map(Sentence, inspection_sentences(found)),
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in found.warnings),
-        *([Figure("pitotbench.show.pages.inspection_panels", (log, found))] if log else []),
+        *(
+            [Figure("pitotbench.show.inspection_panels.inspection_panels", (log, found))]
+            if log
+            else []
+        ),
         Heading("What can be learned", (Table(QUESTION_COLUMNS, found.questions),)),
         Heading(
             "Channels: what nine tenths of the rows lie between",

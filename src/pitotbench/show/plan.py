@@ -207,8 +207,8 @@ def plan_tree(plan: Plan) -> list[Node]:
     """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure("pitotbench.show.pages.front_panels", (plan,), "main"),
-        Figure("pitotbench.show.pages.plan_panels", (plan,)),
+        Figure("pitotbench.show.plan_panels.front_panels", (plan,), "main"),
+        Figure("pitotbench.show.plan_panels.plan_panels", (plan,)),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
         *(n for each in _briefed(plan) for n in pilot_card(each.maneuver, each.legs)),

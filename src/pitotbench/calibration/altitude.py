@@ -485,9 +485,6 @@ def _with_total_source(
     )
 
 
-# The noise of the altitude rows: the slow and the white error of the receiver's height, and their
-# priors.
-
 NOISE_COUNT = 3
 # m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a
 # log can show.

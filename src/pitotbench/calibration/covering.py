@@ -42,9 +42,6 @@ from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Estimate, WindowWind
 from pitotbench.units import Array
 
-# The noise is white sensor noise plus gusts. Their levels and length are unknown. They
-# are estimated by restricted likelihood, and the answer is averaged over their posterior.
-
 _LEAST_PLANNED = (
     10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
 )

@@ -266,9 +266,6 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
     return worst
 
 
-# The wash of a propeller shows as an error that goes with power, beside the one that goes with
-# airspeed.
-
 _WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
 _FEWEST_BLOCKS = 8
 _OWN_POWER = (

@@ -38,8 +38,6 @@ from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Seconds
 
-# A log as one-second means over uninterrupted runs, for the search for steady legs and turns.
-
 SECOND = 1.0  # s, length of a block: short against a gust, long against the sampling
 _WHOLE = 0.8  # share of a block's rows that must be present
 
@@ -228,8 +226,6 @@ def _as_legs(blocks: Legs, pieces: list[Legs]) -> Legs:
     joined = replace(blocks, leg=leg_of[blocks.leg])
     return joined.at(joined.leg >= 0)
 
-
-# The location of the pressure error for the fixed-speed methods, as a fit of the curve judges it.
 
 _STATIC = "static"
 
@@ -423,10 +419,6 @@ def _remembered(seen: Array, decay: Array) -> Array:
     for second in range(1, len(seen)):
         sums[second] = decay[second, :, None, None] * (sums[second - 1] + seen[second - 1])
     return sums
-
-
-# Fixed-speed points from a log: each group of steady legs or turn gives one airspeed, wind and
-# correction.
 
 
 def fixed_speed_points(

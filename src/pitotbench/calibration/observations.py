@@ -466,9 +466,6 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
     return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
 
 
-# Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the
-# sums.
-
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
 _SHORT = 120.0  # s of data, below which a log has
 _SHORT_BLOCK = 0.5  # s: such blocks
@@ -484,7 +481,8 @@ class Blocks:
     """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals
     in time.
 
-    `length` is that of a block [s].
+    Their means keep slow signals, average out fast sensor noise and shorten the sums. `length` is
+    that of a block [s].
     """
 
     index: NDArray[np.intp]

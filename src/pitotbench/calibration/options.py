@@ -236,8 +236,6 @@ def priors_of_card(stated: StatedPriors) -> Priors:
     return priors_of(stated)
 
 
-# The options of a calibration, in one record.
-
 AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
 _NOW_SMOOTH = (AUTO, "spline")  # what the smooth curve stands for
 METHODS = ("covering", "paper")

@@ -185,8 +185,6 @@ def _normal_equations(residuals: Array, jacobian: Array, noise: Array) -> tuple[
     return information, gradient
 
 
-# The paper's method: one output, indicated airspeed.
-
 _COARSE_ROWS = (
     2000  # rows of the first fit of a long log, which starts the full fit near its minimum
 )

@@ -190,9 +190,6 @@ class Watch:
             say(self.line())
 
 
-# The engine of a campaign: perform the tasks that a store does not hold, and keep every result.
-
-
 class Keyed(Protocol):
     """A task with the key under which its result is kept."""
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-# What the exit code of a command means.
-
 DONE = 0
 UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
 BAD_INPUT = 2  # the code of argparse for a wrong flag

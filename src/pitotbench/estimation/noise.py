@@ -446,9 +446,6 @@ def yule_walker(autocovariance: Array) -> tuple[Array, float]:
     return coefficients, float(np.sqrt(variance))
 
 
-# Deviations that outliers do not enlarge, and the single samples that stand out from their
-# neighbors.
-
 NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 _LARGE = 0.95  # a quantile of a normal variable's size
 _LARGE_DEVIATIONS = 1.96  # the same in standard deviations

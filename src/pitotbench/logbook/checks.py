@@ -19,8 +19,6 @@ from pitotbench.records.log import Caution, FlightLog
 from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
-# Pauses of the recording, and the several flights that one log may hold.
-
 BETWEEN_FLIGHTS = 300.0  # s: in five minutes without a record an airplane lands and takes off, or the wind changes
 _SHOWN = 3
 

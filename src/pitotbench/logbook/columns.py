@@ -298,8 +298,6 @@ def impossible(quantity: Channel, values: Array) -> Booleans:
     return bad | (values < quantity.low / _BEYOND) if quantity.low > 0.0 else bad
 
 
-# Parse the TOML header of a log. All formats have the same header.
-
 _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
 _TOML_LINE = re.compile(
     r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE
@@ -357,8 +355,6 @@ def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
         return texts
     return [*texts, "the header's `warnings` holds entries that are not text; they are ignored"]
 
-
-# Read clock times and dates as seconds: HH:MM:SS, ISO 8601, day/month/year, and IRIG day:HH:MM:SS.
 
 _DAY = 86400.0  # s
 _MIDNIGHT = 0.5 * _DAY  # a clock without a date that runs back by more has passed midnight

@@ -75,9 +75,6 @@ def format_of(path: Path) -> Format:
     return FORMATS[suffix]
 
 
-# Write a FlightLog to a file.
-
-
 def write_log(log: FlightLog, path: Path | str) -> Path:
     """Write a log with canonical columns, in the format of the path's suffix, and return the path.
 

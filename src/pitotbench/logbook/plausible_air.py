@@ -148,8 +148,6 @@ def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float
     return float(solution[1] / scale[1]), float(np.sqrt(covariance[1, 1]) / scale[1])
 
 
-# Temperature against the standard day, and against what a probe does as the airplane speeds up.
-
 TEMPERATURES = ("total_temperature", "air_temperature")
 _SHOULD_MOVE = 0.5  # K, standard deviation: a probe that should move by more cannot stand still
 

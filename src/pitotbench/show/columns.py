@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 
-# Make texts from outside (file names, columns, segments, messages) safe to print on a terminal.
-
 _CONTROLS = (
     "Cc",
     "Cs",

@@ -171,8 +171,6 @@ def inspection_json(found: LogInspection) -> dict[str, Any]:
     }
 
 
-# The check of an aircraft: for the terminal.
-
 MANEUVER_COLUMNS: tuple[Column[ManeuverCheck], ...] = (
     Column("maneuver", lambda m: m.maneuver, key="maneuver"),
     Column("speeds", lambda m: " ".join(f"{v:.0f}" for v in m.speeds_kt), "KCAS", key="speeds_kt"),
@@ -244,9 +242,6 @@ def check_tree(check: AircraftCheck) -> list[Node]:
         Figure("pitotbench.show.pages.aircraft_panels", (check,)),
         Heading("Steps of the autopilot, in smooth air", (Table(STEP_COLUMNS, check.steps),)),
     ]
-
-
-# The performance of an aircraft: for the terminal and as plain data.
 
 
 def _rounded(found: PerformanceFigure, value: float | None, sign: str = "") -> str | None:

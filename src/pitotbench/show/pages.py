@@ -134,10 +134,6 @@ def flights_page(
     return log_page(f"Pitot-static calibration: {files}", sections, units)
 
 
-# Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and
-# pictures.
-
-
 def flight_section(
     flight: Flight,
     system: str,

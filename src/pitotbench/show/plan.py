@@ -59,8 +59,6 @@ def _forecast_words(plan: Plan, each: Forecast) -> str:
     )
 
 
-# The table of a plan: one row a maneuver, in order of merit; and the plan as plain data.
-
 _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread that takes no longer is as good
 
 
@@ -163,8 +161,6 @@ def _curve(each: Forecast) -> list[dict[str, float]]:
         for speed, bound in zip(each.airspeeds, each.two_sigma, strict=True)
     ]
 
-
-# The card for the pilot, in round numbers.
 
 _ROUND = 5.0  # kt, degrees and seconds: what is read off instruments and a watch
 _BRIEFING = (

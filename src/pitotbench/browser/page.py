@@ -26,6 +26,7 @@ from jinja2 import Template
 
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.words import state_of
+from pitotbench.browser.work import MINUTE
 from pitotbench.show.curve_rows import samples_of
 from pitotbench.timeline import minutes_text
 from pitotbench.units import SUFFIXES, SYMBOLS
@@ -40,7 +41,6 @@ _TALL = 270  # px
 _FAINT = 0.15
 _ROOM = 50.0  # of the unit of length, above and below the heights flown
 _KILOMETER = 1000.0  # m
-_MINUTE = 60.0  # s
 _COLUMNS = {  # of the data of each part of the pictures
     "flight": ("minute", "speed", "height", "north", "east"),
     "used": ("begin", "end"),
@@ -117,8 +117,8 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
     if desk.answer is not None:
         result = desk.answer.result
         time, speed, correction = samples_of(result)
-        minutes = (time - result.log_start) / _MINUTE
-        spans = (np.array(desk.answer.spans) - result.log_start) / _MINUTE
+        minutes = (time - result.log_start) / MINUTE
+        spans = (np.array(desk.answer.spans) - result.log_start) / MINUTE
         legs = [_with_bound(point, unit)[:-1] for point in result.points]
         books = [
             np.pad(
@@ -239,10 +239,10 @@ class View:
         if event.final and self._desk.look is not None:
             last = float(self._desk.look[1].minute[-1])
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
-            told = [minutes_text(_MINUTE * minute) for minute in ends]
+            told = [minutes_text(MINUTE * minute) for minute in ends]
             if told[0] != told[1]:
                 # Up to an end of the log is all up to there.
-                whole = [] if self._desk.leave_out else ["0:00", minutes_text(_MINUTE * last)]
+                whole = [] if self._desk.leave_out else ["0:00", minutes_text(MINUTE * last)]
                 self._desk.brush(*("" if each in whole else each for each in told))
 
 

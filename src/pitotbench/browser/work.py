@@ -18,7 +18,7 @@ from pitotbench.units import Array, Meters, MetersPerSecond
 
 Tell = Callable[[str, Any], object]
 Plain = dict[str, Any]
-_MINUTE = 60.0  # s
+MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
     "pandas", "pyarrow.compute", "pyarrow.csv", "pydantic", "scipy.interpolate", "scipy.optimize",
@@ -250,7 +250,7 @@ def _look(log: FlightLog) -> Look:
     airspeed[pauses(log.time)] = np.nan
     thinned = slice(None, None, max(1, -(-len(log) // _MOST_POINTS)))
     return Look(
-        (log.time - log.start)[thinned] / _MINUTE,
+        (log.time - log.start)[thinned] / MINUTE,
         airspeed[thinned],
         np.asarray(air.pressure_altitude(log.static_pressure))[thinned],
         np.cumsum(log.velocity_north * step)[thinned],

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibration.carried_height import CarriedHeight, carried_height
-from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.observations import LONG, Observations
 from pitotbench.calibration.options import (
     PRIORS,
     WITHOUT_TEMPERATURE,
@@ -21,7 +21,7 @@ from pitotbench.calibration.options import (
     priors_of,
 )
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
-from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
+from pitotbench.estimation.noise import NORMAL, UNIFORM, deviation_of_sizes, spikes_among
 from pitotbench.estimation.point_noise import (
     PointNoise,
     UnknownColumns,
@@ -42,20 +42,17 @@ from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, Pascal, Seco
 # NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
-_LONG = 480.0  # s of data, above which a log has
 _LONG_BLOCK = 4.0  # s: such blocks
 _FEWEST_BLOCKS = 15
 _EARTH = 6.357e6  # m, radius of the earth
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
-_LAYER = (
-    1.0  # K (1σ): departure of the air between two heights from a straight line, as a temperature
-)
+# K (1σ): departure of the air between two heights from a straight line, as a temperature
+_LAYER = 1.0
 # Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it
 # is taken for the middle, and the deviation is that of a uniform distribution.
 _HALF = 0.5  # of saturation: the middle of what the humidity can be
-_UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
 _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
 _LAYER_DEPTH = 1000.0  # m, of a layer of the air
 _MOST_LAYERS = 20
@@ -248,7 +245,7 @@ def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> 
     """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none
     spans a gap.
     """
-    length = max(_LONG_BLOCK if len(log) * interval(log.time) > _LONG else _BLOCK, carried.seconds)
+    length = max(_LONG_BLOCK if len(log) * interval(log.time) > LONG else _BLOCK, carried.seconds)
     cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
     cell += carried.part * (int(cell[-1]) + 2)
     _, index, count = np.unique(cell[rows], return_inverse=True, return_counts=True)
@@ -290,7 +287,7 @@ def _assembled(
         priors=priors_of(options.priors),
     )
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
-    layer = float(np.hypot(_LAYER, _UNIFORM * moist))
+    layer = float(np.hypot(_LAYER, UNIFORM * moist))
     layers = profile.layers(height)
     unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
     total_source = 0.5 * accuracies_of(options.accuracies, {}).total_source

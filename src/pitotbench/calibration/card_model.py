@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.calibration.leg_methods import LegAir, Legs, unit
 from pitotbench.calibration.options import PRIORS, Accuracies, Priors
-from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.noise import UNIFORM, Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimation.restricted_likelihood import (
     NoiseNode,
     Regression,
@@ -24,8 +24,6 @@ from pitotbench.estimation.restricted_likelihood import (
 from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records.legs import CardLeg, ReadingSteps
 from pitotbench.units import KNOT, Array, MetersPerSecond
-
-_ROUNDING = 1.0 / np.sqrt(12.0)  # 1σ of an error that is uniform over one step, in steps
 
 
 def at_right_angles(along: Array) -> Array:
@@ -115,7 +113,7 @@ def linear_legs(legs: Legs, wind: Array, correction: Array, steps: ReadingSteps)
         steps.indicated_airspeed * share * slope,
         steps.air_temperature * temperature_slope,
     )
-    reading = _ROUNDING**2 * sum(np.square(each) for each in parts)
+    reading = UNIFORM**2 * sum(np.square(each) for each in parts)
     return LinearLegs(observed, along, share * slope, temperature_slope, np.asarray(reading))
 
 

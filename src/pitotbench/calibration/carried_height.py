@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.calibration.observations import DENSE, FEWEST_FIXES
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import Booleans, Meters, MetersPerSecond, Seconds
-
-_DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
-_FEWEST_FIXES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +38,11 @@ def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> Carried
     assert log.altitude is not None
     fresh = log.fresh_fixes()
     part = stretch_numbers(log.time, pauses(log.time))
-    dense = bool(fresh.mean() > _DENSE)
+    dense = bool(fresh.mean() > DENSE)
     height, at_fixes, offsets = np.full(len(log), np.nan), [], []
     for number in range(int(part[-1]) + 1):
         fixes = np.flatnonzero((part == number) & fresh)
-        if len(fixes) < _FEWEST_FIXES:
+        if len(fixes) < FEWEST_FIXES:
             continue
         knots, measured = log.time[fixes] - latency, log.altitude[fixes]
         inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))

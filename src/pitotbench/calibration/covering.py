@@ -42,15 +42,13 @@ from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Estimate, WindowWind
 from pitotbench.units import Array
 
-_LEAST_PLANNED = (
-    10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
-)
+# (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
+_LEAST_PLANNED = 10.0
 _PASSES = 10  # at most
 _FAR = 4.0  # standard errors: a longer step is followed by another
 _SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
-_SAME_PATH = (
-    2.0  # m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
-)
+# m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
+_SAME_PATH = 2.0
 
 
 @dataclass(frozen=True, slots=True)

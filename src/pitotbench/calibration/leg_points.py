@@ -29,6 +29,7 @@ from pitotbench.calibration.options import (
     priors_of,
 )
 from pitotbench.calibration.reduction import one_thread
+from pitotbench.calibration.screening import SECOND
 from pitotbench.estimation.mixture import half_width
 from pitotbench.estimation.noise import Intervals
 from pitotbench.estimation.restricted_likelihood import weighted_noises
@@ -38,7 +39,6 @@ from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Seconds
 
-SECOND = 1.0  # s, length of a block: short against a gust, long against the sampling
 _WHOLE = 0.8  # share of a block's rows that must be present
 
 

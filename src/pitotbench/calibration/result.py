@@ -32,6 +32,7 @@ from pitotbench.calibration.prediction import (
 )
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
 from pitotbench.estimation.mixture import Posterior
+from pitotbench.estimation.noise import UNIFORM
 from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
@@ -387,7 +388,6 @@ def residuals_of(reduction: Reduction) -> Residuals:
 # k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
 
 _NEAR = 10.0 * KNOT  # m/s: readings that decide about the curve at an airspeed
-_ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over a step
 _WINDOW = 10.0  # s: scatter within it is that of gusts, not a change of the maneuver's airspeed
 _FEWEST = 5  # rows of a window that tell a scatter
 _ORDERS = np.arange(1.0, 51.0)
@@ -445,7 +445,7 @@ def display_two_sigma(
             min(np.mean(stays[rows]), 1.0 / _different(channels, rows)) if rows.any() else 1.0
             for rows in near
         ]
-        variance += (_ROUNDING * step) ** 2 * np.array(left)
+        variance += (UNIFORM * step) ** 2 * np.array(left)
     return np.asarray(2.0 * np.sqrt(variance))
 
 
@@ -462,7 +462,7 @@ def share_that_stays(time: Seconds, reading: Array) -> Array:
     )
     mean = np.bincount(window, reading) / count
     squares = np.bincount(window, (reading - mean[window]) ** 2) / np.maximum(count - 1, 1)
-    scatter = np.sqrt(np.maximum(squares - _ROUNDING**2, 0.0))
+    scatter = np.sqrt(np.maximum(squares - UNIFORM**2, 0.0))
     scatter[count < _FEWEST] = 0.0
     with np.errstate(divide="ignore"):
         envelope = np.minimum(1.0, 1.0 / (np.sqrt(2.0) * np.pi**2 * _ORDERS[:, None] * scatter))

@@ -25,7 +25,7 @@ from pitotbench.units import Array, Booleans
 _FREEDOM = 4.0  # degrees of freedom of the Student's t that weighs the residuals
 _LEAST_WEIGHT = 0.1
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
-_SECOND = 1.0  # s
+SECOND = 1.0  # s, of a mean: short against a gust, long against the sampling
 _AROUND = 31  # s: the median over so many around a fault is the usual residual
 _BURST = 11  # s: the median change from second to second over so many is the scatter around a row
 _ROUGHEST = 3.0  # times the usual scatter: no burst of gusts is much rougher, a channel gone mad is
@@ -91,7 +91,7 @@ def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Ar
     kept = obs.select(good)
     theta = np.zeros(model.count)
     for _ in range(2):
-        middle = kept.at(_middle_rows(_residual(model, kept, theta), divide(kept, _SECOND).index))
+        middle = kept.at(_middle_rows(_residual(model, kept, theta), divide(kept, SECOND).index))
         try:
             theta = fit_output_error(airspeed_outputs(model, middle), theta).theta
         except NoAnswerError:
@@ -129,7 +129,7 @@ def _long_faults(
     gives residuals that change slowly; a fault is sudden. Where the seconds around scatter more
     than usual, far is farther.
     """
-    blocks = divide(obs, _SECOND)
+    blocks = divide(obs, SECOND)
     level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]
     usual = median_filter(level, _AROUND, mode="nearest")[blocks.index]
     sudden = _LEAST_SHARE * air.calibrated_airspeed(obs.impact_pressure)

@@ -24,9 +24,9 @@ from pitotbench.units import Array, Booleans, Seconds
 # interval to interval. Several outputs an interval (such as the velocity along and across the path)
 # may share the processes with different loadings; their data follow each other, output by output.
 
-_SMALL = (
-    1e-2  # interval over correlation time below which the bridge's leading term is exact enough
-)
+UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
+# interval over correlation time below which the bridge's leading term is exact enough
+_SMALL = 1e-2
 _SAME = 1e-12  # step over correlation time below which values at two edges are the same to rounding
 _SINGULAR = "the covariance of the noise is not positive definite"
 

@@ -14,9 +14,8 @@ from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 
 _FULL = 5  # dimensions up to which the design has all corners
-_LEAST_WEIGHT = (
-    1e-4  # weight of a noise with one of several rival priors, below which it is left out
-)
+# weight of a noise with one of several rival priors, below which it is left out
+_LEAST_WEIGHT = 1e-4
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -70,9 +69,8 @@ def _corners(dimensions: int) -> Array:
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS = 40  # of the search, at most
 _HALVINGS = 12  # of a step, at most
-_LEAST_GAIN = (
-    0.1  # gain in log-posterior below which a step is the last one: the next gains far less
-)
+# gain in log-posterior below which a step is the last one: the next gains far less
+_LEAST_GAIN = 0.1
 _ROUGHLY = 0.3  # the same for a mode that another search starts from
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ

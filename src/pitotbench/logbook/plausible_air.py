@@ -119,12 +119,10 @@ def other_units(draft: Draft, name: str) -> list[tuple[str, float]]:
     ]
 
 
-_BLOCK = (
-    5.0  # s, over which values are averaged: longer than the probe, the gauge and the receiver lag
-)
-_LASTING = (
-    4.0  # blocks for which weather and gusts last: as many times fewer blocks count for the error
-)
+# s, over which values are averaged: longer than the probe, the gauge and the receiver lag
+_BLOCK = 5.0
+# blocks for which weather and gusts last: as many times fewer blocks count for the error
+_LASTING = 4.0
 
 
 def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float]:
@@ -353,9 +351,8 @@ def _refuse_total(draft: Draft, static: Array, height: Array) -> None:
 
 
 _FEWEST = 10.0  # new samples at the greatest value; sensor noise reaches its greatest value once
-_STANDS_OUT = (
-    5.0  # times the samples one step lower; those of a smooth peak are at most 2.4 times as many
-)
+# times the samples one step lower; those of a smooth peak are at most 2.4 times as many
+_STANDS_OUT = 5.0
 _COARSEST = 5.0  # Pa; with coarser steps many rows share the greatest value without a ceiling
 
 

@@ -163,9 +163,8 @@ def _run(new: Array, before: float, gap: float, step: float, memory: float) -> A
 
 
 PROBES = ("static_pressure", "impact_pressure", "total_temperature")
-_FELT = (
-    "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
-)
+# prefix of the channels that hold the values at the probes with the effects in them
+_FELT = "felt_"
 
 
 def values_at_probes(

@@ -30,18 +30,16 @@ from pitotbench.show.style import (
 from pitotbench.show.words import words
 from pitotbench.units import KNOT, NAUTICAL_MILE
 
-_BELOW_DOTS = (
-    3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
-)
+# drawing order of names, above lines: the background of a name hides no other card's dot
+_BELOW_DOTS = 3.0
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)  # of the best maneuvers, which are drawn
 _TRACKS = 3
 _BOX = np.array([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]])  # corners of a square, in its sides
 _LINE = 0.043  # height of a line of names, as a share of the axis
-_NAME_WIDTH, _CLOSE = (
-    0.4,
-    0.2,
-)  # natural logarithms: the width of a name in minutes, the height of close dots
-_LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
+_NAME_WIDTH = 0.4  # of a name, in ln of the minutes
+_CLOSE = 0.2  # ln of the bounds, by which dots that are close differ at most
+_LARGE = (7.4, 4.0)  # in, width and height
+_SQUARE = (3.8, 3.6)  # in
 
 
 def front_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:

@@ -17,7 +17,8 @@ from scipy.signal import fftconvolve
 
 from pitotbench import air
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibration.covering import CoveringFit, fit_covering
+from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.calibration.observations import Observations, observe
 from pitotbench.calibration.options import CalibrationOptions

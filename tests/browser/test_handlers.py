@@ -20,12 +20,13 @@ from tests.browser import questions
 from tornado.httpclient import AsyncHTTPClient, HTTPResponse
 from tornado.websocket import websocket_connect
 
+from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.browser import server as page_server
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import FLAGS, Found, LogFile, Request, find_flights, in_one_line
+from pitotbench.browser.work import FLAGS, Found, Request, find_flights
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
@@ -283,7 +284,7 @@ def test_a_zip_that_unpacks_to_too_much_is_refused(
 
 
 def found(name: str, refusal: str = "") -> Found:
-    return Found(LogFile(Path(f"/nowhere/{name}"), name), HeldFlight(name, refusal))
+    return Found(NamedFile(Path(f"/nowhere/{name}"), name), HeldFlight(name, refusal))
 
 
 def test_a_newer_choice_gives_an_older_question_up() -> None:
@@ -513,8 +514,11 @@ def test_without_bokeh_the_command_says_how_to_install_it(monkeypatch: pytest.Mo
 
 
 def test_a_request_is_the_command_that_gives_the_same() -> None:
-    log, mapping = LogFile(Path("/tmp/1.csv"), "my log.csv"), LogFile(Path("/tmp/m.toml"), "m.toml")
-    book = LogFile(Path("/tmp/2.csv"), "poh.csv")
+    log, mapping = (
+        NamedFile(Path("/tmp/1.csv"), "my log.csv"),
+        NamedFile(Path("/tmp/m.toml"), "m.toml"),
+    )
+    book = NamedFile(Path("/tmp/2.csv"), "poh.csv")
     asked = Request(
         (log,), mapping, book, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4", "2"
     )
@@ -524,14 +528,6 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
         "--airspeed-sensor 2"
     )
     assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"
-
-
-def test_a_command_is_quoted_for_the_shell_of_the_system() -> None:
-    words = ["pitotbench", "calibrate", "my log.csv", "a&b.csv", "18±2@ground"]
-    assert (
-        in_one_line(words, "posix") == "pitotbench calibrate 'my log.csv' 'a&b.csv' '18±2@ground'"
-    )
-    assert in_one_line(words, "nt") == 'pitotbench calibrate "my log.csv" "a&b.csv" 18±2@ground'
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signal")

@@ -11,7 +11,6 @@ from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, CalibrationOptions, NoAnswerError, air
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.options import (
     USUAL,
     Accuracies,
@@ -20,6 +19,7 @@ from pitotbench.calibration.options import (
     parse_accuracies,
 )
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records import USUAL_ACCURACIES

@@ -26,7 +26,8 @@ from pitotbench.calibration.leg_points import (
 )
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises
+from pitotbench.estimation.mixture import half_width
+from pitotbench.estimation.restricted_likelihood import weighted_noises
 
 NOISES = np.log([[0.8, 533.0, 0.2], [0.1, 200.0, 0.4], [2.0, 1500.0, 0.05]])
 

@@ -6,9 +6,12 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from tests.calibration import static_flights as fixture
+from tests.calibration import trajectories
+from tests.calibration.test_fixed_speed_points import RATE, circle_path
 
 from pitotbench import BadInputError, CalibrationOptions, write_log
 from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.calibration.options import PRIORS, Priors, parse_priors
 from pitotbench.cli.app import main
 from pitotbench.units import KNOT
@@ -84,11 +87,14 @@ def test_text_that_states_no_number_is_refused(text):
 def test_command_and_python_state_the_same_prior(logs, tmp_path, capsys):
     path = tmp_path / "log.parquet"
     write_log(logs[""], path)
-    curves = []
+    curves, told_priors = [], []
     for flag in ([], ["--set", "gust_length_m=300, curve_slope=0.03"]):
         assert main(["calibrate", str(path), *flag, "--json"]) == 0
-        curves.append(json.loads(capsys.readouterr().out)["curve"])
+        document = json.loads(capsys.readouterr().out)
+        curves.append(document["curve"])
+        told_priors.append(document["priors"])
     stated = {"gust_length_m": 300.0, "curve_slope": 0.03}
+    assert told_priors == [{}, stated]
     options = CalibrationOptions(model="smooth", wind="checked", latency="checked", priors=stated)
     bound = calibrate(logs[""], options).curve.two_sigma / KNOT
     told = [point["two_sigma_kt"] for point in curves[1]]
@@ -96,3 +102,41 @@ def test_command_and_python_state_the_same_prior(logs, tmp_path, capsys):
     assert told != [point["two_sigma_kt"] for point in curves[0]]
     assert main(["calibrate", str(path), "--set", "gust_lenght_m=300"]) == 2
     assert "gust_length_m" in capsys.readouterr().err
+
+
+def test_a_card_of_legs_takes_the_priors_of_its_curve(tmp_path, capsys):
+    """With next to no slope and no departure before the flight, the curve of a card is flat."""
+    path = tmp_path / "card.csv"
+    rows = [
+        f"{point},{speed},3000,10,{speed * 1.06 + step * off:.1f},{track}"
+        for point, (speed, off) in enumerate(((80, -4.0), (100, 0.0), (120, 4.0)), start=1)
+        for track, step in ((0, 1.0), (120, 1.0), (240, 1.0))
+    ]
+    header = "point,indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt"
+    path.write_text("\n".join([f"{header},track_deg", *rows]), encoding="utf-8")
+    spans = []
+    flat = ["--set", "curve_slope=1e-5,curve_lift=1e-5,curve_departure=1e-5"]
+    for flags in ([], flat):
+        assert main(["fixed-speed", str(path), *flags, "--json"]) == 0
+        (found,) = json.loads(capsys.readouterr().out)["curves"].values()
+        shares = [point["normalized_pressure_error"] for point in found["curve"]]
+        spans.append(max(shares) - min(shares))
+    assert spans[1] < 0.2 * spans[0]
+    assert main(["fixed-speed", str(path), "--set", "gust_mps=1"]) == 2
+    assert "curve_slope" in capsys.readouterr().err
+
+
+def test_the_legs_of_a_log_take_the_priors_of_gusts():
+    """Gusts that are known to be tiny leave white noise, whose mean over a leg is small."""
+    log = trajectories.fly(circle_path(), RATE, RATE, trajectories.Air())
+    bounds = []
+    for priors in ({}, {"gust_mps": 1e-3}):
+        points = fixed_speed_points(log, replace(SMOOTH, priors=priors))
+        bounds.append(np.array([point.true_airspeed_two_sigma for point in points]))
+    assert np.all(bounds[1] < 0.9 * bounds[0])
+
+
+def test_legs_typed_have_no_prior(capsys):
+    legs = ["--ground-speed-kt=178,185,188", "--track-deg=10,130,250"]
+    assert main(["fixed-speed", *legs, "--set", "gust_mps=1"]) == 2
+    assert "no prior" in capsys.readouterr().err

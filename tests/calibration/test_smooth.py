@@ -19,7 +19,7 @@ from pitotbench import (
     write_log,
 )
 from pitotbench.calibration import calibrate, calibrate_flights
-from pitotbench.calibration.covering import Structure, log_prior_of
+from pitotbench.calibration.covering_problem import Structure, log_prior_of
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import PRIORS
 from pitotbench.calibration.prediction import PredictionModel

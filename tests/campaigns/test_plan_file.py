@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, CampaignRequest, UnknownNameError
-from pitotbench.campaigns.campaign import forecast_of_costs
+from pitotbench.campaigns.costs import forecast_of_costs
 from pitotbench.campaigns.draws import Draws
 from pitotbench.campaigns.plan_file import read_plan, seeds_of
 from pitotbench.campaigns.task import sharded

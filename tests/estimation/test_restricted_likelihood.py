@@ -7,12 +7,11 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from pitotbench.estimation.mixture import TWO_SIGMA_SHARE, half_width
 from pitotbench.estimation.noise import Intervals, MarkovNoise
 from pitotbench.estimation.restricted_likelihood import (
-    TWO_SIGMA_SHARE,
     Regression,
     composite_design,
-    half_width,
     noise_posterior,
     restricted_log_likelihood,
     solutions,

@@ -17,6 +17,7 @@ from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.campaign import CAMPAIGN_COLUMNS, campaign_tree
 from pitotbench.show.columns import (
     Column,
+    command_line,
     frame_rows,
     html_table,
     json_rows,
@@ -235,3 +236,10 @@ def test_a_console_does_not_read_markup_in_a_text_from_outside():
         file=stream, highlight=False, soft_wrap=True, force_terminal=True, color_system=None
     ).print(outside("[bold]x[/nothing] :bomb: \x1b[31m"))
     assert stream.getvalue() == "[bold]x[/nothing] :bomb: \\x1b[31m\n"
+
+
+def test_a_command_is_quoted_for_the_shell_of_the_system():
+    words = ["pitotbench", "calibrate", "my log.csv", "a&b.csv", "18±2@ground"]
+    posix = "pitotbench calibrate 'my log.csv' 'a&b.csv' '18±2@ground'"
+    assert command_line(words, "posix") == posix
+    assert command_line(words, "nt") == 'pitotbench calibrate "my log.csv" "a&b.csv" 18±2@ground'

@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.browser.uploads import Store
 from pitotbench.browser.work import (
     Answer,
     DraftRow,
     Found,
-    LogFile,
     Look,
     Plain,
     Request,
@@ -40,11 +40,11 @@ class Desk:
         self.store, self.workers = store, workers
         self.listeners: set[Callable[[], None]] = set()
         self.found: list[Found] = []
-        self.handbook: LogFile | None = None  # its table, with which the curve is compared
+        self.handbook: NamedFile | None = None  # its table, with which the curve is compared
         self.units = reader_units()
         self.leave_out = False  # what is brushed
         self.legs: Plain | None = None
-        self._card: LogFile | None = None
+        self._card: NamedFile | None = None
         self._tasks: dict[asyncio.Task[None], str] = {}  # what runs, in words
         self._answering: asyncio.Task[None] | None = None
         self._clear()
@@ -102,11 +102,11 @@ class Desk:
     def add(self, place: Path, names: dict[str, str]) -> None:
         """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`."""
         shown = names.get(place.name) or names.get("") or f"{len(names)} files"
-        self.store.known.append(LogFile(place, shown))
+        self.store.known.append(NamedFile(place, shown))
 
         def then(name: str, reply: Any) -> None:
             if name == "refusal":
-                reply = (Found(LogFile(place, shown), HeldFlight(shown, reply)),)
+                reply = (Found(NamedFile(place, shown), HeldFlight(shown, reply)),)
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
             self.store.known += [each.log for each in reply]

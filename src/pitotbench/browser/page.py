@@ -1,7 +1,8 @@
 """The page as a document of Bokeh: three pictures, and the texts of the desk for its script."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -25,6 +26,7 @@ from jinja2 import Template
 
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.words import state_of
+from pitotbench.browser.work import MINUTE
 from pitotbench.show.curve_rows import samples_of
 from pitotbench.timeline import minutes_text
 from pitotbench.units import SUFFIXES, SYMBOLS
@@ -39,7 +41,6 @@ _TALL = 270  # px
 _FAINT = 0.15
 _ROOM = 50.0  # of the unit of length, above and below the heights flown
 _KILOMETER = 1000.0  # m
-_MINUTE = 60.0  # s
 _COLUMNS = {  # of the data of each part of the pictures
     "flight": ("minute", "speed", "height", "north", "east"),
     "used": ("begin", "end"),
@@ -66,25 +67,35 @@ _AT_THE_POINTER = {
 _MARK = {"size": 12, "marker": "diamond", "fill_color": _ORANGE, "line_color": _INK}
 _LEG = {"size": 8, "marker": "square", "fill_color": "white", "line_color": _INK}
 _DASHED = {"color": _ORANGE, "line_dash": "dashed", "y_range_name": "height"}
-_GLYPHS: tuple[tuple[str, str, str, tuple[str, ...], dict[str, Any]], ...] = (
-    # picture, kind, data, columns, look; what is drawn later lies above
-    ("time", "vstrip", "used", ("begin", "end"), {"color": _GREEN, "alpha": _FAINT}),
-    ("time", "step", "flight", ("minute", "height"), _DASHED),
-    ("time", "line", "flight", ("minute", "speed"), {"color": _BLUE}),
-    ("time", "scatter", "marked", ("minute", "speed"), _MARK),
-    ("track", "line", "flight", ("east", "north"), {"color": _BLUE}),
-    ("error", "varea", "curve", ("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
-    ("error", "scatter", "samples", ("speed", "correction"), {"color": _GREY, "alpha": 0.4}),
-    ("error", "line", "curve", ("speed", "correction"), {"color": _BLUE, "line_width": 2}),
-    (
-        "error",
-        "line",
-        "handbook",
-        ("speed", "correction"),
-        {"color": _ORANGE, "line_dash": "dashed"},
-    ),
-    ("error", "scatter", "legs", ("speed", "correction"), _LEG),
-    ("error", "scatter", "marked", ("speed", "correction"), _MARK),
+_SAMPLE = {"color": _GREY, "alpha": 0.4}
+_HANDBOOK = {"color": _ORANGE, "line_dash": "dashed"}
+
+
+@dataclass(frozen=True, slots=True)
+class Glyph:
+    """A part of a picture: the `picture`, the `kind` of its drawing in Bokeh, the name of its
+    `data`, the `columns` that it draws, and its `look` as Bokeh names it.
+    """
+
+    picture: str
+    kind: str
+    data: str
+    columns: tuple[str, ...]
+    look: Mapping[str, Any]
+
+
+_GLYPHS = (  # what is drawn later lies above
+    Glyph("time", "vstrip", "used", ("begin", "end"), {"color": _GREEN, "alpha": _FAINT}),
+    Glyph("time", "step", "flight", ("minute", "height"), _DASHED),
+    Glyph("time", "line", "flight", ("minute", "speed"), {"color": _BLUE}),
+    Glyph("time", "scatter", "marked", ("minute", "speed"), _MARK),
+    Glyph("track", "line", "flight", ("east", "north"), {"color": _BLUE}),
+    Glyph("error", "varea", "curve", ("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
+    Glyph("error", "scatter", "samples", ("speed", "correction"), _SAMPLE),
+    Glyph("error", "line", "curve", ("speed", "correction"), {"color": _BLUE, "line_width": 2}),
+    Glyph("error", "line", "handbook", ("speed", "correction"), _HANDBOOK),
+    Glyph("error", "scatter", "legs", ("speed", "correction"), _LEG),
+    Glyph("error", "scatter", "marked", ("speed", "correction"), _MARK),
 )
 
 
@@ -106,8 +117,8 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
     if desk.answer is not None:
         result = desk.answer.result
         time, speed, correction = samples_of(result)
-        minutes = (time - result.log_start) / _MINUTE
-        spans = (np.array(desk.answer.spans) - result.log_start) / _MINUTE
+        minutes = (time - result.log_start) / MINUTE
+        spans = (np.array(desk.answer.spans) - result.log_start) / MINUTE
         legs = [_with_bound(point, unit)[:-1] for point in result.points]
         books = [
             np.pad(
@@ -167,12 +178,7 @@ class View:
         )
         self.track = _figure("track", "east [km]", "north [km]", "wheel_zoom", match_aspect=True)
         self.error = _figure("error", "", "", "wheel_zoom")
-        drawn = {
-            (plot, kind, name): getattr(getattr(self, plot), kind)(
-                *columns, source=self.data[name], **look
-            )
-            for plot, kind, name, columns, look in _GLYPHS
-        }
+        drawn = {(each.picture, each.kind, each.data): self._drawn(each) for each in _GLYPHS}
         speed, dots = drawn["time", "line", "flight"], drawn["error", "scatter", "samples"]
         dots.nonselection_glyph = dots.glyph
         self.time.y_range.renderers = [speed]
@@ -192,6 +198,10 @@ class View:
         self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)
+
+    def _drawn(self, glyph: Glyph) -> Any:
+        draw = getattr(getattr(self, glyph.picture), glyph.kind)
+        return draw(*glyph.columns, source=self.data[glyph.data], **glyph.look)
 
     def render(self) -> None:
         """Show the desk as it is now; what has not changed stays, with its zoom."""
@@ -229,10 +239,10 @@ class View:
         if event.final and self._desk.look is not None:
             last = float(self._desk.look[1].minute[-1])
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
-            told = [minutes_text(_MINUTE * minute) for minute in ends]
+            told = [minutes_text(MINUTE * minute) for minute in ends]
             if told[0] != told[1]:
                 # Up to an end of the log is all up to there.
-                whole = [] if self._desk.leave_out else ["0:00", minutes_text(_MINUTE * last)]
+                whole = [] if self._desk.leave_out else ["0:00", minutes_text(MINUTE * last)]
                 self._desk.brush(*("" if each in whole else each for each in told))
 
 

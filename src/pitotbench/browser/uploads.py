@@ -8,11 +8,10 @@ from urllib.parse import unquote
 
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 
-from pitotbench.browser.work import LogFile
+from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.logbook.bundle import ZIP
-from pitotbench.logbook.formats import FORMATS, READ_ONLY
+from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
-from pitotbench.logbook.topics import TOPIC_READERS
 
 MOST_BYTES = 500 << 20  # of a file
 ENDINGS = tuple(dict.fromkeys((*READ_ONLY, *FORMATS, *TOPIC_READERS, ZIP)))
@@ -26,7 +25,7 @@ class Store:
     def __init__(self) -> None:
         self._own = TemporaryDirectory(prefix="pitotbench-")  # only its owner may enter
         self._drops: dict[str, Path] = {}  # their folders
-        self.known: list[LogFile] = []
+        self.known: list[NamedFile] = []
         self._numbers = count(1)
 
     def new_path(self, name: str, drop: str) -> Path | None:
@@ -44,7 +43,7 @@ class Store:
         path = folder / f"log{ending}"
         if ending[0] == "." or path.exists():
             path = folder / f"log{number}{ending}"
-        self.known.append(LogFile(path, shown_name(name)))
+        self.known.append(NamedFile(path, shown_name(name)))
         return path
 
     def names(self, drop: str) -> dict[Path, str]:
@@ -65,12 +64,12 @@ class Store:
         """Return a folder that does not exist yet."""
         return Path(self._own.name) / f"own{next(self._numbers)}"
 
-    def write(self, name: str, text: str) -> LogFile:
+    def write(self, name: str, text: str) -> NamedFile:
         """Write a text of ours, such as a mapping, under a name of ours."""
         folder = self.new_folder()
         folder.mkdir()
         (folder / name).write_text(text, encoding="utf-8")
-        self.known.append(LogFile(folder / name, name))
+        self.known.append(NamedFile(folder / name, name))
         return self.known[-1]
 
     def close(self) -> None:

@@ -3,28 +3,26 @@ answers, downloads. Each function calls its first argument with its replies, as 
 a reply is, as the desk calls it, and the reply itself.
 """
 
-import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from subprocess import list2cmdline
 from typing import Any
 
-from pitotbench.records import BadInputError
+from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.units import Array, Meters, MetersPerSecond
 
 Tell = Callable[[str, Any], object]
 Plain = dict[str, Any]
-_MINUTE = 60.0  # s
+MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
     "pandas", "pyarrow.compute", "pyarrow.csv", "pydantic", "scipy.interpolate", "scipy.optimize",
-    "pitotbench.bench.contents", "pitotbench.campaigns.digests", "pitotbench.bench.calibrations",
+    "pitotbench.bench.contents", "pitotbench.campaigns.digests",
     "pitotbench.calibration.fit_checks", "pitotbench.calibration.flights",
     "pitotbench.calibration.leg_points", "pitotbench.logbook.autopilot",
     "pitotbench.logbook.drafting", "pitotbench.show.deliverables",
@@ -37,31 +35,14 @@ _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 
 @dataclass(frozen=True, slots=True)
-class LogFile:
-    """A file, and the name by which the user knows it."""
-
-    path: Path
-    name: str
-
-
-def in_one_line(words: Sequence[str], system: str = os.name) -> str:
-    """A command as it is pasted: on Windows for its command prompt, to which `&` and others of
-    its letters mean something, elsewhere for a POSIX shell.
-    """
-    if system != "nt":
-        return shlex.join(words)
-    return " ".join(f'"{w}"' if set("&|<>^()") & set(w) else list2cmdline([w]) for w in words)
-
-
-@dataclass(frozen=True, slots=True)
 class Request:
     """What an answer is asked from: logs, a mapping, the table of a handbook, and flags of
     `pitotbench calibrate` as texts, empty where not stated. `without` are spans that are left out.
     """
 
-    logs: tuple[LogFile, ...]
-    mapping: LogFile | None = None
-    handbook: LogFile | None = None
+    logs: tuple[NamedFile, ...]
+    mapping: NamedFile | None = None
+    handbook: NamedFile | None = None
     begin: str = ""
     end: str = ""
     without: tuple[str, ...] = ()
@@ -92,7 +73,7 @@ class Request:
             *([("--units", units.words)] if units != reader_units() else []),
         ]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
-        return in_one_line([*words, *(part for each in stated for part in each)])
+        return command_line([*words, *(part for each in stated for part in each)])
 
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
@@ -107,7 +88,7 @@ class Found:
     log of an autopilot its name, and whether it has several airspeed sensors.
     """
 
-    log: LogFile
+    log: NamedFile
     flight: HeldFlight
     autopilot: str = ""
     several: bool = False
@@ -175,7 +156,7 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         )
         header = {} if each.refusal else _part(path, plain).header
         autopilot = autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1))
-        held.append(Found(LogFile(path, name), told, autopilot, SENSOR in header, book))
+        held.append(Found(NamedFile(path, name), told, autopilot, SENSOR in header, book))
     tell("found", tuple(held))
 
 
@@ -204,7 +185,7 @@ def _part(path: Path, reading: Request) -> FlightLog:
     return log_of(fresh, part_of(reading.begin, reading.end, reading.without))
 
 
-def draft(tell: Tell, log: LogFile) -> None:
+def draft(tell: Tell, log: NamedFile) -> None:
     """Tell the draft of a mapping as a row a column, as `pitotbench map` drafts it."""
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.logbook.reading import read_table
@@ -269,7 +250,7 @@ def _look(log: FlightLog) -> Look:
     airspeed[pauses(log.time)] = np.nan
     thinned = slice(None, None, max(1, -(-len(log) // _MOST_POINTS)))
     return Look(
-        (log.time - log.start)[thinned] / _MINUTE,
+        (log.time - log.start)[thinned] / MINUTE,
         airspeed[thinned],
         np.asarray(air.pressure_altitude(log.static_pressure))[thinned],
         np.cumsum(log.velocity_north * step)[thinned],
@@ -282,9 +263,8 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
     """Return the flights of the logs with their calibration: the answer of the command. Where it is
     not known yet, tell what is done, and the curve as soon as it is.
     """
-    from pitotbench.bench.calibrations import calibrate_each, flag_choice, published_of, sources_of
+    from pitotbench.bench.calibration_request import CalibrationRequest, calibrate_request
     from pitotbench.calibration.options import parse_accuracies
-    from pitotbench.logbook.columns import PARAMETERS
 
     stated = {"model": request.model, "accuracies": parse_accuracies(request.accuracy)}
     choices: dict[str, Any] = {name: value for name, value in stated.items() if value}
@@ -295,51 +275,19 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
         tell("answer", _answer(flights, None, False))
         tell("status", "looking for a factor on the airspeed")
 
-    if request.autopilot and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1:
-        raise BadInputError(
-            "the logs were flown with different parameters, so their airspeeds have no curve in "
-            "common: show one log, or ask for no parameters"
-        )
     mapping, book = request.mapping, request.handbook
-    texts = {  # in the order of the command's record
-        "mapping": (mapping.name if mapping else "", "as recognized"),
-        "from": (request.begin, "the first row"),
-        "to": (request.end, "the last row"),
-        "without": (", ".join(request.without), "none"),
-        "limit": (None, "auto"),
-        "params": (request.autopilot, "none"),
-        "handbook": (Path(book.name).name if book else "", "none"),
-        "airspeed_sensor": (request.sensor, "the first"),
-        "temperature_c": (request.temperature, "as logged, else a standard day"),
-    }
-    flags = [flag_choice(name, text or None, usual) for name, (text, usual) in texts.items()]
-    sources = [
-        *sources_of("log", [each.path for each in request.logs], logs),
-        *([("mapping", mapping.path, None)] if mapping else []),
-    ]
-    published = tuple(
-        replace(each, source=Path(book.name).name)
-        for book in filter(None, [request.handbook])
-        for each in published_of(book.path)
+    asked = CalibrationRequest(
+        mapping=str(mapping.path) if mapping else "",
+        mapping_name=mapping.name if mapping else "",
+        handbook=replace(book, name=Path(book.name).name) if book else None,
+        begin=request.begin,
+        end=request.end,
+        without=request.without,
+        parameters=request.autopilot,
+        airspeed_sensor=request.sensor,
+        temperature_c=request.temperature,
     )
-    found = calibrate_each(
-        logs,
-        None,
-        mapping.path if mapping else None,
-        sources,
-        flags,
-        published,
-        first=first,
-        **choices,
-    )
-    names = {each.path.name: each.name for each in request.logs}
-    made = found[0].calibration.provenance
-    told = replace(
-        made, inputs=tuple(replace(i, name=names.get(i.name, i.name)) for i in made.inputs)
-    )
-    return tuple(
-        replace(each, calibration=replace(each.calibration, provenance=told)) for each in found
-    )
+    return calibrate_request(request.logs, logs, asked, first, **choices)
 
 
 def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings | None:

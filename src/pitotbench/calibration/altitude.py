@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.carried_height import CarriedHeight, carried_height
+from pitotbench.calibration.observations import LONG, Observations
 from pitotbench.calibration.options import (
     PRIORS,
     WITHOUT_TEMPERATURE,
@@ -20,7 +21,7 @@ from pitotbench.calibration.options import (
     priors_of,
 )
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
-from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
+from pitotbench.estimation.noise import NORMAL, UNIFORM, deviation_of_sizes, spikes_among
 from pitotbench.estimation.point_noise import (
     PointNoise,
     UnknownColumns,
@@ -29,81 +30,8 @@ from pitotbench.estimation.point_noise import (
 )
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import interval, pauses, stretch_numbers
-from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
-
-_DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
-_FEWEST_FIXES = 4
-
-
-@dataclass(frozen=True, slots=True)
-class CarriedHeight:
-    """Height at every row of the log, from the fixes.
-
-    `height` [m] is interpolated or the integral of the vertical velocity, and NaN where unknown.
-    `part` is the stretch of every row. `fresh` marks new fixes, `fixes` are their rows, and
-    `seconds` the usual interval between them. `offsets` [m] is the receiver's height minus the
-    integral at `fixes`, None without vertical velocity.
-    """
-
-    height: Meters
-    part: NDArray[np.intp]
-    fresh: Booleans
-    fixes: NDArray[np.intp]
-    seconds: float
-    offsets: Meters | None
-
-
-def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> CarriedHeight:
-    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than
-    stamped.
-    """
-    from scipy.interpolate import CubicSpline  # slow to load
-
-    assert log.altitude is not None
-    fresh = log.fresh_fixes()
-    part = stretch_numbers(log.time, pauses(log.time))
-    dense = bool(fresh.mean() > _DENSE)
-    height, at_fixes, offsets = np.full(len(log), np.nan), [], []
-    for number in range(int(part[-1]) + 1):
-        fixes = np.flatnonzero((part == number) & fresh)
-        if len(fixes) < _FEWEST_FIXES:
-            continue
-        knots, measured = log.time[fixes] - latency, log.altitude[fixes]
-        inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))
-        if by_velocity:
-            assert log.velocity_down is not None
-            integral, height[inside] = _integrated(
-                knots, -log.velocity_down[fixes], log.time[inside], dense
-            )
-            start = float(np.median(measured - integral))
-            height[inside] += start
-            at_fixes.append(fixes)
-            offsets.append(measured - integral - start)
-        else:
-            curve = np.interp(log.time[inside], knots, measured) if dense else None
-            height[inside] = (
-                CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
-            )
-    seconds = interval(log.time[fresh])
-    fixes = np.concatenate(at_fixes) if at_fixes else np.flatnonzero(fresh)
-    return CarriedHeight(
-        height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None
-    )
-
-
-def _integrated(
-    knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool
-) -> tuple[Meters, Meters]:
-    """The integral [m] of a climb rate given at knots, at the knots and at other times."""
-    from scipy.interpolate import CubicSpline  # slow to load
-
-    if dense:
-        rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
-        return rises, np.interp(time, knots, rises)
-    integral = CubicSpline(knots, climb).antiderivative()
-    return integral(knots), integral(time)
-
+from pitotbench.timeline import interval
+from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, Pascal, Seconds
 
 # p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci) with Δp = q_c − q_ci, which is p_i − p where the total
 # pressure is right. It needs neither the wind nor, to first order, the temperature. Its noise does
@@ -114,20 +42,17 @@ def _integrated(
 # NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
-_LONG = 480.0  # s of data, above which a log has
 _LONG_BLOCK = 4.0  # s: such blocks
 _FEWEST_BLOCKS = 15
 _EARTH = 6.357e6  # m, radius of the earth
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
-_LAYER = (
-    1.0  # K (1σ): departure of the air between two heights from a straight line, as a temperature
-)
+# K (1σ): departure of the air between two heights from a straight line, as a temperature
+_LAYER = 1.0
 # Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it
 # is taken for the middle, and the deviation is that of a uniform distribution.
 _HALF = 0.5  # of saturation: the middle of what the humidity can be
-_UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
 _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
 _LAYER_DEPTH = 1000.0  # m, of a layer of the air
 _MOST_LAYERS = 20
@@ -320,7 +245,7 @@ def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> 
     """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none
     spans a gap.
     """
-    length = max(_LONG_BLOCK if len(log) * interval(log.time) > _LONG else _BLOCK, carried.seconds)
+    length = max(_LONG_BLOCK if len(log) * interval(log.time) > LONG else _BLOCK, carried.seconds)
     cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
     cell += carried.part * (int(cell[-1]) + 2)
     _, index, count = np.unique(cell[rows], return_inverse=True, return_counts=True)
@@ -362,7 +287,7 @@ def _assembled(
         priors=priors_of(options.priors),
     )
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
-    layer = float(np.hypot(_LAYER, _UNIFORM * moist))
+    layer = float(np.hypot(_LAYER, UNIFORM * moist))
     layers = profile.layers(height)
     unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
     total_source = 0.5 * accuracies_of(options.accuracies, {}).total_source
@@ -556,9 +481,6 @@ def _with_total_source(
         np.column_stack([both, unknown.columns]), np.concatenate([known, unknown.precision])
     )
 
-
-# The noise of the altitude rows: the slow and the white error of the receiver's height, and their
-# priors.
 
 NOISE_COUNT = 3
 # m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a

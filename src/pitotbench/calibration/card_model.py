@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibration.leg_methods import LegAir, Legs, unit
-from pitotbench.calibration.options import Accuracies
-from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.calibration.options import PRIORS, Accuracies, Priors
+from pitotbench.estimation.noise import UNIFORM, Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimation.restricted_likelihood import (
     NoiseNode,
     Regression,
@@ -24,8 +24,6 @@ from pitotbench.estimation.restricted_likelihood import (
 from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records.legs import CardLeg, ReadingSteps
 from pitotbench.units import KNOT, Array, MetersPerSecond
-
-_ROUNDING = 1.0 / np.sqrt(12.0)  # 1σ of an error that is uniform over one step, in steps
 
 
 def at_right_angles(along: Array) -> Array:
@@ -115,7 +113,7 @@ def linear_legs(legs: Legs, wind: Array, correction: Array, steps: ReadingSteps)
         steps.indicated_airspeed * share * slope,
         steps.air_temperature * temperature_slope,
     )
-    reading = _ROUNDING**2 * sum(np.square(each) for each in parts)
+    reading = UNIFORM**2 * sum(np.square(each) for each in parts)
     return LinearLegs(observed, along, share * slope, temperature_slope, np.asarray(reading))
 
 
@@ -123,7 +121,7 @@ class CardModel:
     """The model of the legs of a card, (n,), in the order in which they were flown.
 
     Legs whose rows are `struck` say nothing: the others predict them. `steps` of the readings and
-    `stated` accuracies are those of the card.
+    `stated` accuracies are those of the card, `priors` those of its curves.
     """
 
     def __init__(
@@ -132,8 +130,10 @@ class CardModel:
         steps: ReadingSteps,
         stated: Accuracies,
         struck: frozenset[int] = frozenset(),
+        priors: Priors = PRIORS,
     ) -> None:
         self.legs, self.steps, self.stated = tuple(legs), steps, stated
+        self.priors = priors
         self.struck_rows = struck
         self.struck = np.array([leg.row in struck for leg in legs])
         self.arrays = rows_of(legs)
@@ -145,7 +145,7 @@ class CardModel:
             [a.point != b.point for a, b in zip(legs, [*legs[1:], legs[-1]], strict=True)]
         )
         impact = self.arrays.air.impact_pressure / _REFERENCE
-        self._law = SMOOTH.spread_over(float(impact.min()), float(impact.max()))
+        self._law = priors.of_curve(SMOOTH.spread_over(float(impact.min()), float(impact.max())))
         self._basis = self.basis(self.speed, self.own)
         self._other_flight = np.zeros(len(legs), dtype=np.bool_)
         wind, correction = np.zeros((len(legs), 2)), np.zeros(len(legs))

@@ -9,7 +9,7 @@ from scipy.special import logsumexp
 
 from pitotbench.calibration.card_model import USUAL_NOISE, CardModel, Others
 from pitotbench.calibration.leg_methods import turn_between
-from pitotbench.calibration.options import Accuracies
+from pitotbench.calibration.options import PRIORS, Accuracies, Priors
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, ReadingSteps, Slip
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
@@ -62,7 +62,7 @@ _READINGS = (_Reading("track", DEGREE, "a", "track", "°", _FULL_TURN), *_SPEEDS
 
 
 def find_slips(
-    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
+    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies, priors: Priors = PRIORS
 ) -> tuple[CardModel, tuple[Slip, ...]]:
     """Return the model of a card without its slips, and the slips. Raises BadInputError where no
     three legs can be.
@@ -71,7 +71,7 @@ def find_slips(
     if len(legs) - len(card.refused) < _FEWEST:
         raise BadInputError("fewer than three legs of the card can be: correct it")
     heard = [card.usual(leg) if leg.row in card.refused else leg for leg in legs]
-    model = CardModel(heard, steps, stated, frozenset(card.refused))
+    model = CardModel(heard, steps, stated, frozenset(card.refused), priors)
     # A rough day is no slip: half of all legs depart by no more than they should.
     rough = float(np.median(np.abs(model.others(USUAL_NOISE).surprise))) / _QUARTILE
     model, _ = card.without_slips(model, USUAL_NOISE + np.log(max(rough, 1.0)))
@@ -152,7 +152,7 @@ class _Card:
             rows = frozenset(self.legs[place].row for place in [*struck, *new])
             if rows == model.struck_rows:
                 break
-            model = CardModel(model.legs, model.steps, model.stated, rows)
+            model = CardModel(model.legs, model.steps, model.stated, rows, model.priors)
         return model, {place: each for place, each in found.items() if model.struck[place]}
 
     def _suspicions(self, others: Others) -> dict[int, _Suspicion]:

@@ -11,7 +11,8 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.altitude import altitude_rows
-from pitotbench.calibration.covering import Posterior, Structure, covariance_given, wind_scale
+from pitotbench.calibration.covering import covariance_given
+from pitotbench.calibration.covering_problem import Structure, wind_scale
 from pitotbench.calibration.fit_checks import USELESS, require_observable
 from pitotbench.calibration.observations import block_length, divide, observe, wind_drifts
 from pitotbench.calibration.options import (
@@ -23,6 +24,7 @@ from pitotbench.calibration.options import (
 from pitotbench.calibration.prediction import CurveMap, nuisances_of
 from pitotbench.calibration.reduction import model_of, scale_of
 from pitotbench.calibration.result import correction_gradient
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, MetersPerSecond

@@ -9,15 +9,11 @@ from typing import Literal
 import numpy as np
 
 from pitotbench.calibration.altitude import NOISE_COUNT
-from pitotbench.calibration.covering import (
-    CoveringFit,
-    Posterior,
-    Structure,
-    length_factor,
-    wind_scale,
-)
+from pitotbench.calibration.covering import CoveringFit
+from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import (
@@ -34,9 +30,8 @@ from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 # Checks that a log determines the requested answer. A number that it does not determine is never
 # returned.
 
-_HEADING_SPREAD = (
-    30.0 * DEGREE
-)  # below it the along-track wind and the curve's level are one unknown
+# below it the along-track wind and the curve's level are one unknown
+_HEADING_SPREAD = 30.0 * DEGREE
 _SPEED_RATIO = {
     1: 1.0,
     2: 1.05,
@@ -176,9 +171,8 @@ _BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
 _MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
-DISAGREE = (
-    0.001  # probability of so much disagreement by chance: below it two equations are not averaged
-)
+# probability of so much disagreement by chance: below it two equations are not averaged
+DISAGREE = 0.001
 _CLEAR = 3.0  # standard errors beyond which samples disagree
 _BOUNDS = 1.5  # times 2σ, likewise
 _LEAST_OFF = 0.5 * KNOT  # m/s, likewise
@@ -270,14 +264,10 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
     return worst
 
 
-# The wash of a propeller shows as an error that goes with power, beside the one that goes with
-# airspeed.
-
 _WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
 _FEWEST_BLOCKS = 8
-_OWN_POWER = (
-    0.05  # of full power: rms of power beside what airspeed explains, below which nothing is told
-)
+# of full power: rms of power beside what airspeed explains, below which nothing is told
+_OWN_POWER = 0.05
 
 
 def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
@@ -328,9 +318,8 @@ def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
 
 _FAR = 3.0  # standard deviations of the prior of a noise parameter
 _Z_1_PERCENT = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
-_LEAST_KNOWN = (
-    0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
-)
+# share of the prior variance: a log that resolves less says nothing of a nuisance
+_LEAST_KNOWN = 0.04
 
 _ERRORS = {  # name of a nuisance to its words and its unit
     "temperature_k": ("correction that the temperature needs", "K"),

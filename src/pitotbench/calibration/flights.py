@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from pitotbench import air
-from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.fit_checks import require_useful
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.checks import flights_in, require_one_airplane
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import (

@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.options import USUAL, Accuracies
-from pitotbench.estimation.restricted_likelihood import half_width
+from pitotbench.estimation.mixture import half_width
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import FlyBy, FlyByPoint

@@ -9,8 +9,8 @@ from pitotbench import air
 from pitotbench.calibration.card_model import CardModel, rows_of
 from pitotbench.calibration.card_slips import find_slips
 from pitotbench.calibration.leg_methods import LegAir, by_track, solve_group, wind_from
-from pitotbench.calibration.options import USUAL, Accuracies
-from pitotbench.estimation.restricted_likelihood import half_width
+from pitotbench.calibration.options import PRIORS, USUAL, Accuracies, Priors
+from pitotbench.estimation.mixture import half_width
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardLeg, CardPoint, HandCard, ReadingSteps, Slip
@@ -25,7 +25,10 @@ _CLEARLY = 3.5
 
 
 def reduce_card(
-    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL
+    legs: Sequence[CardLeg],
+    steps: ReadingSteps,
+    stated: Accuracies = USUAL,
+    priors: Priors = PRIORS,
 ) -> HandCard:
     """Return the points, curves and slips of a card. Legs are in the order in which they were
     flown.
@@ -34,11 +37,12 @@ def reduce_card(
     four: the mean of the four answers of three legs; more: a circle). Its bound propagates the
     steps of the readings, and wind that changes from leg to leg by as much as the card shows,
     through the weights of that method. A card whose tracks fit as headings alone is read so, with a
-    warning. Raises BadInputError for fewer than three legs that can be.
+    warning. `priors` are those of the curves. Raises BadInputError for fewer than three legs that
+    can be.
     """
     if len(legs) < 3:
         raise BadInputError("a card needs at least three legs")
-    model, slips, warnings = _as_meant(legs, steps, stated)
+    model, slips, warnings = _as_meant(legs, steps, stated, priors)
     places: dict[str, list[int]] = {}
     for place, leg in enumerate(legs):
         places.setdefault(leg.point, []).append(place)
@@ -58,22 +62,22 @@ def reduce_card(
 
 
 def _as_meant(
-    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
+    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies, priors: Priors
 ) -> tuple[CardModel, tuple[Slip, ...], tuple[str, ...]]:
     """The model of the card, its slips and a warning, with the directions as tracks or as headings.
 
     They are what the card says, unless the other makes the same legs clearly more probable.
     """
-    model, slips = find_slips(legs, steps, stated)
-    other = CardModel(_turned(model.legs), steps, stated, model.struck_rows)
+    model, slips = find_slips(legs, steps, stated, priors)
+    other = CardModel(_turned(model.legs), steps, stated, model.struck_rows, priors)
     noise = model.likeliest_noise
     if other.log_evidence(noise) <= model.log_evidence(noise):
         return model, slips, ()
-    other, fewer = find_slips(_turned(legs), steps, stated)
+    other, fewer = find_slips(_turned(legs), steps, stated, priors)
     struck = model.struck_rows | other.struck_rows
     here, there = (
         each.log_evidence(each.likeliest_noise)
-        for each in (CardModel(one.legs, steps, stated, struck) for one in (model, other))
+        for each in (CardModel(one.legs, steps, stated, struck, priors) for one in (model, other))
     )
     if there - here + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
         return model, slips, ()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibration.covering import WindNoise
+from pitotbench.calibration.covering_problem import WindNoise
 from pitotbench.calibration.leg_methods import (
     LegAir,
     Legs,
@@ -24,20 +24,21 @@ from pitotbench.calibration.options import (
     PRIORS,
     Accuracies,
     CalibrationOptions,
+    Priors,
     accuracies_of,
+    priors_of,
 )
 from pitotbench.calibration.reduction import one_thread
+from pitotbench.calibration.screening import SECOND
+from pitotbench.estimation.mixture import half_width
 from pitotbench.estimation.noise import Intervals
-from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises
+from pitotbench.estimation.restricted_likelihood import weighted_noises
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Seconds
 
-# A log as one-second means over uninterrupted runs, for the search for steady legs and turns.
-
-SECOND = 1.0  # s, length of a block: short against a gust, long against the sampling
 _WHOLE = 0.8  # share of a block's rows that must be present
 
 
@@ -226,8 +227,6 @@ def _as_legs(blocks: Legs, pieces: list[Legs]) -> Legs:
     return joined.at(joined.leg >= 0)
 
 
-# The location of the pressure error for the fixed-speed methods, as a fit of the curve judges it.
-
 _STATIC = "static"
 
 
@@ -297,47 +296,47 @@ _FORGOTTEN = 1e5
 _TOUCHING = 1.01 * SECOND
 
 
-def two_sigma(groups: Sequence[SolvedGroup]) -> list[Array]:
+def two_sigma(groups: Sequence[SolvedGroup], priors: Priors = PRIORS) -> list[Array]:
     """Compute 2σ of the airspeed and the wind components [m/s], (3,), of each group."""
-    noises, weights = plausible_noises(groups)
+    noises, weights = plausible_noises(groups, priors)
     means = np.zeros((len(weights), 3))
     return [
         half_width(weights, means, np.sqrt(answer_variances(group, noises))) for group in groups
     ]
 
 
-def plausible_noises(groups: Sequence[SolvedGroup]) -> tuple[Array, Array]:
+def plausible_noises(groups: Sequence[SolvedGroup], priors: Priors = PRIORS) -> tuple[Array, Array]:
     """Return the nodes of the noise's posterior, (m, 3), and their weights, (m,).
 
     A node is ln(gust deviation [m/s], gust length [m], white deviation [m/s]).
     """
     level = float(np.concatenate([group.residual for group in groups]).std())
     if level < _FLOOR:  # computed legs without noise
-        return np.log([[_FLOOR, PRIORS.gust_length_m, _FLOOR]]), np.ones(1)
+        return np.log([[_FLOOR, priors.gust_length_m, _FLOOR]]), np.ones(1)
     likelihood = LegLikelihood(groups)
 
     def log_posterior(noise: Array) -> float:
         try:
-            return likelihood.of(noise) + _log_prior(noise)
+            return likelihood.of(noise) + _log_prior(noise, priors)
         except np.linalg.LinAlgError:
             return -np.inf  # the search rejects this noise
 
-    return weighted_noises(log_posterior, np.log([level, PRIORS.gust_length_m, 0.3 * level]))
+    return weighted_noises(log_posterior, np.log([level, priors.gust_length_m, 0.3 * level]))
 
 
-def _log_prior(phi: Array) -> float:
+def _log_prior(phi: Array, priors: Priors = PRIORS) -> float:
     """The prior of the covering method: half-normal levels, log-normal length, as densities of the
     logarithms.
     """
     deviation, white = np.exp(phi[0]), np.exp(phi[2])
     levels = (
-        -0.5 * (deviation / PRIORS.gust_mps) ** 2
-        - 0.5 * (white / PRIORS.white_mps) ** 2
+        -0.5 * (deviation / priors.gust_mps) ** 2
+        - 0.5 * (white / priors.white_mps) ** 2
         + phi[0]
         + phi[2]
     )
     return float(
-        levels - 0.5 * ((phi[1] - np.log(PRIORS.gust_length_m)) / np.log(_LENGTH_FACTOR)) ** 2
+        levels - 0.5 * ((phi[1] - np.log(priors.gust_length_m)) / np.log(_LENGTH_FACTOR)) ** 2
     )
 
 
@@ -422,10 +421,6 @@ def _remembered(seen: Array, decay: Array) -> Array:
     return sums
 
 
-# Fixed-speed points from a log: each group of steady legs or turn gives one airspeed, wind and
-# correction.
-
-
 def fixed_speed_points(
     log: FlightLog,
     options: CalibrationOptions | None = None,
@@ -434,10 +429,11 @@ def fixed_speed_points(
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
     `location` is that of the error, where a fit has found it; else it is judged as a fit of the
-    curve does. The used options are the row selection, the recovery factor, the error location and
-    the accuracies (stated, else the header's, else the usual ones). The 2σ covers gusts, sensor
-    noise and GPS noise as found in the log, and the accuracies. Raises BadInputError for a log that
-    cannot be used, NoAnswerError for one without such legs or turns.
+    curve does. The used options are the row selection, the recovery factor, the error location, the
+    priors of gusts and white noise, and the accuracies (stated, else the header's, else the usual
+    ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the accuracies.
+    Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or
+    turns.
     """
     with one_thread():
         return _points(log, options or CalibrationOptions(), location)
@@ -457,7 +453,7 @@ def _points(
     place = location or likely_location(log, options)
     return tuple(
         _point(each, bound, stated, place)
-        for one, found in zip(solved, two_sigma(solved), strict=True)
+        for one, found in zip(solved, two_sigma(solved, priors_of(options.priors)), strict=True)
         for each, bound in ((one, found), *_horseshoe(one, found))
     )
 

@@ -24,17 +24,17 @@ from pitotbench.calibration.altitude import (
 from pitotbench.calibration.covering import (
     CoveringFit,
     FirstPass,
-    Posterior,
-    Structure,
     final_pass,
     first_pass,
     fit_covering,
     posterior_of,
 )
+from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import PredictionModel, WindPath
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
@@ -52,9 +52,8 @@ from pitotbench.units import Array, Pascal, Seconds
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
-_LEAST_GAINED = (
-    0.01  # share of a variance: of a direction that gains less, small errors of the model decide
-)
+# share of a variance: of a direction that gains less, small errors of the model decide
+_LEAST_GAINED = 0.01
 _FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
 # Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights
 # look noisier.

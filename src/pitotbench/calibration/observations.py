@@ -196,8 +196,8 @@ def _runs(rows: Booleans) -> list[tuple[int, int]]:
 
 _MINIMUM_SAMPLES = 30
 _MOST = 0.5  # share of the rows: limits that leave out more are named where there is no answer
-_FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic
-_DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled with the air data
+FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic
+DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled with the air data
 
 
 @dataclass(frozen=True, slots=True)
@@ -438,7 +438,7 @@ def _between_fixes(
     stamped, one spline per stretch. A held velocity would lag by half a fix interval. Beyond the
     last fix nothing can be interpolated.
     """
-    if fresh.mean() > _DENSE and latency == margin == 0.0:
+    if fresh.mean() > DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
     from scipy.interpolate import (
         CubicSpline,
@@ -448,7 +448,7 @@ def _between_fixes(
     for number in np.unique(stretch):
         rows = stretch == number
         fixes = rows & fresh
-        if int(fixes.sum()) < _FEWEST_FIXES:
+        if int(fixes.sum()) < FEWEST_FIXES:
             continue
         knots = time[fixes] - latency
         rows &= time >= max(knots[0], knots[0] + latency + margin)
@@ -466,13 +466,10 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
     return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
 
 
-# Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the
-# sums.
-
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
 _SHORT = 120.0  # s of data, below which a log has
 _SHORT_BLOCK = 0.5  # s: such blocks
-_LONG = 480.0  # s of data, above which a log has
+LONG = 480.0  # s of data, above which a log has
 _LONG_BLOCK = 2.0  # s: such blocks
 _LONGEST = 3600.0  # s of data, above which a flight has
 _LONGEST_BLOCK = 4.0  # s: such blocks
@@ -484,7 +481,8 @@ class Blocks:
     """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals
     in time.
 
-    `length` is that of a block [s].
+    Their means keep slow signals, average out fast sensor noise and shorten the sums. `length` is
+    that of a block [s].
     """
 
     index: NDArray[np.intp]
@@ -511,7 +509,7 @@ def block_length(obs: Observations) -> float:
     duration = len(obs) * float(np.median(np.diff(obs.time)))
     if duration > _LONGEST:
         return max(_LONGEST_BLOCK, duration / _MOST_BLOCKS)
-    return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
+    return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > LONG else _BLOCK
 
 
 def divide(obs: Observations, length: float) -> Blocks:

@@ -3,13 +3,13 @@ show.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, replace
 from math import inf, isfinite
 from typing import Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
-from pitotbench.pressure_error.models import SMOOTH
+from pitotbench.pressure_error.models import SMOOTH, SmoothModel
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 
@@ -193,8 +193,15 @@ class Priors:
             if not isfinite(value) or value <= least:
                 raise BadInputError(f"prior {each.name} = {value:g}: give more than {least:g}")
 
+    def of_curve(self, law: SmoothModel) -> SmoothModel:
+        """Return a smooth curve with the priors of its parts."""
+        return replace(
+            law, slope=self.curve_slope, lift=self.curve_lift, departure=self.curve_departure
+        )
+
 
 PRIORS = Priors()
+CARD_PRIORS = ("curve_slope", "curve_lift", "curve_departure")  # that a card of legs takes
 StatedPriors = Priors | Mapping[str, float] | None
 
 
@@ -208,7 +215,26 @@ def priors_of(stated: StatedPriors) -> Priors:
     return Priors(**_numbers("prior", stated or {}, fields(Priors), "gust_length_m = 300"))
 
 
-# The options of a calibration, in one record.
+def stated_of(priors: StatedPriors) -> dict[str, float]:
+    """Return the priors that somebody stated, by name; of a whole record those that are not usual.
+    Raises as `priors_of`.
+    """
+    if isinstance(priors, Mapping):
+        return _numbers("prior", priors, fields(Priors), "gust_length_m = 300")
+    values = {each.name: getattr(priors or PRIORS, each.name) for each in fields(Priors)}
+    return {name: value for name, value in values.items() if value != getattr(PRIORS, name)}
+
+
+def priors_of_card(stated: StatedPriors) -> Priors:
+    """Return the priors for a card of legs. Raises BadInputError as `priors_of`, and for a prior
+    that a card does not take.
+    """
+    for name in stated_of(stated):
+        if name not in CARD_PRIORS:
+            known = ", ".join(CARD_PRIORS)
+            raise BadInputError(f"prior {name}: a card of legs takes those of its curve: {known}")
+    return priors_of(stated)
+
 
 AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
 _NOW_SMOOTH = (AUTO, "spline")  # what the smooth curve stands for

@@ -18,9 +18,8 @@ from pitotbench.units import Array
 # name from their toolbox. Its bound is the Cramér-Rao bound for white residuals. It is far too
 # small in real air, where gusts are correlated.
 
-_DECREMENT = (
-    0.02  # standard errors: remaining step at convergence, in the metric of the information matrix
-)
+# standard errors: remaining step at convergence, in the metric of the information matrix
+_DECREMENT = 0.02
 _ITERATIONS = 50
 _HALVINGS = 8
 _DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of the scaled normal equations
@@ -185,11 +184,8 @@ def _normal_equations(residuals: Array, jacobian: Array, noise: Array) -> tuple[
     return information, gradient
 
 
-# The paper's method: one output, indicated airspeed.
-
-_COARSE_ROWS = (
-    2000  # rows of the first fit of a long log, which starts the full fit near its minimum
-)
+# rows of the first fit of a long log, which starts the full fit near its minimum
+_COARSE_ROWS = 2000
 
 
 def fit_scalar(

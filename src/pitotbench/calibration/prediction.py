@@ -324,14 +324,12 @@ def wind_by_circle(obs: Observations) -> Array:
     return np.asarray(np.linalg.lstsq(2.0 * ground, response)[0][:2])
 
 
-# A wind that drifts far is no small correction to its mean. So the problem is linearized around a
-# path of the wind, and the path is estimated again with each pass.
-
-
 @dataclass(frozen=True, slots=True)
 class WindPath:
     """The wind less its mean, around which a problem is linearized: times (k,) [s], and (k, 2)
     [m/s] there.
+
+    A wind that drifts far is no small correction to its mean; each pass estimates the path again.
     """
 
     time: Seconds

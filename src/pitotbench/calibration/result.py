@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.covering import Posterior, Structure, drift_of
+from pitotbench.calibration.covering import drift_of
+from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
@@ -19,6 +20,7 @@ from pitotbench.calibration.options import (
     accuracies_of,
     assumptions_of,
     priors_of,
+    stated_of,
 )
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
@@ -29,6 +31,8 @@ from pitotbench.calibration.prediction import (
     curve_airspeeds,
 )
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
+from pitotbench.estimation.mixture import Posterior
+from pitotbench.estimation.noise import UNIFORM
 from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
@@ -86,6 +90,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
+        priors=stated_of(reduction.options.priors),
         impact_pressure_zero=zero,
         winds=reduction.winds or _one_window(reduction, _wind(model, answer)),
         parts=reduction.parts,
@@ -176,6 +181,7 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         warnings=(*log.cautions, Caution(words, "one heading")),
         error_location=STATIC,
         assumptions=assumptions_of(options.accuracies, log.header),
+        priors=stated_of(options.priors),
         parts=spans(log.time, obs.usable.rows),
         log_start=log.start,
         left_out=obs.usable.reasons,
@@ -382,7 +388,6 @@ def residuals_of(reduction: Reduction) -> Residuals:
 # k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
 
 _NEAR = 10.0 * KNOT  # m/s: readings that decide about the curve at an airspeed
-_ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over a step
 _WINDOW = 10.0  # s: scatter within it is that of gusts, not a change of the maneuver's airspeed
 _FEWEST = 5  # rows of a window that tell a scatter
 _ORDERS = np.arange(1.0, 51.0)
@@ -440,7 +445,7 @@ def display_two_sigma(
             min(np.mean(stays[rows]), 1.0 / _different(channels, rows)) if rows.any() else 1.0
             for rows in near
         ]
-        variance += (_ROUNDING * step) ** 2 * np.array(left)
+        variance += (UNIFORM * step) ** 2 * np.array(left)
     return np.asarray(2.0 * np.sqrt(variance))
 
 
@@ -457,7 +462,7 @@ def share_that_stays(time: Seconds, reading: Array) -> Array:
     )
     mean = np.bincount(window, reading) / count
     squares = np.bincount(window, (reading - mean[window]) ** 2) / np.maximum(count - 1, 1)
-    scatter = np.sqrt(np.maximum(squares - _ROUNDING**2, 0.0))
+    scatter = np.sqrt(np.maximum(squares - UNIFORM**2, 0.0))
     scatter[count < _FEWEST] = 0.0
     with np.errstate(divide="ignore"):
         envelope = np.minimum(1.0, 1.0 / (np.sqrt(2.0) * np.pi**2 * _ORDERS[:, None] * scatter))

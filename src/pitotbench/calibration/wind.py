@@ -11,17 +11,12 @@ from scipy.special import logsumexp
 
 from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeNoise, altitude_regression
-from pitotbench.calibration.covering import (
-    CoveringFit,
-    Linearized,
-    Posterior,
-    Structure,
-    linearize,
-    log_prior_of,
-)
+from pitotbench.calibration.covering import CoveringFit
+from pitotbench.calibration.covering_problem import Linearized, Structure, linearize, log_prior_of
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.prediction import CurveMap, PredictionModel, curve_airspeeds
 from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck
 from pitotbench.estimation.restricted_likelihood import Regression

@@ -3,7 +3,6 @@ results.
 """
 
 import json
-import shlex
 import signal
 import sys
 import time
@@ -12,9 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
 from pathlib import Path
-from statistics import fmean
 from threading import current_thread, main_thread
 from types import FrameType
 from typing import Any, Protocol, TypeVar
@@ -32,7 +29,6 @@ from pitotbench.campaigns.fleet import (
     open_fleet,
     say,
     terminal_bar,
-    usable_cores,
 )
 from pitotbench.campaigns.plan_file import CampaignPlan, plan_of_names, read_plan, seeds_of
 from pitotbench.campaigns.result_table import (
@@ -49,69 +45,8 @@ from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
-from pitotbench.simulation.maneuvers import MANEUVERS
-
-# Say what a campaign would fly and what it would cost, before anything is flown.
-
-# Measured on one core of a server of 2024 (docs/scale.md).
-CPU_SECONDS_A_MINUTE = 0.15  # of flight
-CPU_SECONDS_A_CALIBRATION = 0.12
-BYTES_A_PART = 4096
-BYTES_A_SAMPLE = 100  # of a log in Parquet
-_MINUTES = 6.0  # of a maneuver that the paper does not have
-
-_SAMPLED_TASKS = 1_000  # flights of the plan
-
-
-def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
-    """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and
-    gigabytes.
-
-    The minutes are those of the stored flights of the plan, else of the paper's card of each
-    maneuver.
-    """
-    plan = request.planned()
-    part, parts = request.shard or (1, 1)
-    count = len(range(part - 1, plan.count, parts))
-    tasks = plan.tasks(request.log_format, request.keep_logs)
-    sampled = list(islice(sharded(tasks, (part, parts)), _SAMPLED_TASKS))
-    store = ResultStore(request.out / STORE)
-    stored = [document for task in sampled if (document := store.find(task.key)) is not None]
-    scale = count / len(sampled)
-    cores = request.jobs or usable_cores()
-    measured = [document["made"]["cpu_s"] for document in stored if document["rows"]]
-    seconds = (
-        fmean(measured) * len(sampled) if measured else sum(cpu_seconds(task) for task in sampled)
-    )
-    minutes = scale * seconds / 60.0
-    size = scale * sum(_bytes_of_task(task) for task in sampled) / 1e9
-    whole = "" if count == len(sampled) else f" of the first {len(sampled):,}"
-    varied = ", ".join(plan.varied) or "seeds"
-    yield f"flights: {count:,} ({len(plan.calibrations):,} calibrations each; varied: {varied})"
-    yield f"stored:  {len(stored):,}{whole}"
-    wall = f"{minutes / cores:,.0f} min on {cores} processes"
-    yield f"time:    about {minutes:,.0f} CPU min, {wall}, if none is stored"
-    yield f"disk:    about {size:,.2f} GB in {request.out}"
-    yield f"first:   {sampled[0].name}; last looked at: {sampled[-1].name}"
-
-
-def cpu_seconds(task: Task) -> float:
-    """Return the CPU seconds that a task is expected to take."""
-    fits = len(task.systems) * len(task.calibrations)
-    return CPU_SECONDS_A_MINUTE * _minutes(task) + CPU_SECONDS_A_CALIBRATION * fits
-
-
-def _minutes(task: Task) -> float:
-    return MANEUVERS[task.case.maneuver].minutes or _MINUTES
-
-
-def _bytes_of_task(task: Task) -> float:
-    logs = task.systems if task.keep_logs == "all" else ()
-    return BYTES_A_PART + BYTES_A_SAMPLE * sum(
-        60.0 * _minutes(task) * system.air_rate for system in logs
-    )
-
 
 _ASKED = tuple(
     number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None
@@ -142,8 +77,6 @@ def _stop(number: int, _: FrameType | None) -> None:
     raise KeyboardInterrupt(signal.Signals(number).name)
 
 
-# Say how a campaign goes on: a bar on a terminal, else a line a minute, in words or as JSON.
-
 STYLES = ("auto", "bar", "lines", "json", "none")
 _EVERY = 60.0  # s between two lines
 _RECENT = 600.0  # s over which the rate is measured
@@ -151,7 +84,9 @@ _RECENT = 600.0  # s over which the rate is measured
 
 @dataclass(slots=True)
 class Watch:
-    """Counts the flights of a campaign and reports them. `total` is the number of flights planned."""
+    """Counts the flights of a campaign and reports them, by `style`: a bar on a terminal, else a
+    line a minute, in words or as JSON. `total` is the number of flights planned.
+    """
 
     total: int
     style: str = "auto"
@@ -253,9 +188,6 @@ class Watch:
             sys.stderr.flush()
         else:
             say(self.line())
-
-
-# The engine of a campaign: perform the tasks that a store does not hold, and keep every result.
 
 
 class Keyed(Protocol):
@@ -485,7 +417,7 @@ class _Campaign:
         program = (
             "pitotbench" if Path(sys.argv[0]).name in ("pitotbench", "__main__.py") else sys.argv[0]
         )
-        command = shlex.join([program, *sys.argv[1:]])
+        command = command_line([program, *sys.argv[1:]])
         done = watch.found + watch.flown
         return (
             f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: "

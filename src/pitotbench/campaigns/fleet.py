@@ -445,9 +445,8 @@ def say(text: str) -> None:
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
-_BUNDLE = (
-    1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
-)
+# s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
+_BUNDLE = 1.0
 _PATIENCE = 60.0  # s to wait for the first worker
 
 

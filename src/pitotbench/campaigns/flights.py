@@ -111,8 +111,6 @@ def wind_toward(wind: Wind) -> Array:
     )
 
 
-# Compare answers with the truth: the errors of a curve, of points and of a wind, with their 2σ.
-
 SCORED_RANGE = (
     100.0 * KNOT,
     160.0 * KNOT,

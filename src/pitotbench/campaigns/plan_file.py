@@ -22,8 +22,6 @@ from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.maneuvers import maneuvers_named
 from pitotbench.simulation.sortie import card_of
 
-# The plan of a campaign: which cases are flown, expanded one by one.
-
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:

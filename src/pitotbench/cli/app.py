@@ -88,10 +88,6 @@ COMMANDS = (
 )
 
 
-# The parsers of the command line: errors in one line, versions looked up on demand, flags added
-# when needed.
-
-
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line. It has `--debug` and `--version`, and so have its
     commands.
@@ -285,8 +281,6 @@ def _explain(error: BaseException) -> tuple[int, str]:
             return BAD_INPUT, error_words(error)
     return UNFORESEEN, f"{error_words(error)}; run again with --debug for the traceback"
 
-
-# `pitotbench completion`: the script with which a shell completes commands and flags.
 
 SHELLS = ("bash", "zsh", "fish")
 

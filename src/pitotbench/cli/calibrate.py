@@ -1,14 +1,13 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.cli.shared_flags import (
     flag,
-    mapping_source,
-    read_choices,
     read_logs,
     require_page,
     require_table,
@@ -16,6 +15,8 @@ from pitotbench.cli.shared_flags import (
     shared,
     stated_accuracies,
     stated_part,
+    stated_priors,
+    stated_reading,
     tell,
     write_page,
     write_table,
@@ -23,6 +24,7 @@ from pitotbench.cli.shared_flags import (
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
+    from pitotbench.bench.calibration_request import CalibrationRequest
     from pitotbench.records.calibration import CalibratedFlight
     from pitotbench.records.log import FlightLog
 
@@ -199,19 +201,14 @@ def _reduced(options: argparse.Namespace, held: bool) -> "list[tuple[Path, Calib
     """Return each flight with the path of its log and its calibration: one curve for each log
     where asked for, else one for all. Of logs that are `held` in a folder, those that have an answer.
     """
-    from pitotbench.bench.calibrations import (
-        calibrate_each,
-        flag_choice,
-        options_of,
-        published_of,
-        sources_of,
-    )
+    from pitotbench.bench.calibration_request import NamedFile, calibrate_request
+    from pitotbench.bench.calibrations import options_of
     from pitotbench.bench.folder_logs import calibrate_folder
-    from pitotbench.logbook.columns import PARAMETERS
 
     choices = _choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
-    published = published_of(options.handbook)  # and a wrong table
+    asked = _request(options)
+    published = asked.published()  # and a wrong table
     _, stated = _stated_autopilot(options)
     part = stated_part(options)
 
@@ -220,17 +217,6 @@ def _reduced(options: argparse.Namespace, held: bool) -> "list[tuple[Path, Calib
             paths, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
         )
 
-    files = mapping_source(options)
-    flags = [
-        *read_choices(options),
-        flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
-        flag_choice("params", options.params, "none"),
-        flag_choice("handbook", options.handbook and options.handbook.name, "none"),
-        flag_choice(
-            "airspeed_sensor", options.airspeed_sensor and str(options.airspeed_sensor), "the first"
-        ),
-        flag_choice("temperature_c", options.temperature_c, "as logged, else a standard day"),
-    ]
     if held:
         answers = calibrate_folder(
             options.logs,
@@ -238,41 +224,36 @@ def _reduced(options: argparse.Namespace, held: bool) -> "list[tuple[Path, Calib
             options.separately,
             say,
             "calibrating",
-            sources=files,
-            flags=flags,
+            sources=asked.sources(),
+            flags=asked.choices(),
             published=published,
             **choices,
         )
         return [(each.given, flight) for each in answers for flight in each.flights]
     logs = read(options.logs)
-    if (
-        options.params
-        and not options.separately
-        and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1
-    ):
-        raise BadInputError(
-            "--params: the logs were flown with different parameters, so their airspeeds have no "
-            "curve in common; "
-            "use --separately"
-        )
-    groups = (
-        [([path], [log]) for path, log in zip(options.logs, logs, strict=True)]
-        if options.separately
-        else [(options.logs, logs)]
-    )
+    files = [NamedFile(path, path.name) for path in options.logs]
+    groups = [(files, logs)]
+    if options.separately:
+        groups = [([file], [log]) for file, log in zip(files, logs, strict=True)]
     return [
-        (paths[flight.place], flight)
-        for paths, group in groups
-        for flight in calibrate_each(
-            group,
-            None,
-            options.mapping,
-            [*sources_of("log", paths, group), *files],
-            flags,
-            published,
-            **choices,
-        )
+        (own[flight.place].path, flight)
+        for own, group in groups
+        for flight in calibrate_request(own, group, asked, **choices)
     ]
+
+
+def _request(options: argparse.Namespace) -> "CalibrationRequest":
+    from pitotbench.bench.calibration_request import NamedFile
+
+    book, sensor = options.handbook, options.airspeed_sensor
+    return replace(
+        stated_reading(options),
+        handbook=None if book is None else NamedFile(book, book.name),
+        limit="" if options.limit == "auto" else options.limit,
+        parameters=options.params or "",
+        airspeed_sensor="" if sensor is None else str(sensor),
+        temperature_c=options.temperature_c or "",
+    )
 
 
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
@@ -311,10 +292,7 @@ def _choices(options: argparse.Namespace) -> dict[str, Any]:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     stated |= dict(choice for flag, choice in _SWITCHES.items() if getattr(options, flag))
     stated |= stated_accuracies(options)
-    if options.priors is not None:
-        from pitotbench.calibration.options import parse_priors
-
-        stated["priors"] = parse_priors(options.priors)
+    stated |= stated_priors(options)
     if options.latency is not None:
         stated |= _latency(options.latency)
     return stated

@@ -124,7 +124,7 @@ def run(options: argparse.Namespace) -> int:
 
     request = request_of(options)
     if options.dry_run:
-        from pitotbench.campaigns.campaign import forecast_of_costs
+        from pitotbench.campaigns.costs import forecast_of_costs
 
         for line in forecast_of_costs(request):
             print(line)

@@ -13,6 +13,7 @@ from pitotbench.cli.shared_flags import (
     shared,
     stated_accuracies,
     stated_numbers,
+    stated_priors,
     tell,
     tell_each,
     write_page,
@@ -29,7 +30,7 @@ FLAGS = (
         help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
         "fly-by",
     ),
-    *shared("mapping", "accuracy", "table", "units", "json"),
+    *shared("mapping", "accuracy", "priors", "table", "units", "json"),
     flag("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"),
     flag("--track-deg", help="true track of each leg, with commas [°]"),
     flag(
@@ -55,6 +56,8 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError(
             "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
         )
+    if options.priors is not None and not asked <= {_LOGS, _CARDS}:
+        raise BadInputError(f"--set: {asked.pop()} have no prior; logs and points tables have")
     {
         _LOGS: _of_logs,
         _CARDS: _of_cards,
@@ -87,14 +90,15 @@ def _write_sheet(options: argparse.Namespace) -> None:
 
 def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.calibration.hand_card import reduce_card
-    from pitotbench.calibration.options import accuracies_of
+    from pitotbench.calibration.options import accuracies_of, priors_of_card
     from pitotbench.logbook.points_table import read_points
     from pitotbench.show.calibration import doubts_of_curve
     from pitotbench.show.legs import card_json, card_tree
 
     stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
+    priors = priors_of_card(stated_priors(options).get("priors"))
     read = [(path, *read_points(path)) for path in options.logs]
-    found = [(path, reduce_card(legs, steps, stated)) for path, legs, steps in read]
+    found = [(path, reduce_card(legs, steps, stated, priors)) for path, legs, steps in read]
     several = len(found) > 1
     curves = {
         " ".join(filter(None, (path.stem if several else "", name))): curve
@@ -126,7 +130,9 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.show.curve_rows import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
-    choice = options_of(logs, options.mapping, **stated_accuracies(options))
+    choice = options_of(
+        logs, options.mapping, **stated_accuracies(options), **stated_priors(options)
+    )
     found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)

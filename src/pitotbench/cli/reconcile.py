@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
     flag,
-    mapping_source,
-    read_choices,
     read_logs,
     require_page,
     say,
     shared,
     stated_part,
+    stated_reading,
     tell,
 )
 from pitotbench.records import BadInputError
@@ -203,19 +202,20 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog | None]") -> 
     )
     from pitotbench.records.log import Choice
 
+    asked = stated_reading(options)
     count = len(options.log)
     sources = [
         *sources_of("log", options.log, logs[:count]),
         *sources_of("held-out log", [options.holdout] * len(logs[count:]), logs[count:]),
         *(("card", path, None) for path in options.card or ()),
-        *mapping_source(options),
+        *asked.sources(),
         *model_sources(options.aircraft),
     ]
     setting = setting_of(advised := advice_of([each for each in logs if each], options.mapping))
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),
-        *read_choices(options),
+        *asked.reading_choices(),
         Choice("place of the error curve", place, "mapping" if setting.static_error else "default"),
         Choice(
             "mach max", f"{setting.mach_max:g}", "mapping" if "mach_max" in advised else "default"

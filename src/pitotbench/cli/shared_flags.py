@@ -12,17 +12,15 @@ from pitotbench.catalog import explain
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.calibrations import Source
+    from pitotbench.bench.calibration_request import CalibrationRequest
     from pitotbench.logbook.assembly import Part
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
-    from pitotbench.records.log import Choice, FlightLog
+    from pitotbench.records.log import FlightLog
     from pitotbench.show.tree import Node
 
 T = TypeVar("T")
 
-
-# What the exit code of a command means.
 
 DONE = 0
 UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
@@ -330,22 +328,18 @@ def tell_each(
     )
 
 
-def read_choices(options: argparse.Namespace) -> "list[Choice]":
-    """Return how the flags say that a log is read, for the record."""
-    from pitotbench.bench.calibrations import flag_choice
+def stated_reading(options: argparse.Namespace) -> "CalibrationRequest":
+    """Return how the flags say that a log is read."""
+    from pitotbench.bench.calibration_request import CalibrationRequest
 
-    return [
-        flag_choice("mapping", options.mapping, "as recognized"),
-        flag_choice("from", options.begin, "the first row"),
-        flag_choice("to", options.end, "the last row"),
-        flag_choice("without", ", ".join(options.without or ()) or None, "none"),
-    ]
-
-
-def mapping_source(options: argparse.Namespace) -> "list[Source]":
-    """Return the mapping as a source for the record; nothing for a shipped one or for none."""
-    path = Path(options.mapping or "")
-    return [("mapping", path, None)] if path.is_file() else []
+    mapping = options.mapping or ""
+    return CalibrationRequest(
+        mapping=mapping,
+        mapping_name=mapping,
+        begin=options.begin or "",
+        end=options.end or "",
+        without=tuple(options.without or ()),
+    )
 
 
 def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
@@ -357,6 +351,15 @@ def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
     if options.accuracy is None:
         return {}
     return {"accuracies": parse_accuracies(options.accuracy)}
+
+
+def stated_priors(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the priors of the parsed flag as options of the calibration; nothing where the flag
+    was not given.
+    """
+    from pitotbench.calibration.options import parse_priors
+
+    return {} if options.priors is None else {"priors": parse_priors(options.priors)}
 
 
 def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:

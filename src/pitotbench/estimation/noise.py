@@ -24,9 +24,9 @@ from pitotbench.units import Array, Booleans, Seconds
 # interval to interval. Several outputs an interval (such as the velocity along and across the path)
 # may share the processes with different loadings; their data follow each other, output by output.
 
-_SMALL = (
-    1e-2  # interval over correlation time below which the bridge's leading term is exact enough
-)
+UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
+# interval over correlation time below which the bridge's leading term is exact enough
+_SMALL = 1e-2
 _SAME = 1e-12  # step over correlation time below which values at two edges are the same to rounding
 _SINGULAR = "the covariance of the noise is not positive definite"
 
@@ -445,9 +445,6 @@ def yule_walker(autocovariance: Array) -> tuple[Array, float]:
     variance = max(covariance[0] - coefficients @ covariance[1:], RIDGE * covariance[0])
     return coefficients, float(np.sqrt(variance))
 
-
-# Deviations that outliers do not enlarge, and the single samples that stand out from their
-# neighbors.
 
 NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 _LARGE = 0.95  # a quantile of a normal variable's size

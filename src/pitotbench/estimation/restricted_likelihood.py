@@ -7,26 +7,15 @@ from dataclasses import dataclass
 from itertools import chain, product
 
 import numpy as np
-from scipy.special import logsumexp, ndtr, ndtri
+from scipy.special import logsumexp
 
 from pitotbench.estimation.noise import JointNoise, JointNoiseOf, Noise, NoiseOf, weighed_by_each
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 
-# Compute bounds from a mixture of Gaussians, one for each plausible set of noise parameters. The
-# noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian; the
-# weighted mixture of these is the answer with the noise marginalized (integrated nested Laplace
-# approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
-
-TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
-_DRAWS = 600  # for each node: they give the factor to about 1 %
-_DRAW_SEED = 20111
 _FULL = 5  # dimensions up to which the design has all corners
-_HALF_WIDTH_STEPS = 60  # at most
-_HALF_WIDTH_ERROR = 1e-13  # of the half-width, as a share
-_LEAST_WEIGHT = (
-    1e-4  # weight of a noise with one of several rival priors, below which it is left out
-)
+# weight of a noise with one of several rival priors, below which it is left out
+_LEAST_WEIGHT = 1e-4
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -73,65 +62,6 @@ def _corners(dimensions: int) -> Array:
     ]
 
 
-def half_width(
-    weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE
-) -> Array:
-    """Return the half-width, (c,), of the interval around the mixture mean that holds `share` of
-    the mixture.
-
-    Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
-    """
-    # Newton's steps, and halves of the bracket where one would leave it; all quantities are solved
-    # together.
-    offset = means - weights @ means
-    low = np.zeros(means.shape[1])
-    high = 12.0 * np.max(deviations + np.abs(offset), axis=0)
-    width = -ndtri(0.5 * (1.0 - share)) * np.sqrt(weights @ (deviations**2 + offset**2))
-    for _ in range(_HALF_WIDTH_STEPS):
-        above, below = (width - offset) / deviations, (-width - offset) / deviations
-        missing = share - weights @ (ndtr(above) - ndtr(below))
-        low, high = np.where(missing > 0.0, width, low), np.where(missing > 0.0, high, width)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            density = weights @ ((np.exp(-0.5 * above**2) + np.exp(-0.5 * below**2)) / deviations)
-            wider = width + missing * np.sqrt(2.0 * np.pi) / density
-        inside = (wider > low) & (wider < high)
-        last, width = width, np.where(inside, wider, 0.5 * (low + high))
-        if np.all(np.abs(width - last) <= _HALF_WIDTH_ERROR * width):
-            break
-    return np.asarray(width)
-
-
-def simultaneous_factor(
-    weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array
-) -> float:
-    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points at
-    once.
-
-    They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the
-    largest deviation, in units of the bounds, over draws of the mixture with a fixed seed.
-
-    Parameters: weights (m,), means (m, p) and covariances (m, p, p) of the mixture; gradient (c, p)
-    of c linear functions; bounds, their pointwise half-widths, (c,).
-    """
-    # A fixed seed makes the bound of one log the same at every run.
-    rng = np.random.default_rng(_DRAW_SEED)
-    offset = (means - weights @ means) @ gradient.T
-    largest = np.empty((len(weights), _DRAWS))
-    for node, covariance in enumerate(covariances):
-        scale = np.sqrt(np.diag(covariance))
-        # The root of a covariance by its eigenvectors: a Cholesky factor fails where rounding makes
-        # it singular.
-        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        deviation = offset[node][:, None] + gradient @ root @ rng.standard_normal(
-            (len(scale), _DRAWS)
-        )
-        largest[node] = np.max(np.abs(deviation) / bounds[:, None], axis=0)
-    order = np.argsort(largest, axis=None)
-    held = np.cumsum(np.repeat(weights / _DRAWS, _DRAWS)[order])
-    return max(1.0, float(largest.ravel()[order][np.searchsorted(held, TWO_SIGMA_SHARE)]))
-
-
 # y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
 # coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have
 # a prior; their posterior is represented by its mode and a few nodes around it.
@@ -139,9 +69,8 @@ def simultaneous_factor(
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS = 40  # of the search, at most
 _HALVINGS = 12  # of a step, at most
-_LEAST_GAIN = (
-    0.1  # gain in log-posterior below which a step is the last one: the next gains far less
-)
+# gain in log-posterior below which a step is the last one: the next gains far less
+_LEAST_GAIN = 0.1
 _ROUGHLY = 0.3  # the same for a mode that another search starts from
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ

@@ -20,7 +20,8 @@ from pitotbench.records import BadInputError
 
 _DENSITY = 1.225  # kg/m³, the constant of both autopilots
 _PX4_GAIN = 2.0 / _DENSITY  # R of PX4 at scale 1
-_SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
+_SWAPPED = 1  # of ARSPD_TUBE_ORDR: the tubes are exchanged
+_EITHER = 2  # of ARSPD_TUBE_ORDR: whichever way round gives a positive pressure
 _IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie closer to it
 
 

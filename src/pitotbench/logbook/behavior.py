@@ -10,6 +10,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.logbook.columns import Table, numbers
+from pitotbench.logbook.derived import MEDIAN_OF_NORMAL
 from pitotbench.logbook.guess import Guess
 from pitotbench.units import DEGREE, Array, to_si
 
@@ -19,7 +20,6 @@ _MOVING = 5.0  # m/s, above which a course is known
 _FEWEST = 16  # rows that show what a column does
 _SAME_SPEED = 0.07  # of the speed; units of speed differ by 9 % or more
 _SAME_COURSE = 1.5  # degrees rms: whole degrees, and positions to a meter
-_MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _DELAYED = 4.0  # degrees: half a second in a turn of 6 to 8 degrees a second
 _STEADY = 5.0  # degrees about a constant, the magnetic variation
 _CLIMBING = 0.5  # correlation with the change of height above which a vertical speed is one
@@ -135,7 +135,7 @@ def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess
     turn = np.exp(1j * (to_si(values[rows], guess.units[0]) - np.arctan2(east, north)[rows]))
     middle = np.median(turn.real) + 1j * np.median(turn.imag)
     apart = abs(float(np.angle(middle))) / DEGREE
-    scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (_MEDIAN_OF_NORMAL * DEGREE)
+    scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (MEDIAN_OF_NORMAL * DEGREE)
     if apart < _DELAYED and scatter < _SAME_COURSE:
         return replace(guess, quantity="track")
     if guess.quantity.endswith("heading") or not movement.absolute:

@@ -12,9 +12,8 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from pitotbench.logbook.columns import within
-from pitotbench.logbook.formats import FORMATS, READ_ONLY
+from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
-from pitotbench.logbook.topics import TOPIC_READERS
 from pitotbench.records import BadInputError
 
 ZIP = ".zip"

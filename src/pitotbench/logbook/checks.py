@@ -19,8 +19,6 @@ from pitotbench.records.log import Caution, FlightLog
 from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
-# Pauses of the recording, and the several flights that one log may hold.
-
 BETWEEN_FLIGHTS = 300.0  # s: in five minutes without a record an airplane lands and takes off, or the wind changes
 _SHOWN = 3
 
@@ -293,25 +291,21 @@ def _changes(draft: Draft, names: list[str]) -> Booleans:
 # Rows are counted from 1, which is the first row below the line of column names.
 
 _FEW = 0.01  # share of time stamps that may repeat
-_STANDS_STILL = (
-    4.0  # steps of a coarse clock: for longer it stands still, and a longer step is a pause
-)
+# steps of a coarse clock: for longer it stands still, and a longer step is a pause
+_STANDS_STILL = 4.0
 _MOST_BLANK = 0.5  # share of rows for which a unit may start up
-_NEIGHBORS = (
-    4  # times the most rows of one stamp, to either side, over which the moments are averaged
-)
+# times the most rows of one stamp, to either side, over which the moments are averaged
+_NEIGHBORS = 4
 
 _FEWEST_RECORDED = 30  # rows of a recording: a clock that falls for fewer was disturbed
 
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
-_LONGEST_STEP = (
-    10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
-)
+# s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
+_LONGEST_STEP = 10.0
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
-_LONGEST_GAP = (
-    86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
-)
+# s, between two rows of one log: the blocks of a log are counted by the second
+_LONGEST_GAP = 86400.0
 
 
 def drop_blank_start(draft: Draft) -> None:

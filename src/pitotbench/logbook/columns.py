@@ -298,8 +298,6 @@ def impossible(quantity: Channel, values: Array) -> Booleans:
     return bad | (values < quantity.low / _BEYOND) if quantity.low > 0.0 else bad
 
 
-# Parse the TOML header of a log. All formats have the same header.
-
 _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
 _TOML_LINE = re.compile(
     r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE
@@ -358,10 +356,8 @@ def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
     return [*texts, "the header's `warnings` holds entries that are not text; they are ignored"]
 
 
-# Read clock times and dates as seconds: HH:MM:SS, ISO 8601, day/month/year, and IRIG day:HH:MM:SS.
-
-_DAY = 86400.0  # s
-_MIDNIGHT = 0.5 * _DAY  # a clock without a date that runs back by more has passed midnight
+SECONDS_A_DAY = 86400.0  # s
+_MIDNIGHT = 0.5 * SECONDS_A_DAY  # a clock without a date that runs back by more has passed midnight
 _YEAR_ONE = date(1970, 1, 1).toordinal()
 # An hour above 24 is IRIG's day of the year; the fraction may follow a point, a comma or a third
 # colon.
@@ -420,7 +416,7 @@ def clock_seconds(name: str, column: Column) -> Seconds:
     day, second = found[known].T
     seconds = np.full(len(column), np.nan)
     passed = np.cumsum(np.diff(second, prepend=second[:1]) < -_MIDNIGHT)
-    seconds[known] = second + _DAY * (day if np.isfinite(day).all() else passed)
+    seconds[known] = second + SECONDS_A_DAY * (day if np.isfinite(day).all() else passed)
     return seconds
 
 
@@ -470,7 +466,7 @@ def _day_and_second(cell: object) -> tuple[float, float]:
         moment = datetime.fromisoformat(
             text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")
         ).astimezone(UTC)
-        return moment.toordinal() - _YEAR_ONE, moment.timestamp() % _DAY
+        return moment.toordinal() - _YEAR_ONE, moment.timestamp() % SECONDS_A_DAY
     return _second(day, rest)
 
 

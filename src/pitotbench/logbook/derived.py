@@ -37,7 +37,7 @@ _SINCE_1970 = (3e8, 1e10)  # s: a clock between them counts from 1970
 _EQUATOR = 6378137.0  # m, WGS 84 (NIMA TR 8350.2)
 _ECCENTRICITY_SQUARED = 0.00669437999  # likewise
 _FEWEST_FIXES = 16
-_MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
+MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
@@ -374,7 +374,7 @@ def _noise(velocity: Array, apart: int) -> float:
     )
     third = np.abs(third - velocity[: -3 * apart])
     third = third[np.isfinite(third)]
-    return float(np.median(third) / _MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
+    return float(np.median(third) / MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:

@@ -280,9 +280,8 @@ def _regular(steps: NDArray[np.intp]) -> bool:
     return usual >= 2.0 and float(odd.mean()) <= _ODD
 
 
-_FEW = (
-    0.01  # share of rows for which a channel that is not needed is given up no sooner than the rows
-)
+# share of rows for which a channel that is not needed is given up no sooner than the rows
+_FEW = 0.01
 _MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody knows whether it is the right half
 
 

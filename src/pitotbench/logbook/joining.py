@@ -28,9 +28,9 @@ from pitotbench.logbook.columns import (
     within,
 )
 from pitotbench.logbook.derived import components
+from pitotbench.logbook.formats import topics_of
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.logbook.sensors import chosen
-from pitotbench.logbook.topics import topics_of
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, Booleans, from_si, to_si
 

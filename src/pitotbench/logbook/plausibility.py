@@ -45,9 +45,8 @@ _GAINS = {  # on the impact pressure
     4.0: "half of the airspeed",
 }
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
-_SCALE_SPREAD = (
-    10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
-)
+# 1σ of the logarithm of the factor before the log is looked at: as good as unknown
+_SCALE_SPREAD = 10.0
 _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
 
 
@@ -452,9 +451,8 @@ def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> boo
     return wind >= 4.0 * LIMITS.track_equal * DEGREE
 
 
-_SPAN = (
-    4.0  # s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn
-)
+# s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn
+_SPAN = 4.0
 
 
 def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:

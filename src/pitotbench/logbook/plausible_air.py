@@ -119,12 +119,10 @@ def other_units(draft: Draft, name: str) -> list[tuple[str, float]]:
     ]
 
 
-_BLOCK = (
-    5.0  # s, over which values are averaged: longer than the probe, the gauge and the receiver lag
-)
-_LASTING = (
-    4.0  # blocks for which weather and gusts last: as many times fewer blocks count for the error
-)
+# s, over which values are averaged: longer than the probe, the gauge and the receiver lag
+_BLOCK = 5.0
+# blocks for which weather and gusts last: as many times fewer blocks count for the error
+_LASTING = 4.0
 
 
 def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float]:
@@ -147,8 +145,6 @@ def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float
     covariance = _LASTING * variance * np.linalg.inv(matrix.T @ matrix)
     return float(solution[1] / scale[1]), float(np.sqrt(covariance[1, 1]) / scale[1])
 
-
-# Temperature against the standard day, and against what a probe does as the airplane speeds up.
 
 TEMPERATURES = ("total_temperature", "air_temperature")
 _SHOULD_MOVE = 0.5  # K, standard deviation: a probe that should move by more cannot stand still
@@ -355,9 +351,8 @@ def _refuse_total(draft: Draft, static: Array, height: Array) -> None:
 
 
 _FEWEST = 10.0  # new samples at the greatest value; sensor noise reaches its greatest value once
-_STANDS_OUT = (
-    5.0  # times the samples one step lower; those of a smooth peak are at most 2.4 times as many
-)
+# times the samples one step lower; those of a smooth peak are at most 2.4 times as many
+_STANDS_OUT = 5.0
 _COARSEST = 5.0  # Pa; with coarser steps many rows share the greatest value without a ceiling
 
 

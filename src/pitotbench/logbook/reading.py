@@ -17,11 +17,10 @@ from pitotbench.logbook.columns import (
     split_positions,
     within,
 )
-from pitotbench.logbook.formats import reader_of
+from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.logbook.sensors import of_sensor
-from pitotbench.logbook.topics import topics_of
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 

@@ -9,17 +9,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.logbook.columns import START, Table
+from pitotbench.logbook.columns import SECONDS_A_DAY, START, Table
 from pitotbench.logbook.csv import unpacked
 from pitotbench.records import BadInputError
 from pitotbench.units import Array
 
 # Where the numbers of a B record stand: first byte, and the byte after the last.
-_CLOCK, _LATITUDE, _LONGITUDE = ((1, 3), (3, 5), (5, 7)), ((7, 9), (9, 14)), ((15, 18), (18, 23))
-_SOUTH, _WEST, _FIX = 14, 23, 24
-_PRESSURE_ALTITUDE, _GPS_ALTITUDE = (25, 30), (30, 35)
-_SHORTEST = 35
-_DAY = 86400.0  # s
+_CLOCK = ((1, 3), (3, 5), (5, 7))  # hours, minutes, seconds
+_LATITUDE = ((7, 9), (9, 14))  # degrees, and thousandths of a minute
+_SOUTH = 14  # the letter N or S
+_LONGITUDE = ((15, 18), (18, 23))
+_WEST = 23  # the letter E or W
+_FIX = 24  # the letter A of a fix in three dimensions
+_PRESSURE_ALTITUDE = (25, 30)  # m
+_GPS_ALTITUDE = (30, 35)  # m
+_SHORTEST = 35  # bytes of a record
 _DATE = re.compile(rb"^HFDTE(?:DATE:)?\s*(\d\d)(\d\d)(\d\d)", re.MULTILINE)
 _NUMBER = re.compile(rb"-?\d+")
 _EXTENSION = re.compile(rb"(\d\d)(\d\d)([A-Z]{3})")
@@ -112,7 +116,8 @@ def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) 
     time = 3600.0 * hours + 60.0 * minutes + seconds + _tail(fixes, extensions.get("TDS"))
     columns = {
         # A clock that falls by half a day has passed midnight.
-        "time_s": time + _DAY * np.cumsum(np.diff(time, prepend=time[:1]) < -0.5 * _DAY),
+        "time_s": time
+        + SECONDS_A_DAY * np.cumsum(np.diff(time, prepend=time[:1]) < -0.5 * SECONDS_A_DAY),
         "pressure_altitude_m": _numbers(fixes, _PRESSURE_ALTITUDE),
         "altitude_m": _numbers(fixes, _GPS_ALTITUDE),
         "latitude_deg": np.where(fixes[:, _SOUTH] == b"S", -latitude, latitude),

@@ -17,9 +17,8 @@ from pitotbench.pressure_error.models import PressureErrorModel as PressureError
 from pitotbench.pressure_error.models import PressureErrorRangeError as PressureErrorRangeError
 from pitotbench.pressure_error.models import TableCurve as TableCurve
 
-REFERENCE_PRESSURE = (
-    1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one
-)
+# Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one
+REFERENCE_PRESSURE = 1630.28
 
 MODELS: Catalog[PressureErrorModel] = Catalog(
     "pressure-error model",

@@ -200,9 +200,6 @@ SMOOTH = SmoothModel("smooth", 0.5, 4.0)
 PressureErrorModel = TermModel | SmoothModel
 
 
-# A pressure-error curve, with parameters or as a table: from indicated to true impact pressure and
-# back.
-
 _ITERATIONS = 60
 _TOLERANCE = 1e-12
 

@@ -419,7 +419,8 @@ class Calibration(Shown):
     against. `reason` says why the iteration
     stopped. `condition_number` is that of the scaled, whitened normal problem. `error_location` is
     the place of the pressure error, stated, assumed or estimated: `static`, `total` or `impact`.
-    `assumptions`: the accuracies on which every bound depends. `impact_pressure_zero` [Pa]: the
+    `assumptions`: the accuracies on which every bound depends. `priors`: those that were stated, by
+    name. `impact_pressure_zero` [Pa]: the
     zero offset of the sensor that was found and that `curve.correction` takes out, None where none
     was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
     `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why
@@ -450,6 +451,7 @@ class Calibration(Shown):
     shares: tuple[Share, ...] = ()
     error_location: str = "impact"
     assumptions: tuple[Assumption, ...] = ()
+    priors: Mapping[str, float] = field(default_factory=dict)
     impact_pressure_zero: Estimate | None = None
     winds: tuple[WindowWind, ...] = ()
     parts: tuple[tuple[float, float], ...] = ()

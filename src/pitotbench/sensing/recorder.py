@@ -38,9 +38,6 @@ from pitotbench.sensing.sampling import (
 from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Meters, Pascal, Seconds
 
-# The parts of a simulated sensor: pressure error, noise, range, resolution, and the effects of a
-# case.
-
 Curve = PressureErrorCurve | TableCurve
 
 PLAIN = tuple(
@@ -125,10 +122,6 @@ def quantize(values: Array, resolution: float) -> Array:
     return np.rint(values * per_unit) * resolution
 
 
-# Add the slow part of a receiver's height error: satellite geometry and the ionosphere change over
-# minutes.
-
-
 def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
     """Return the flight with the slow error in its altitude; the same flight where the receiver has
     none.
@@ -169,13 +162,9 @@ def _run(new: Array, before: float, gap: float, step: float, memory: float) -> A
     return np.array(list(accumulate(drive.tolist(), lambda value, more: share * value + more)))
 
 
-# Apply the effects of a case on the sensors: on the probes before sampling, and on the recorded
-# samples.
-
 PROBES = ("static_pressure", "impact_pressure", "total_temperature")
-_FELT = (
-    "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
-)
+# prefix of the channels that hold the values at the probes with the effects in them
+_FELT = "felt_"
 
 
 def values_at_probes(
@@ -384,8 +373,6 @@ def _version(package: str) -> str:
     except PackageNotFoundError:  # run from a checkout that is not installed
         return "unknown"
 
-
-# Write the truth of a flight to a file next to its log. Only on request: a log holds no truth.
 
 _CASE = b"pitotbench case"
 _TRUE = "true_"  # prefix of all columns, so that no reader takes a truth file for a log

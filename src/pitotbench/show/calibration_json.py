@@ -75,6 +75,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "parts": [{"from_s": begin, "to_s": end} for begin, end in result.parts],
         "left_out": list(result.left_out),
         "assumptions": [asdict(each) for each in result.assumptions],
+        "priors": dict(result.priors),
         "impact_pressure_zero_pa": None
         if zero is None
         else {"value": zero.value, "two_sigma": zero.two_sigma},

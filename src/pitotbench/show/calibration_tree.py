@@ -183,9 +183,6 @@ def _conditions(result: Calibration) -> Iterator[str]:
     yield from _assumptions(result)
 
 
-# The assumptions of a bound in words: accuracies that no residual shows, and a zero offset that is
-# corrected.
-
 _ASSUMED = {
     "temperature_k": ("temperature", "K"),
     "recovery_factor": ("recovery factor", ""),

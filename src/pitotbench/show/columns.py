@@ -3,7 +3,9 @@ and JSON.
 """
 
 import json
+import os
 import re
+import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from csv import writer
 from dataclasses import dataclass
@@ -11,6 +13,7 @@ from html import escape
 from io import StringIO
 from math import isfinite
 from operator import itemgetter
+from subprocess import list2cmdline
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from unicodedata import category
 
@@ -19,8 +22,6 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
 
-
-# Make texts from outside (file names, columns, segments, messages) safe to print on a terminal.
 
 _CONTROLS = (
     "Cc",
@@ -39,6 +40,18 @@ def printable(text: str, keep: str = "") -> str:
     A terminal obeys control codes: a column name could clear the screen or color what follows.
     """
     return "".join(_written(letter) if letter not in keep else letter for letter in text)
+
+
+_SHELL_LETTERS = frozenset("&|<>^()")  # of the command prompt of Windows
+
+
+def command_line(words: Sequence[str], system: str = os.name) -> str:
+    """A command as it is pasted: on Windows for its command prompt, to which `&` and others of its
+    letters mean something, elsewhere for a POSIX shell.
+    """
+    if system != "nt":
+        return shlex.join(words)
+    return " ".join(f'"{w}"' if _SHELL_LETTERS & set(w) else list2cmdline([w]) for w in words)
 
 
 def outside(text: str, style: str = "") -> "Text":

@@ -81,8 +81,6 @@ def samples_of(result: Calibration) -> tuple[Seconds, MetersPerSecond, MetersPer
     return residuals.time[thinned][shown], speed[shown], data[shown]
 
 
-# The airspeed card: what to add at which indicated airspeed, for a terminal, a sheet and a file.
-
 _STEPS = (5, 10, 20, 50, 100)  # kt
 MOST_ROWS = 13  # of a table that is read at one glance
 
@@ -129,9 +127,6 @@ def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") ->
             for p in points
         ]
     )
-
-
-# Points of fixed-speed methods.
 
 
 def method_words(point: FixedSpeedPoint) -> str:

@@ -47,8 +47,6 @@ from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 if TYPE_CHECKING:
     import pandas as pd
 
-# Pictures of an error curve: the correction, its bounds, and the limit of the certification rule.
-
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
 _MAIN = (5.2, 2.9)  # in, the first picture of a page
@@ -236,9 +234,6 @@ def _in_knots(curve: ErrorCurve) -> tuple[Array, Array, Array]:
     """Indicated airspeed, correction and 2σ of a curve [kt]."""
     return curve.indicated_airspeed_kt, curve.correction_kt, curve.two_sigma_kt
 
-
-# Pictures of the data behind a curve: samples by airspeed, residuals over time, and their
-# autocorrelation.
 
 _BIN_KT = 2.0
 _DENSITY = (

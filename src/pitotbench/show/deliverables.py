@@ -21,8 +21,6 @@ from pitotbench.show.markup import page_of
 from pitotbench.show.tree import Doubt, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters
 
-# The parameters of an autopilot.
-
 SETTING_COLUMNS: tuple[Column[Setting], ...] = (
     Column("parameter", lambda s: s.name, key="name"),
     Column("set to", lambda s: s.value, style=".5g", key="value"),
@@ -98,9 +96,6 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
         else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
     }
 
-
-# Tables for a handbook: calibrated by indicated airspeed, and the altitude correction by height and
-# airspeed.
 
 _HEIGHTS_FT = (0, 5000, 10000, 15000, 20000)
 TABLES = (".csv", ".html", ".xml")

@@ -51,9 +51,6 @@ from pitotbench.show.words import (
 from pitotbench.timeline import interval, stretches
 from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 
-# Instants of a log that the comparison did not use, in words and as shaded stretches of a picture
-# over time.
-
 _SHADE = "#F0E0D0"  # unlike the grey of a noise band
 
 
@@ -85,9 +82,6 @@ def unused_marks(time: Array, used: Booleans) -> list[Mark]:
 def _draw_span(axes: Axes, ends: tuple[float, float]) -> None:
     axes.axvspan(*ends, color=_SHADE, lw=0.0, label="not used")
 
-
-# Pictures of a gap: its map, the part that each effect explains, the rest, and the card flown
-# again.
 
 SHOWN = 6  # channels over time
 VISIBLE = 0.1  # of the remaining gap: a smaller change by the patch cannot be read from a picture
@@ -265,9 +259,6 @@ def _history_panel(name: str, parts: Sequence[History], units: Units) -> Panel:
     )  # fmt: skip
     return panel(name.capitalize(), draw, units=units)
 
-
-# The first picture of a reconciliation: the telling channel over time, a variable, and the ground
-# track.
 
 BINS = 12  # of the variable
 FEWEST = 4  # instants of a bin that is drawn

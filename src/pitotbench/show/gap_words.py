@@ -72,9 +72,8 @@ def _holds(term: str, symbol: str) -> bool:
 
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
-TOLD_FROM = (
-    0.02  # probability from which a further cause of a set is told: a doubted name may have none
-)
+# probability from which a further cause of a set is told: a doubted name may have none
+TOLD_FROM = 0.02
 DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told
 
 _WITHOUT_NULL_FLIGHTS = (
@@ -283,9 +282,8 @@ def closing_sentences(closing: Closing) -> list[str]:
     return lines
 
 
-BY_CHANCE = (
-    0.05  # share of cards, flown again by one airplane, of which a characteristic number differs
-)
+# share of cards, flown again by one airplane, of which a characteristic number differs
+BY_CHANCE = 0.05
 
 
 def remaining_features(features: Sequence[Feature]) -> list[Feature]:

@@ -128,7 +128,11 @@ def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[
     return [
         *map(Sentence, inspection_sentences(found)),
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in found.warnings),
-        *([Figure("pitotbench.show.pages.inspection_panels", (log, found))] if log else []),
+        *(
+            [Figure("pitotbench.show.inspection_panels.inspection_panels", (log, found))]
+            if log
+            else []
+        ),
         Heading("What can be learned", (Table(QUESTION_COLUMNS, found.questions),)),
         Heading(
             "Channels: what nine tenths of the rows lie between",
@@ -166,8 +170,6 @@ def inspection_json(found: LogInspection) -> dict[str, Any]:
         "warnings": list(found.warnings),
     }
 
-
-# The check of an aircraft: for the terminal.
 
 MANEUVER_COLUMNS: tuple[Column[ManeuverCheck], ...] = (
     Column("maneuver", lambda m: m.maneuver, key="maneuver"),
@@ -240,9 +242,6 @@ def check_tree(check: AircraftCheck) -> list[Node]:
         Figure("pitotbench.show.pages.aircraft_panels", (check,)),
         Heading("Steps of the autopilot, in smooth air", (Table(STEP_COLUMNS, check.steps),)),
     ]
-
-
-# The performance of an aircraft: for the terminal and as plain data.
 
 
 def _rounded(found: PerformanceFigure, value: float | None, sign: str = "") -> str | None:

@@ -35,9 +35,6 @@ def legs_tree(answer: dict[str, Any]) -> list[Node]:
     ]
 
 
-# A card written by hand, in numbers: for the terminal and as plain data.
-
-
 def _scaled(value: float | None, unit: float) -> float | None:
     return None if value is None else value / unit
 
@@ -161,8 +158,6 @@ def fly_bys_json(points: Sequence[FlyByPoint]) -> dict[str, Any]:
     """The position error of each pass as plain data, in knots and feet."""
     return {"points": json_rows(FLY_BY_COLUMNS, points), "warnings": []}
 
-
-# The plan of a card flown by hand: for the terminal and as plain data.
 
 PLAN_COLUMNS: tuple[Column[HandPlan], ...] = (
     Column("legs a point", lambda p: p.legs, "", "d", "legs"),

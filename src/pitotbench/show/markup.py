@@ -13,8 +13,6 @@ from pitotbench.show.renderers import html_of
 from pitotbench.show.tree import Node
 from pitotbench.show.words import heading, words
 
-# Templates to HTML. Text is escaped; the templates mark drawings and finished parts as safe.
-
 
 def render(template: str, **content: object) -> str:
     """The HTML of a template of this package."""

@@ -30,9 +30,11 @@ from pitotbench.show.columns import json_rows
 from pitotbench.show.curve_rows import CURVE_COLUMNS, card_csv, curve_points
 from pitotbench.show.curves import curve_marks
 from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
+from pitotbench.show.inspection_panels import speed_marks
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
-from pitotbench.show.pages import calibration_record, draw_front, log_page, log_section, speed_marks
+from pitotbench.show.pages import calibration_record, log_page, log_section
 from pitotbench.show.plan import plan_json, plan_tree
+from pitotbench.show.plan_panels import draw_front
 from pitotbench.show.reader_units import reader_units
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, WIDE, Mark, drawing, frame

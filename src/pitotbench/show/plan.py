@@ -59,8 +59,6 @@ def _forecast_words(plan: Plan, each: Forecast) -> str:
     )
 
 
-# The table of a plan: one row a maneuver, in order of merit; and the plan as plain data.
-
 _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread that takes no longer is as good
 
 
@@ -164,8 +162,6 @@ def _curve(each: Forecast) -> list[dict[str, float]]:
     ]
 
 
-# The card for the pilot, in round numbers.
-
 _ROUND = 5.0  # kt, degrees and seconds: what is read off instruments and a watch
 _BRIEFING = (
     "Each line is a leg; heading and airspeed are those at its end. Set up and settle at each new "
@@ -207,8 +203,8 @@ def plan_tree(plan: Plan) -> list[Node]:
     """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure("pitotbench.show.pages.front_panels", (plan,), "main"),
-        Figure("pitotbench.show.pages.plan_panels", (plan,)),
+        Figure("pitotbench.show.plan_panels.front_panels", (plan,), "main"),
+        Figure("pitotbench.show.plan_panels.plan_panels", (plan,)),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
         *(n for each in _briefed(plan) for n in pilot_card(each.maneuver, each.legs)),

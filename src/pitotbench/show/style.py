@@ -31,7 +31,8 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
     "#CC79A7",
 )
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
-WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
+WIDE = (4.6, 2.9)  # in, width and height: two panels a row of a desktop page
+NARROW = (3.6, 2.5)  # in: three panels a row
 Mark = Callable[[Axes], object]  # a part of a picture: what draws it on axes
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 

@@ -11,7 +11,10 @@ from typing import Any
 
 from pitotbench.show.columns import Column
 
-ANSWER, SOURCES, NUMBERS = 0, 1, 2  # depths: what is found, what it rests on, all that is known
+# Depths of a tree.
+ANSWER = 0  # what is found
+SOURCES = 1  # what it rests on
+NUMBERS = 2  # all that is known
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,6 @@ from pitotbench.show.plan import LEG_COLUMNS
 from pitotbench.show.record import CHECK_COLUMNS
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 
-# The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features,
-# smallest sizes.
-
 KIND_WORDS = {
     "named": "named",
     "one_of": "one of these",
@@ -130,9 +127,6 @@ def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
     ]
 
 
-# The table of several flights reconciled together.
-
-
 def _alone(flight: JoinedFlight) -> str:
     causes = [listed([words(c) for c in group], "or") for group in flight.causes if group]
     return KIND_WORDS[flight.alone] + (f": {'; '.join(causes)}" if causes else "")
@@ -183,9 +177,6 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
-# The coefficients of the model's file that the causes change.
-
-
 def measured_words(each: Coefficient) -> str:
     """A measured coefficient with its bound and its unit."""
     number = f"{each.measured.value:.4g} ± {each.measured.two_sigma:.2g}"
@@ -203,9 +194,6 @@ COEFFICIENT_COLUMNS: tuple[Column[Coefficient], ...] = (
     Column("", lambda each: each.measured.two_sigma, key="two_sigma"),
     Column("", lambda each: each.measured.name, key="unit"),
 )
-
-
-# The table in which a closed loop ends: the gaps that were patched, then those that are told.
 
 
 def closing_columns(closing: Closing) -> list[Column[Gap]]:
@@ -249,8 +237,6 @@ def closing_json(closing: Closing) -> dict[str, Any]:
         "left": verdict_json(closing.verdict),
     }
 
-
-# A verdict and an account of a reconciliation as plain data.
 
 LEAST_PROBABILITY = 0.001  # of a cause that is listed
 

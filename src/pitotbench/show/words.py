@@ -66,9 +66,6 @@ def with_unit(number: str, unit: str) -> str:
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-# Residual channels and flight variables in the field's words and units: kt, ft, lb, inHg, degrees.
-
-
 @dataclass(frozen=True, slots=True)
 class FieldUnit:
     """A quantity as a flight-test engineer writes it: its name, its unit, and that unit in SI."""

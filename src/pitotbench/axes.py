@@ -5,6 +5,7 @@ Stevens and Lewis, Aircraft Control and Simulation, 2003, ยง1.3 (attitude) and ย
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pitotbench.units import Array, Radians
 
@@ -33,20 +34,8 @@ def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians
 
 def earth_to_body(vector: Array, roll: Radians, pitch: Radians, heading: Radians) -> Array:
     """Turn vectors, (3, n), from earth axes to body axes, (3, n): the inverse of `body_to_earth`."""
-    north, east, down = vector
-    (sin_roll, sin_pitch, sin_heading), (cos_roll, cos_pitch, cos_heading) = (
-        [wave(angle) for angle in (roll, pitch, heading)] for wave in (np.sin, np.cos)
-    )
-    level_forward = north * cos_heading + east * sin_heading
-    level_right = east * cos_heading - north * sin_heading
-    below = level_forward * sin_pitch + down * cos_pitch
-    return np.stack(
-        [
-            level_forward * cos_pitch - down * sin_pitch,
-            level_right * cos_roll + below * sin_roll,
-            below * cos_roll - level_right * sin_roll,
-        ]
-    )
+    attitude = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=1))
+    return np.asarray(attitude.apply(vector.T, inverse=True).T)
 
 
 def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:

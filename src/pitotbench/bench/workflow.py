@@ -274,15 +274,13 @@ def reconcile_fully(
     progress: Progress | None = None,
     setting: AnalysisSetting | None = None,
     refly: bool = True,
-    refly_holdout: bool = True,
     keep: bool = True,
 ) -> FullReconciliation:
     """Reconcile logs, and fly a card again with what is found.
 
     `card` is that of all logs that state none of their own. With `refly` the card of the log with
-    the largest gap is flown again, with `refly_holdout` that of the held-out log as well. Without
-    `keep` the cache of null flights is neither read nor written. Raises BadInputError for a log
-    that cannot be used.
+    the largest gap is flown again. Without `keep` the cache of null flights is neither read nor
+    written. Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)
     several = [measured] if isinstance(measured, NamedLog) else measured
@@ -298,24 +296,13 @@ def reconcile_fully(
     gaps = [each.closure.before - each.closure.noise for each in judged.shown]
     main = gaps.index(max(gaps))
     shown = judged.shown[main]
-    refly, refly_holdout = refly and aircraft != "none", refly_holdout and aircraft != "none"
+    refly = refly and aircraft != "none"
     why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
-    flown, flown_holdout = FlownAgain(skipped=why), FlownAgain(skipped=why)
-    again = as_the_log_shows(judged_logs[main].card, shown) if refly else None
+    flown = FlownAgain(skipped=why)
     if refly:
         say("flying the card again")
+        again = as_the_log_shows(judged_logs[main].card, shown)
         flown = fly_again(judged_logs[main].log, again, effects)
-    if refly and refly_holdout and holdout is not None and isinstance(holdout.log, FlightLog):
-        say("flying the card of the held-out log again")
-        flown_card = holdout.card or card or card_of(holdout.log.header, aircraft)
-        if flown_card is not None:
-            flown_card = as_flown(flown_card, holdout.log)
-            flown_card = (
-                flown_card
-                if again is None
-                else replace(flown_card, pressure_error=again.pressure_error)
-            )
-        flown_holdout = fly_again(holdout.log, flown_card, effects)
     groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
     following = maneuver_to_fly(groups, [each.card.maneuver for each in judged_logs if each.card])
     block, fit = shown.block, shown.fit
@@ -333,7 +320,6 @@ def reconcile_fully(
         patch=patch.text,
         entries=patch.entries,
         flown=flown,
-        flown_holdout=flown_holdout,
         null_flights=block.null.flights,
         formula=formula,
         flights=tuple(

@@ -1,8 +1,7 @@
 """The page as a document of Bokeh: three pictures, and the texts of the desk for its script."""
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -71,32 +70,21 @@ _SAMPLE = {"color": _GREY, "alpha": 0.4}
 _HANDBOOK = {"color": _ORANGE, "line_dash": "dashed"}
 
 
-@dataclass(frozen=True, slots=True)
-class Glyph:
-    """A part of a picture: the `picture`, the `kind` of its drawing in Bokeh, the name of its
-    `data`, the `columns` that it draws, and its `look` as Bokeh names it.
-    """
-
-    picture: str
-    kind: str
-    data: str
-    columns: tuple[str, ...]
-    look: Mapping[str, Any]
-
-
-_GLYPHS = (  # what is drawn later lies above
-    Glyph("time", "vstrip", "used", ("begin", "end"), {"color": _GREEN, "alpha": _FAINT}),
-    Glyph("time", "step", "flight", ("minute", "height"), _DASHED),
-    Glyph("time", "line", "flight", ("minute", "speed"), {"color": _BLUE}),
-    Glyph("time", "scatter", "marked", ("minute", "speed"), _MARK),
-    Glyph("track", "line", "flight", ("east", "north"), {"color": _BLUE}),
-    Glyph("error", "varea", "curve", ("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
-    Glyph("error", "scatter", "samples", ("speed", "correction"), _SAMPLE),
-    Glyph("error", "line", "curve", ("speed", "correction"), {"color": _BLUE, "line_width": 2}),
-    Glyph("error", "line", "handbook", ("speed", "correction"), _HANDBOOK),
-    Glyph("error", "scatter", "legs", ("speed", "correction"), _LEG),
-    Glyph("error", "scatter", "marked", ("speed", "correction"), _MARK),
-)
+# By picture, kind of drawing in Bokeh and name of the data: the columns that are drawn, and how they
+# look. What is drawn later lies above.
+_GLYPHS: dict[tuple[str, str, str], tuple[tuple[str, ...], dict[str, Any]]] = {
+    ("time", "vstrip", "used"): (("begin", "end"), {"color": _GREEN, "alpha": _FAINT}),
+    ("time", "step", "flight"): (("minute", "height"), _DASHED),
+    ("time", "line", "flight"): (("minute", "speed"), {"color": _BLUE}),
+    ("time", "scatter", "marked"): (("minute", "speed"), _MARK),
+    ("track", "line", "flight"): (("east", "north"), {"color": _BLUE}),
+    ("error", "varea", "curve"): (("speed", "low", "high"), {"color": _BLUE, "alpha": _FAINT}),
+    ("error", "scatter", "samples"): (("speed", "correction"), _SAMPLE),
+    ("error", "line", "curve"): (("speed", "correction"), {"color": _BLUE, "line_width": 2}),
+    ("error", "line", "handbook"): (("speed", "correction"), _HANDBOOK),
+    ("error", "scatter", "legs"): (("speed", "correction"), _LEG),
+    ("error", "scatter", "marked"): (("speed", "correction"), _MARK),
+}
 
 
 def own_folder() -> str:
@@ -178,7 +166,12 @@ class View:
         )
         self.track = _figure("track", "east [km]", "north [km]", "wheel_zoom", match_aspect=True)
         self.error = _figure("error", "", "", "wheel_zoom")
-        drawn = {(each.picture, each.kind, each.data): self._drawn(each) for each in _GLYPHS}
+        drawn = {
+            (picture, kind, data): getattr(getattr(self, picture), kind)(
+                *columns, source=self.data[data], **look
+            )
+            for (picture, kind, data), (columns, look) in _GLYPHS.items()
+        }
         speed, dots = drawn["time", "line", "flight"], drawn["error", "scatter", "samples"]
         dots.nonselection_glyph = dots.glyph
         self.time.y_range.renderers = [speed]
@@ -198,10 +191,6 @@ class View:
         self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)
-
-    def _drawn(self, glyph: Glyph) -> Any:
-        draw = getattr(getattr(self, glyph.picture), glyph.kind)
-        return draw(*glyph.columns, source=self.data[glyph.data], **glyph.look)
 
     def render(self) -> None:
         """Show the desk as it is now; what has not changed stays, with its zoom."""

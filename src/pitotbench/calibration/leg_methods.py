@@ -154,7 +154,6 @@ _METHODS = {3: "three_leg", 4: "four_leg"}
 _ROUNDS = 40  # at most
 _LAST_STEP = 1e-9  # m/s, of the last step
 _SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
-_RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,33 +246,6 @@ def unit(vectors: Array) -> Array:
 def turn_between(one: Array | float, other: Array | float) -> Array:
     """Return the angle from one track to another [rad], within half a turn."""
     return np.asarray((np.asarray(one) - np.asarray(other) + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def horseshoe(ground_speed: MetersPerSecond) -> float:
-    """True airspeed [m/s] from three legs on ground tracks 90° apart, the middle one second.
-
-    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. The
-    formula is exact for tracks. Where headings are held instead, a wind w along the middle leg
-    makes the answer w²/V too high. Raises BadInputError for ground speeds that are not positive.
-    """
-    first, second, third = (float(v) for v in ground_speed)
-    if min(first, second, third) <= 0.0:
-        raise BadInputError("ground speeds must be positive")
-    return 0.5 * float(np.sqrt(first**2 + second**2 + third**2 + (first * third / second) ** 2))
-
-
-def horseshoe_of_legs(velocity: Array) -> float | None:
-    """The true airspeed [m/s] by the horseshoe, of the ground velocities of three legs (3, 2) whose
-    tracks are nearly 90° apart; None for others.
-    """
-    track = np.arctan2(velocity[:, 1], velocity[:, 0])
-    for middle in range(3):
-        sides = [other for other in range(3) if other != middle]
-        turns = turn_between(track[sides], track[middle])
-        if np.prod(turns) < 0.0 and np.all(np.abs(np.abs(turns) - 0.5 * np.pi) < _RIGHT_ANGLE_OFF):
-            order = [sides[0], middle, sides[1]]
-            return horseshoe(np.linalg.norm(velocity[order], axis=1))
-    return None
 
 
 def circle_fit(velocity: Array) -> Array:

@@ -14,7 +14,6 @@ from pitotbench.calibration.leg_methods import (
     Legs,
     SolvedGroup,
     by_track,
-    horseshoe_of_legs,
     solve_group,
     unit,
 )
@@ -452,26 +451,9 @@ def _points(
     stated = accuracies_of(options.accuracies, log.header)
     place = location or likely_location(log, options)
     return tuple(
-        _point(each, bound, stated, place)
-        for one, found in zip(solved, two_sigma(solved, priors_of(options.priors)), strict=True)
-        for each, bound in ((one, found), *_horseshoe(one, found))
+        _point(one, bound, stated, place)
+        for one, bound in zip(solved, two_sigma(solved, priors_of(options.priors)), strict=True)
     )
-
-
-def _horseshoe(one: SolvedGroup, bound: Array) -> list[tuple[SolvedGroup, Array]]:
-    """The answer of the horseshoe method, in addition to that of three legs, for tracks nearly 90°
-    apart.
-
-    The tracks are not exactly 90° apart, so the formula has an error. It is the difference from the
-    three-leg answer and widens the bound.
-    """
-    legs = one.group.leg_means(one.velocity)
-    airspeed = None if one.method != "three_leg" else horseshoe_of_legs(legs)
-    if airspeed is None:
-        return []
-    off = np.array([abs(airspeed - one.answer[0]), 0.0, 0.0])
-    answer = np.array([airspeed, *one.answer[1:]])
-    return [(replace(one, method="horseshoe", answer=answer), bound + off)]
 
 
 def _point(

@@ -345,34 +345,6 @@ def _inert(value: Any) -> Any:
     return f"'{value}" if formula else value
 
 
-@dataclass(frozen=True, slots=True)
-class Reproduction:
-    """A stored flight and the same flight flown again: what made each, and the numbers that differ.
-
-    `differences` are lines with both numbers; empty where every number is the same bit for bit.
-    """
-
-    name: str
-    rows: int
-    stored: dict[str, Any]
-    here: dict[str, Any]
-    differences: tuple[str, ...]
-
-
-def reproduce(result: Path) -> Reproduction:
-    """Fly a stored result again in this process, and compare every number of its rows.
-
-    `result` is the folder of a campaign with the name or the key of a flight, such as
-    `out/circle-20_1/circle-seed1`, or the file of a part. Raises BadInputError where there is no
-    such result.
-    """
-    document = _document(result)
-    again, _ = stored(_task(document), perform_task(_task(document)))
-    before, after = rows_of(document), rows_of(again)
-    differences = tuple(_differences(before, after))
-    return Reproduction(document["name"], len(after), document["made"], again["made"], differences)
-
-
 def _document(result: Path) -> Document:
     if result.suffix == ".json":
         found = (
@@ -391,10 +363,13 @@ def _document(result: Path) -> Document:
 
 
 def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]]:
-    """Fly a stored result again and write its page, by default into the folder of its campaign.
+    """Fly a stored result again in this process, compare every number, and write its page, by
+    default into the folder of its campaign.
 
-    Returns the file, and the numbers that differ from those stored, as `reproduce` does, which
-    raises the same.
+    `result` is the folder of a campaign with the name or the key of a flight, such as
+    `out/circle-20_1/circle-seed1`, or the file of a part. Returns the file of the page, and a line
+    for each number that differs from the stored one. Raises BadInputError where there is no such
+    result, and NoAnswerError for a flight that has none.
     """
     document = _document(result)
     task = replace(_task(document), draw=BENCH.words)

@@ -66,13 +66,6 @@ COMMANDS = (
     Command(
         "results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"
     ),
-    Command(
-        "reproduce",
-        "pitotbench.cli.results",
-        "fly one stored result again, and compare",
-        "REPRODUCE_FLAGS",
-        "run_reproduce",
-    ),
     Command("open", "pitotbench.cli.open", "a page in the browser: drop a log, see the answer"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
     Command(

@@ -1,14 +1,12 @@
-"""`pitotbench results`: list, filter, draw and put together the stored results of campaigns.
-
-`pitotbench reproduce`: fly one stored result of a campaign again, and compare.
+"""`pitotbench results`: list, filter, draw and put together the stored results of campaigns,
+and fly one again.
 """
 
 import argparse
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.shared_flags import DONE, NO_ANSWER, flag, shared, tell
+from pitotbench.cli.shared_flags import DONE, NO_ANSWER, flag
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -36,7 +34,8 @@ FLAGS = (
     flag(
         "--page",
         metavar="FLIGHT",
-        help="fly a flight of DIR again and draw its page, FLIGHT.html in DIR or --out",
+        help="fly a flight of DIR again, compare every number, and draw its page, FLIGHT.html in DIR "
+        "or --out",
     ),
     flag("--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg"),
 )
@@ -85,9 +84,8 @@ def _page(options: argparse.Namespace) -> int:
     if len(options.folders) > 1:
         raise BadInputError("--page takes the folder of one campaign")
     path, differences = write_page(options.folders[0] / options.page, options.out)
-    for line in differences:
-        print(printable(f"differs from the stored result: {line}"))
-    print(f"page: {path}")
+    told = [printable(f"differs from the stored result: {line}") for line in differences]
+    print(*(told or ["every number is the same bit for bit"]), f"page: {path}", sep="\n")
     return NO_ANSWER if differences else DONE
 
 
@@ -105,39 +103,3 @@ def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
     write_text(options.out, scatter_svg(table, *columns))
     print(f"drawn: {options.out}")
     return DONE
-
-
-REPRODUCE_FLAGS = (
-    flag(
-        "result",
-        type=Path,
-        metavar="RESULT",
-        help="folder of a campaign and a flight, as out/circle-20_1/circle-seed1",
-    ),
-    *shared("json"),
-)
-
-
-def run_reproduce(options: argparse.Namespace) -> int:
-    """Fly the result again; return exit code 0 where every number is the same bit for bit, else 3."""
-    from pitotbench.campaigns.result_table import reproduce
-    from pitotbench.show.tree import Sentence
-
-    found = reproduce(options.result)
-    pairs = (
-        (what, found.stored[what], found.here[what])
-        for what in ("code", "aircraft", "versions", "host")
-    )
-    lines = [
-        f"{what}: {was}" if was == now else f"{what}: {was} stored, {now} now"
-        for what, was, now in pairs
-    ]
-    lines += [f"differs: {line}" for line in found.differences]
-    if not found.differences:
-        lines.append(f"{found.name}: {found.rows} rows, the same bit for bit")
-    tell(
-        options,
-        lambda: asdict(found),
-        lambda: map(Sentence, lines),
-    )
-    return NO_ANSWER if found.differences else DONE

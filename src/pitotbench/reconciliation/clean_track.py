@@ -56,7 +56,7 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
     nose.
     """
     speed = true_airspeed_along(track)
-    if WIND[0] in track or all(name in track for name in VANES):
+    if WIND[0] in track:
         alpha, beta = flow_angles(track)
     else:
         alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]

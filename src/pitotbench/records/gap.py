@@ -235,8 +235,8 @@ class Closing:
 class Account(Shown):
     """The content of a reconciliation's report.
 
-    `verdict` is the answer, `patch` the text of its patch, whose effects are `entries`; `flown` and
-    `flown_holdout` are the cards flown again. `flights` says what each log says. `telling` is the
+    `verdict` is the answer, `patch` the text of its patch, whose effects are `entries`; `flown` is
+    the card flown again. `flights` says what each log says. `telling` is the
     channel of the first picture, and `calibration` what the effects do to a calibration; None
     without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
     describes a gap that the table does not explain; None where there is no such gap, or no formula.
@@ -255,7 +255,6 @@ class Account(Shown):
     patch: str
     entries: tuple[tuple[str, dict[str, float]], ...] = ()
     flown: FlownAgain = field(default_factory=FlownAgain)
-    flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     null_flights: int = 0
     formula: FoundFormula | None = None
     flights: tuple[JoinedFlight, ...] = ()

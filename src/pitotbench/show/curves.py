@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
-_MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
+_MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "many_leg": "D"}
 _MAIN = (5.2, 2.9)  # in, the first picture of a page
 _LIMIT_WITHIN = 1.3  # times what the curve and its samples reach: a limit beyond is not drawn
 AIRSPEED, CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"

@@ -298,7 +298,6 @@ def account_json(account: Account) -> dict[str, Any]:
         "patch": [{"name": name, "parameters": dict(sizes)} for name, sizes in account.entries],
         "waterfall": [asdict(step) for step in account.waterfall],
         "flown_again": _flown(account.flown),
-        "flown_again_holdout": _flown(account.flown_holdout),
         "null_flights": account.null_flights,
         "flights": [flight_json(flight) for flight in account.flights],
         "warnings": list(account.warnings),

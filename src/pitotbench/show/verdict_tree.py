@@ -197,12 +197,10 @@ def _flights(account: Account) -> list[Node]:
 
 
 def _flown_again(account: Account) -> list[Node]:
-    """The card of the log, and that of the log held out, flown again; or why it was not."""
-    return [
-        Heading(f"The card of {log} flown again", tuple(_flown(flown)))
-        for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout))
-        if log and (flown.tolerances or flown.skipped)
-    ]
+    """The card of the log flown again; or why it was not."""
+    shown = account.flown.tolerances or account.flown.skipped
+    title = f"The card of {account.log} flown again"
+    return [Heading(title, tuple(_flown(account.flown)))] if shown else []
 
 
 def _flown(flown: FlownAgain) -> list[Node]:

@@ -13,7 +13,7 @@ import numpy as np
 from pitotbench.effects import EFFECTS
 from pitotbench.units import Array, Booleans
 from pitotlab.blind.case import NO_ANSWER, SURE, JudgedCase
-from pitotlab.blind.sealed import judged_in, kept_sets
+from pitotlab.blind.sealed import current_sets, judged_in
 from pitotlab.tables import write_figures
 
 # What a mechanic would look at where a fault of the generator is none of the table.
@@ -154,13 +154,13 @@ def lines(cases: Sequence[JudgedCase]) -> list[str]:
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Print the score by part of every kept set.
+    """Print the score by part of every set of today's judge.
 
     `--page` writes the sum over the sets into docs/how-good-is-it.md.
     """
     parser.add_argument("--page", action="store_true", help="write the numbers into the page")
     options = parser.parse_args(words)
-    each = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
+    each = {path.name.split(".")[0]: judged_in(path) for path in current_sets()}
     for name, cases in each.items():
         print(name, *lines(cases), sep="\n  ")
     every = named_parts(strong_causes([c for cases in each.values() for c in cases]), summed)

@@ -18,7 +18,7 @@ from scipy.stats import binomtest
 
 from pitotlab.blind.case import NO_ANSWER, JudgedCase, model_of
 from pitotlab.blind.parts import lines
-from pitotlab.blind.sealed import PLACE, files_of, judged_in, kept_sets, opened
+from pitotlab.blind.sealed import PLACE, current_sets, files_of, judged_in, opened
 from pitotlab.experiment import OUT
 
 
@@ -339,9 +339,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
 
 
 def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Score several sets together, each against its seal: all that are kept, or those named."""
-    parser.add_argument("sets", type=Path, nargs="*", help="archives (default: all that are kept)")
-    places = parser.parse_args(words).sets or kept_sets()
+    """Score several sets together, each against its seal: those of today's judge, or those named."""
+    parser.add_argument("sets", type=Path, nargs="*", help="archives (default: of today's judge)")
+    places = parser.parse_args(words).sets or current_sets()
     cases = [case for place in places for case in judged_in(place)]
     print(f"{len(cases)} cases")
     for row in table(cases):

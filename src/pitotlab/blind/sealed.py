@@ -29,6 +29,12 @@ def kept_sets() -> list[Path]:
     return [KEPT / line.split()[1] for line in (KEPT / SUMS).read_text("utf-8").splitlines()]
 
 
+def current_sets() -> list[Path]:
+    """The archives that the regression of all gaps judged; earlier ones hold answers of an old chain."""
+    every = kept_sets()
+    return every[every.index(KEPT / "fourteenth.tar.xz") :]
+
+
 def files_of(seal: Path) -> dict[str, bytes]:
     """The files of an archive or a folder by name. Raises ValueError for a changed archive."""
     if seal.is_dir():

@@ -147,6 +147,8 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
         for family, effects in FAMILIES.items()
     },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
+    ("contract.md", "| command | arguments | flags |"): command_rows,
+    ("contract.md", "| name | what it is |"): python_rows,
     ("method.md", "| prior | usual value | unit | usual range | why |"): prior_rows,
 }
 

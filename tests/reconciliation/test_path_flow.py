@@ -67,3 +67,12 @@ def test_a_log_with_vanes_has_no_channels_of_a_path(log: FlightLog) -> None:
     laid = lay_out(log, model, AnalysisSetting())
     assert not {*WIND} & set(laid.track.channels)
     assert "airspeed_across" in laid.residuals.names
+
+
+def test_without_controls_the_sensors_alone_keep_their_channels(log: FlightLog) -> None:
+    """No path is laid where no force follows from it."""
+    model = aircraft_model("c172x")
+    bare = replace(log, header={}, elevator=None, **BARE)
+    laid = lay_out(bare, model, AnalysisSetting())
+    assert not {*WIND} & set(laid.track.channels)
+    assert "airspeed_across" in laid.residuals.names

@@ -94,7 +94,8 @@ def flow_angles(track: Track) -> tuple[Array, Array]:
     if all(name in track for name in VANES):
         return track["angle_of_attack"], track["sideslip"]
     over = {**track.channels, **_velocity(track)}
-    over.setdefault("velocity_down", _sink(track))
+    if "velocity_down" not in track:
+        over["velocity_down"] = _sink(track)
     through = np.stack([over[n] - track[w] for n, w in zip(VELOCITY, WIND, strict=True)])
     forward, right, down = earth_to_body(through, *(track[name] for name in ATTITUDE))
     speed = np.sqrt(forward**2 + right**2 + down**2)

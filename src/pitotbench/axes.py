@@ -5,7 +5,6 @@ Stevens and Lewis, Aircraft Control and Simulation, 2003, ยง1.3 (attitude) and ย
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pitotbench.units import Array, Radians
 
@@ -34,6 +33,8 @@ def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians
 
 def earth_to_body(vector: Array, roll: Radians, pitch: Radians, heading: Radians) -> Array:
     """Turn vectors, (3, n), from earth axes to body axes, (3, n): the inverse of `body_to_earth`."""
+    from scipy.spatial.transform import Rotation  # slow to load, and needed without vanes alone
+
     attitude = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=1))
     return np.asarray(attitude.apply(vector.T, inverse=True).T)
 

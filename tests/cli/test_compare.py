@@ -90,7 +90,14 @@ def test_two_logs_and_their_two_calibrations_give_one_answer_that_holds_the_trut
         assert one == pytest.approx(other, abs=1e-6)
     assert answers[0] == {key: value for key, value in answers[1].items() if key != "curve"}
     assert answers[1]["differs"]
-    assert set(answers[1]) == {"first", "second", "curve", "differs", "summary"}
+    assert set(answers[1]) == {
+        "schema",
+        "first",
+        "second",
+        "curve",
+        "differs",
+        "summary",
+    }
     rows = answers[1]["curve"]
     assert set(rows[0]) == {"indicated_airspeed_kt", "difference_kt", "two_sigma_kt"}
     speed = np.array([row["indicated_airspeed_kt"] for row in rows]) * KNOT

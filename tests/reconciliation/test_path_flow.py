@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 
 from pitotbench.axes import body_to_earth, earth_to_body
 from pitotbench.models.aircraft_model import aircraft_model
-from pitotbench.reconciliation.clean_track import WIND, flow_angles, with_path_flow
+from pitotbench.reconciliation.flight_path import WIND, flow_angles, with_path_flow
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out, mean_wind_of
 from pitotbench.reconciliation.track import FORCES, track_of

@@ -1,22 +1,27 @@
 """The clean track: a track without noise and without gusts, on which signatures are computed."""
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.signal import savgol_filter
 
 from pitotbench import air
-from pitotbench.axes import body_to_earth, earth_to_body, flow_direction
+from pitotbench.reconciliation.flight_path import (
+    VELOCITY,
+    WINDOW,
+    air_velocity,
+    complementary_filter,
+    integrated,
+    quick_velocity,
+    smoothed,
+    true_airspeed_along,
+)
 from pitotbench.reconciliation.track import (
-    FORCES,
     GPS_CHANNELS,
     Track,
     mach_number,
     outside_temperature,
 )
-from pitotbench.units import Array, MetersPerSecond
+from pitotbench.units import Array
 
 # The clean track: a track without noise and without gusts, on which signatures are computed. A
 # signature made of noisy signals would carry their noise. The residuals carry the same noise, so
@@ -29,171 +34,33 @@ from pitotbench.units import Array, MetersPerSecond
 # that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay
 # 1964).
 
-WINDOW = 3.0  # s, of the local parabolas
 # s, for a GPS without accelerometers: with 3 s its noise made a latency of 0.30 s come out as 0.24
 # s.
 GPS_WINDOW = 4.5
-# s, of what a slow sensor reads less what quick ones predict: long, for the prediction holds the
-# quick changes.
-SLOW_WINDOW = 20.0
-WANDER = 0.2  # deviation of a random walk from its local parabolas, over √window: 0.20 to 0.21 by simulation
-ATTITUDE = ("roll", "pitch", "heading")
-VANES = ("angle_of_attack", "sideslip")
-VELOCITY = ("velocity_north", "velocity_east", "velocity_down")
 UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these channels are real
-
-
-def true_airspeed_along(track: Track) -> MetersPerSecond:
-    """Return the true airspeed [m/s] of the pressures and temperature of a track."""
-    mach = mach_number(track)
-    return mach * air.sound_speed(outside_temperature(track, mach))
-
-
-def air_velocity(track: Track) -> tuple[Array, Array, Array]:
-    """Return the velocity through the air toward north, east, down [m/s].
-
-    Without vanes its direction is that of the path through the air, or else level and along the
-    nose.
-    """
-    speed = true_airspeed_along(track)
-    if WIND[0] in track:
-        alpha, beta = flow_angles(track)
-    else:
-        alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]
-        beta = track["sideslip"] if "sideslip" in track else np.zeros_like(speed)
-    flow = flow_direction(alpha, beta)
-    north, east, down = speed * body_to_earth(flow, track["roll"], track["pitch"], track["heading"])
-    return north, east, down
-
-
-# Channels of a track without vanes: the wind, and the scales of the angles of the path.
-WIND = ("wind_north", "wind_east", "wind_down")
-PATH_SCALES = ("path_alpha_scale", "path_sideslip_scale")
-
-
-def with_path_flow(track: Track, wind: Array, mass: float) -> Track:
-    """Return a track that `flow_angles` can be taken of, with a mass; what it has stays.
-
-    `wind` is toward north, east, down [m/s], (3,), of which the last, that of vanes, is not used;
-    `mass` [kg] is that of the loaded model.
-    """
-    ones, level = np.ones(len(track.time)), (wind[0], wind[1], 0.0)
-    vanes = all(name in track for name in VANES)
-    added = {} if vanes else dict(zip(WIND, level, strict=True)) | dict.fromkeys(PATH_SCALES, 0.0)
-    added |= {} if "mass" in track else {"mass": mass}
-    return track.replaced({name: value * ones for name, value in added.items()})
-
-
-def flow_angles(track: Track) -> tuple[Array, Array]:
-    """Return the angles of attack and of sideslip [rad], (n,) each: of the vanes, or without them
-    those of the path through the air.
-
-    The path is ground velocity less wind, in body axes (Klein and Morelli 2006, ch. 10). It does
-    not show the gusts to which the airplane answers, so that its angles have a scale of their own.
-    """
-    if all(name in track for name in VANES):
-        return track["angle_of_attack"], track["sideslip"]
-    over = {**track.channels, **_velocity(track)}
-    if "velocity_down" not in track:
-        over["velocity_down"] = _sink(track)
-    through = np.stack([over[n] - track[w] for n, w in zip(VELOCITY, WIND, strict=True)])
-    forward, right, down = earth_to_body(through, *(track[name] for name in ATTITUDE))
-    speed = np.sqrt(forward**2 + right**2 + down**2)
-    angles = np.arctan2(down, forward), np.arcsin(right / np.maximum(speed, 1.0))
-    alpha, beta = ((1.0 + track[n]) * a for n, a in zip(PATH_SCALES, angles, strict=True))
-    return alpha, beta
-
-
-def earth_acceleration(track: Track) -> Array | None:
-    """Return the acceleration toward north, east, down [m/s²], (3, n); None without accelerometers."""
-    if not all(name in track for name in FORCES):
-        return None
-    felt = np.stack([track[name] for name in FORCES])
-    earth = body_to_earth(felt, track["roll"], track["pitch"], track["heading"])
-    earth[2] += air.GRAVITY
-    return earth
 
 
 def clean_track(track: Track, wind: Array) -> Track:
     """Return the smoothed track; `wind` is toward north, east, down [m/s], (3,)."""
     changing = {name: values for name, values in track.channels.items() if name not in UNSMOOTHED}
     smooth = track.replaced(
-        {name: _smoothed(track, values, WINDOW) for name, values in changing.items()}
+        {name: smoothed(track, values, WINDOW) for name, values in changing.items()}
     )
     smooth = smooth.replaced({"static_pressure": _static_pressure(track, smooth)})
-    velocity = _velocity(track)
+    velocity = quick_velocity(track)
     smooth = smooth.replaced(velocity)
     smooth = smooth.replaced(_impact_pressure(smooth, wind))
     smooth = smooth.replaced(_total_temperature(track, smooth))
     slow = [name for name in GPS_CHANNELS if name in track and name not in velocity]
-    smooth = smooth.replaced({name: _smoothed(track, track[name], GPS_WINDOW) for name in slow})
+    smooth = smooth.replaced({name: smoothed(track, track[name], GPS_WINDOW) for name in slow})
     return smooth.replaced(_altitude(track, smooth))
-
-
-def _complementary_filter(track: Track, measured: Array, predicted: Array) -> Array:
-    """The quick changes of a prediction, with the slow ones of what a channel measures."""
-    return predicted + _smoothed(track, measured - predicted, SLOW_WINDOW)
-
-
-def _integrated(track: Track, rate: Array) -> Array:
-    """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row
-    late.
-    """
-    return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
-
-
-def _velocity(track: Track) -> Mapping[str, Array]:
-    """Ground velocity with the quick changes of the accelerometers; empty without these, or where
-    they shake.
-    """
-    acceleration = earth_acceleration(track)
-    if acceleration is None or _is_noisy(track, acceleration):
-        return {}
-    gained = _integrated(track, acceleration)
-    return {
-        name: _complementary_filter(track, track[name], gained[i])
-        for i, name in enumerate(VELOCITY)
-        if name in track
-    }
-
-
-def _sink(track: Track) -> Array:
-    """The velocity down [m/s] of the static pressure, with the quick changes of the accelerometers
-    where they do not shake.
-    """
-    acceleration = earth_acceleration(track)
-    sink = -_rate(track, air.pressure_altitude(track["static_pressure"]))
-    if acceleration is None or _is_noisy(track, acceleration):
-        return _smoothed(track, sink, WINDOW)
-    return _complementary_filter(track, sink, _integrated(track, acceleration[2]))
-
-
-def _rate(track: Track, values: Array) -> Array:
-    """The change of a channel a second, stretch by stretch."""
-    parts = (values[begin:end] for begin, end in pairwise(track.start))
-    return np.concatenate([np.gradient(part, track.row_period) for part in parts])
-
-
-def _is_noisy(track: Track, acceleration: Array) -> bool:
-    """Whether the noise of accelerometers, integrated over the window, is above that of a single
-    GPS fix.
-
-    Differences of neighbors show the noise: twice its variance, and 20 times that of a fix in third
-    differences.
-    """
-    names = [name for name in VELOCITY if name in track]
-    a_second = np.diff(acceleration[: len(names)], axis=1).std() * np.sqrt(0.5 * track.row_period)
-    fixes = np.stack([track[name][track.fix] for name in names])
-    return bool(
-        WANDER * a_second * np.sqrt(SLOW_WINDOW) > np.diff(fixes, 3, axis=1).std() / np.sqrt(20.0)
-    )
 
 
 def _static_pressure(track: Track, smooth: Track) -> Array:
     """Static pressure whose quick changes come from the vertical speed and not from sensor noise."""
     down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
     height = air.pressure_altitude(track["static_pressure"])
-    return air.standard_pressure(_complementary_filter(track, height, -_integrated(track, down)))
+    return air.standard_pressure(complementary_filter(track, height, -integrated(track, down)))
 
 
 def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
@@ -203,8 +70,8 @@ def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
     if "altitude" not in track or "velocity_down" not in track:
         return {}
     return {
-        "altitude": _complementary_filter(
-            track, track["altitude"], -_integrated(track, smooth["velocity_down"])
+        "altitude": complementary_filter(
+            track, track["altitude"], -integrated(track, smooth["velocity_down"])
         )
     }
 
@@ -217,16 +84,7 @@ def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
         return {}
     standard = air.standard_temperature(air.pressure_altitude(smooth["static_pressure"]))
     expected = air.total_temperature(standard, mach_number(smooth))
-    return {"total_temperature": _complementary_filter(track, track["total_temperature"], expected)}
-
-
-def _smoothed(track: Track, values: Array, window: float) -> Array:
-    length = 2 * round(0.5 * window / track.row_period) + 1
-    out = values.copy()
-    for begin, end in zip(track.start[:-1], track.start[1:], strict=True):
-        if end - begin > length:
-            out[begin:end] = savgol_filter(values[begin:end], length, 2)
-    return out
+    return {"total_temperature": complementary_filter(track, track["total_temperature"], expected)}
 
 
 def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:

@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.reconciliation.clean_track import PATH_SCALES, WIND
+from pitotbench.reconciliation.flight_path import PATH_SCALES, WIND
 from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans

@@ -14,7 +14,7 @@ from pitotbench.effects import terms_beside
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
-from pitotbench.reconciliation.clean_track import air_velocity, true_airspeed_along, with_path_flow
+from pitotbench.reconciliation.flight_path import air_velocity, true_airspeed_along, with_path_flow
 from pitotbench.reconciliation.free_parameters import (
     ANGLE_SCALE,
     VANE_PARAMETERS,

@@ -13,7 +13,7 @@ from pitotbench import air
 from pitotbench.effects import EFFECTS, terms_beside
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
-from pitotbench.reconciliation.clean_track import flow_angles
+from pitotbench.reconciliation.flight_path import flow_angles
 from pitotbench.reconciliation.track import Track, mach_number, outside_temperature
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.units import Array

@@ -12,14 +12,14 @@ from scipy.ndimage import maximum_filter1d
 from pitotbench import air
 from pitotbench.channels import CHANNELS
 from pitotbench.effects.overlay import Baseline, Overlay
-from pitotbench.reconciliation.clean_track import (
+from pitotbench.reconciliation.clean_track import clean_track
+from pitotbench.reconciliation.flight_path import (
     ATTITUDE,
     PATH_SCALES,
     VANES,
     VELOCITY,
     WIND,
     air_velocity,
-    clean_track,
     earth_acceleration,
 )
 from pitotbench.reconciliation.replay import (

@@ -11,7 +11,6 @@ from scipy.special import chdtrc, ndtri
 from pitotbench.catalog import Catalog
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect, Effect
-from pitotbench.reconciliation.clean_track import PATH_SCALES
 from pitotbench.reconciliation.equations import (
     Fit,
     NormalEquations,
@@ -21,6 +20,7 @@ from pitotbench.reconciliation.equations import (
     with_form_error,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
+from pitotbench.reconciliation.flight_path import PATH_SCALES
 from pitotbench.reconciliation.formula import signatures_at
 from pitotbench.reconciliation.layout import DAY, Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution

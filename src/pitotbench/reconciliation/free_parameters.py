@@ -29,8 +29,9 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "heading": 0.010,
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
-# Share of the angles of the path by which gusts that it does not show can make them seem smaller. A
-# sideslip is little more than the answer to gusts; the angle of attack also changes with the speed.
+# Share by which the angles of the path can be off in scale: the path does not show the gusts, to
+# which the airplane answers. Sideslip is mostly such an answer, so nothing is known of its scale;
+# the angle of attack also follows the airspeed.
 PATH_SCALE = dict(zip(PATH_SCALES, (0.3, 1.0), strict=True))
 # The free parameters of the vanes: the channel and the kind of each.
 VANE_PARAMETERS = {
@@ -290,8 +291,9 @@ def _wind(reference: ReferenceState) -> Columns:
 
 
 def residuals_of_wind(wind: Array, reference: ReferenceState) -> Array:
-    """Return the change of the residuals, (n, c), by a wind toward north, east, down [m/s], (n, 3),
-    more than that of the path, where a track follows one.
+    """Return the change of the residuals, (n, c), by a wind toward north, east, down [m/s], (n, 3).
+
+    Along a path it is what the true wind has more than the mean wind by which the path is computed.
     """
     clean = reference.clean
     if WIND[0] not in clean:
@@ -351,8 +353,7 @@ def _turned_into(
     column = reference.blank()
     parts = reference.frame.turned(vectors, f"{family}_down" in reference.base.names)
     for i, axis in enumerate(axes[: parts.shape[1]]):
-        if (place := reference.channel(f"{family}_{axis}")) is not None:
-            column[:, place] = parts[:, i]
+        column[:, reference.base.names.index(f"{family}_{axis}")] = parts[:, i]
     return column
 
 

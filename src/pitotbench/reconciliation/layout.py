@@ -14,7 +14,13 @@ from pitotbench.effects import terms_beside
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
-from pitotbench.reconciliation.flight_path import air_velocity, true_airspeed_along, with_path_flow
+from pitotbench.reconciliation.flight_path import (
+    ATTITUDE,
+    VELOCITY,
+    air_velocity,
+    true_airspeed_along,
+    with_path_flow,
+)
 from pitotbench.reconciliation.free_parameters import (
     ANGLE_SCALE,
     VANE_PARAMETERS,
@@ -621,14 +627,14 @@ def mean_wind_of(track: Track, measured: Booleans) -> Array:
     It is the ground velocity less the velocity through the air.
     """
     through, wind = air_velocity(track), np.zeros(3)
-    for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
+    for i, name in enumerate(VELOCITY):
         if name in track:
             wind[i] = np.mean((track[name] - through[i])[measured])
     return wind
 
 
 def _require_attitude(log: FlightLog) -> None:
-    missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
+    missing = [name for name in ATTITUDE if getattr(log, name) is None]
     if missing:
         raise BadInputError(
             f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, "

@@ -24,6 +24,7 @@ from pitotbench.effects.effect import (
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
+from pitotbench.reconciliation.flight_path import VANES
 from pitotbench.reconciliation.free_parameters import residuals_of_wind
 from pitotbench.reconciliation.replay import (
     added_forces,
@@ -284,7 +285,6 @@ WHOLE_FLIGHT: Catalog[Effect] = Catalog(
 # Told by the level of the gusts, beside the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 
-VANES = {"angle_of_attack", "sideslip"}  # the channels of the flow vanes
 EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight
 
 
@@ -330,4 +330,4 @@ def returns(name: str) -> bool:
 def reads_gusts(name: str) -> bool:
     """Whether an effect is one of the flow vanes alone."""
     effect = FITTED[name]
-    return isinstance(effect, SensorEffect) and set(effect.changes) <= VANES
+    return isinstance(effect, SensorEffect) and set(effect.changes) <= set(VANES)

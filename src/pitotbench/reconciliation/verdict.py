@@ -508,8 +508,8 @@ def _notes(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> It
         yield "no aircraft model: sensors and air alone are judged, and no card is flown"
     if PATH_SCALES[0] in layout.track:
         yield (
-            "no vanes: the angles of the flow are those of the path through the mean wind, whose "
-            "scale is free, so that a change of lift, stability and sideslip alike is no gap"
+            "no vanes: the flow angles are those of the path through the mean wind; their scale is "
+            "free, so an equal change of all coefficients of one angle cannot be seen"
         )
     shown = {s.effect for s in layout.signatures}
     if not layout.setting.day_known:

@@ -12,8 +12,9 @@ import pytest
 from pitotbench import BadInputError, FlightLog
 from pitotbench.catalog import Catalog
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import check_log, lay_out
+from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.recording_checks import check_log
 from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.timeline import in_outage

@@ -10,6 +10,7 @@ import pytest
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, effect_of
+from pitotbench.reconciliation.cells import Cell
 from pitotbench.reconciliation.equations import (
     equations_from,
     noise_of_log,
@@ -18,7 +19,7 @@ from pitotbench.reconciliation.equations import (
 )
 from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import Cell, lay_out
+from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import ScoreScale
 from pitotbench.reconciliation.regression import Found, Regression
 from pitotbench.reconciliation.thresholds import THRESHOLDS

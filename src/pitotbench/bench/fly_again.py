@@ -18,13 +18,8 @@ from pitotbench.reconciliation.card_comparison import (
     gust_difference,
 )
 from pitotbench.reconciliation.free_parameters import curve_of
-from pitotbench.reconciliation.layout import (
-    DAY,
-    Layout,
-    below_range_end,
-    check_log,
-    mean_wind_of,
-)
+from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, mean_wind_of
+from pitotbench.reconciliation.recording_checks import check_log
 from pitotbench.reconciliation.track import track_of
 from pitotbench.reconciliation.verdict import ShownFlight
 from pitotbench.records import BadInputError

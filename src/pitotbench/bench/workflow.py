@@ -21,10 +21,7 @@ from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.models.maneuver_model import air_model
 from pitotbench.reconciliation.formula import formula_term
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import (
-    Layout,
-    lay_out,
-)
+from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.maneuvers import floor_left_out, lay_out_maneuvers
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.patches import Patch, maneuver_to_fly, name_in_case, patch_of_effects

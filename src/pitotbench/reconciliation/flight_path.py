@@ -1,4 +1,4 @@
-"""The path of a log: its accelerations, its velocities, and its flow angles where it has no vanes."""
+"""The path of a log: its accelerations, velocities, and flow angles where it has no vanes."""
 
 from collections.abc import Mapping
 from itertools import pairwise

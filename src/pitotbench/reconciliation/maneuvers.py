@@ -13,6 +13,7 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.own_terms import SURFACES
+from pitotbench.reconciliation.cells import cells
 from pitotbench.reconciliation.equations import (
     NormalEquations,
     folds_of,
@@ -20,9 +21,10 @@ from pitotbench.reconciliation.equations import (
 )
 from pitotbench.reconciliation.evidence import widest
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, FreeParameters
-from pitotbench.reconciliation.layout import CheckedLog, Layout, cells, hypotheses, of_patch
+from pitotbench.reconciliation.layout import Layout, hypotheses, of_patch
 from pitotbench.reconciliation.noise import UNUSABLE, NoiseModel, learned
 from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale, size_label
+from pitotbench.reconciliation.recording_checks import CheckedLog
 from pitotbench.reconciliation.replay import Replay, answer, motion_of, properties_of_forces
 from pitotbench.reconciliation.residuals import (
     MOMENTS,

@@ -11,8 +11,9 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 
 from pitotbench.effects import effect_of
+from pitotbench.reconciliation.cells import Cell
 from pitotbench.reconciliation.equations import noise_of_log, shortness_of
-from pitotbench.reconciliation.layout import Cell, Layout
+from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.signatures import FITTED, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS

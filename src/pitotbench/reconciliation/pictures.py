@@ -6,9 +6,10 @@ import numpy as np
 from scipy.signal import lfilter
 
 from pitotbench import air
+from pitotbench.reconciliation.cells import flight_variables
 from pitotbench.reconciliation.equations import Fit
 from pitotbench.reconciliation.free_parameters import curve_share
-from pitotbench.reconciliation.layout import Layout, flight_variables
+from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.regression import Block
 from pitotbench.reconciliation.residuals import FAMILIES, UNITS

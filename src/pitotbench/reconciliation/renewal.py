@@ -20,11 +20,7 @@ from pitotbench.reconciliation.free_parameters import (
     free_parameters_of,
     with_vane_angles,
 )
-from pitotbench.reconciliation.layout import (
-    Layout,
-    mean_wind_of,
-    without_error_curve,
-)
+from pitotbench.reconciliation.layout import Layout, mean_wind_of, without_error_curve
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
 from pitotbench.reconciliation.replay import motion_of
 from pitotbench.reconciliation.residuals import ReferenceState

@@ -7,6 +7,7 @@ import pytest
 from scipy.ndimage import uniform_filter1d
 
 from pitotbench.axes import body_to_earth, earth_to_body
+from pitotbench.bench.inspection import inspect_log
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.flight_path import WIND, flow_angles, with_path_flow
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -76,3 +77,14 @@ def test_without_controls_the_sensors_alone_keep_their_channels(log: FlightLog) 
     laid = lay_out(bare, model, AnalysisSetting())
     assert not {*WIND} & set(laid.track.channels)
     assert "airspeed_across" in laid.residuals.names
+
+
+def test_the_account_of_a_log_says_what_reconcile_needs(log: FlightLog) -> None:
+    """Neither vanes nor a mass, but the controls."""
+
+    def answered(each: FlightLog) -> bool:
+        told = {question.name: question.answered for question in inspect_log(each).questions}
+        return told["reconciliation with a model"]
+
+    assert answered(replace(log, header={}, **BARE))
+    assert not answered(replace(log, header={}, elevator=None))

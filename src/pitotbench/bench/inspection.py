@@ -16,6 +16,7 @@ from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptio
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.aircraft import CONTROLS, STATES
 from pitotbench.records.case import Case
 from pitotbench.records.log import Caution, FlightLog, HeldChannel, LogInspection, Question
 from pitotbench.timeline import interval, pauses
@@ -27,7 +28,6 @@ _MOST_ROWS = 3000  # that the expected bound is computed from: geometry needs no
 _SPEEDS = 7  # airspeeds at which the bound is given
 _ROUNDS = 12
 _QUANTILES = (0.05, 0.5, 0.95)
-_FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
     "altitude (position) error": (
         ("altitude",),
@@ -39,8 +39,8 @@ _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and 
         "attitude and flow angles",
     ),
     "reconciliation with a model": (
-        ("roll", "pitch", "heading", *_FORCES, "mass"),
-        "attitude, specific forces and mass",
+        (*STATES, *CONTROLS[:4]),  # an airplane with one engine has no second throttle
+        "attitude, body rates, specific force along x, surfaces and throttle",
     ),
 }
 

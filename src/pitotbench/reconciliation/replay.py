@@ -13,9 +13,9 @@ from pitotbench import air
 from pitotbench.effects import EFFECTS, terms_beside
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
-from pitotbench.reconciliation.flight_path import ATTITUDE, flow_angles
+from pitotbench.reconciliation.flight_path import flow_angles
 from pitotbench.reconciliation.track import Track, mach_number, outside_temperature
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.records.aircraft import CONTROLS, STATES, Motion, Reaction, UnitForces
 from pitotbench.units import Array
 
 React = Callable[[Motion], Reaction]
@@ -30,8 +30,6 @@ VARIED: Mapping[str, float] = {
     "sideslip": 0.005,
 }
 FINE = 0.1  # s between states, for the answer
-STATES = (*ATTITUDE, "roll_rate", "pitch_rate", "yaw_rate", "specific_force_x")
-CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
 
 

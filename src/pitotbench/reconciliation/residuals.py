@@ -23,7 +23,6 @@ from pitotbench.reconciliation.flight_path import (
     earth_acceleration,
 )
 from pitotbench.reconciliation.replay import (
-    CONTROLS,
     REACTION_NAMES,
     Replay,
     answer,
@@ -32,7 +31,7 @@ from pitotbench.reconciliation.replay import (
     properties_of_forces,
 )
 from pitotbench.reconciliation.track import FORCES, Grid, Track, grid_of, mach_number
-from pitotbench.records.aircraft import Motion, PatchErrors, Reaction, UnitForces
+from pitotbench.records.aircraft import CONTROLS, Motion, PatchErrors, Reaction, UnitForces
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array
 

@@ -135,6 +135,12 @@ class Performance:
 # that motion.
 
 
+# What a log must hold to move a model along it, beside air data and GPS: the states, and the controls
+# that the airplane has. The angles of the flow and the mass can be found without a channel.
+STATES = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "specific_force_x")
+CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
     """Measured states and controls of an airplane at increasing times; arrays (n,), SI and radians.

@@ -23,6 +23,22 @@ def test_one_heading_or_one_speed_does_not_carry_three_parameters():
     assert calibrate(log, CalibrationOptions(model="bias")).converged
 
 
+def _legs(*headings_deg):
+    """A sweep of speed on each heading, without the turns between them."""
+    speed, heading = fixture.straight(10)
+    return np.tile(speed, len(headings_deg)), np.repeat(np.deg2rad(headings_deg), len(heading))
+
+
+def test_the_advice_to_reciprocal_legs_helps():
+    """Each step that the refusals advise has not been flown yet, and the last one has an answer."""
+    for flown in ([0.0], [0.0, 180.0], [0.0, 180.0, 0.0, 180.0]):
+        with pytest.raises(NoAnswerError, match="three headings at least 60° apart") as found:
+            calibrate(fixture.fly(_legs(*flown), 10, 10, fixture.Air()))
+        assert "reciprocal" not in str(found.value)
+    found = calibrate(fixture.fly(_legs(0.0, 180.0, 90.0), 10, 10, fixture.Air()))
+    assert np.median(found.curve.two_sigma) < 1.0 * KNOT
+
+
 @pytest.mark.parametrize(
     ("changes", "options", "says"),
     [

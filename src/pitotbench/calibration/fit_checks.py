@@ -39,6 +39,8 @@ _SPEED_RATIO = {
 }  # number of terms to the ratio of impact pressures that they need
 _SPLINE_RATIO = 1.3  # the same for a model of more terms
 USELESS = 10.0 * KNOT  # a bound beyond this is no answer
+# Two legs, reciprocal ones too, leave the wind across them unknown.
+FLY_HEADINGS = "fly legs on three headings at least 60° apart, or a full turn"
 
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
@@ -55,7 +57,7 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
     if spread < _HEADING_SPREAD:
         raise OneHeadingError(
             f"the wind is not observable: all headings lie within {spread / DEGREE:.0f}°; "
-            "fly a second leg at least 60° away (the reciprocal is best)"
+            f"{FLY_HEADINGS}"
         )
     low, high = np.quantile(obs.impact_pressure, [0.02, 0.98])
     # What a log does not tell of a curve with a prior, the prior tells.
@@ -90,15 +92,13 @@ def require_useful(calibration: Calibration) -> None:
     if not np.all(np.isfinite(calibration.curve.two_sigma + wind)):
         raise UndeterminedError(
             "the log does not determine the answer: no bound can be given; check the clock, the "
-            "units and the "
-            "columns, or fly longer, on reciprocal headings"
+            f"units and the columns, or {FLY_HEADINGS}"
         )
     if max(wind, curve) > USELESS:
         raise UndeterminedError(
             f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the "
             "curve and "
-            f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed "
-            "of interest"
+            f"{wind / KNOT:.1f} kt on the wind; {FLY_HEADINGS}, at every speed of interest"
         )
 
 

@@ -219,7 +219,9 @@ def _three_leg_answers(velocity: Array) -> Array:
     three = velocity[_triples(len(velocity))]
     chords, squares = three[:, 1:] - three[:, :1], np.sum(three**2, axis=2)
     if np.any(np.linalg.cond(chords) > _ILL_CONDITIONED):
-        raise NoAnswerError("the legs do not determine the wind: fly tracks at least 60° apart")
+        raise NoAnswerError(
+            "the legs do not determine the wind: fly three tracks at least 60° apart"
+        )
     wind = np.linalg.solve(chords, 0.5 * (squares[:, 1:] - squares[:, :1])[..., None])[..., 0]
     return np.column_stack([np.linalg.norm(three[:, 0] - wind, axis=1), wind])
 

@@ -10,7 +10,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibration.covering import drift_of
 from pitotbench.calibration.covering_problem import Structure
-from pitotbench.calibration.fit_checks import disagreements, heading_spread
+from pitotbench.calibration.fit_checks import FLY_HEADINGS, disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import (
@@ -158,9 +158,8 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     residuals = Residuals(found.time, indicated, airspeed, obs.used)
     words = (
         f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The "
-        "curve is that of "
-        "the static source, by height and pressure alone; a second leg at least 60° away would "
-        "check it"
+        "curve is that of the static source, by height and pressure alone. To check it, "
+        f"{FLY_HEADINGS}"
     )
     return Calibration(
         model=" and ".join(names),

@@ -139,4 +139,4 @@ def test_the_legs_of_a_log_take_the_priors_of_gusts():
 def test_legs_typed_have_no_prior(capsys):
     legs = ["--ground-speed-kt=178,185,188", "--track-deg=10,130,250"]
     assert main(["fixed-speed", *legs, "--set", "gust_mps=1"]) == 2
-    assert "no prior" in capsys.readouterr().err
+    assert "points tables have a prior" in capsys.readouterr().err

@@ -414,6 +414,22 @@ def test_the_logs_of_two_airplanes_are_not_joined(above, log, tmp_path, capsys):
     capsys.readouterr()
 
 
+@pytest.mark.parametrize(
+    ("flag", "value", "way_out"),
+    [
+        ("--accuracy", "temperature_k=3", "give a card of legs"),
+        ("--mapping", "g1000", "leave it out"),
+        ("--table", "curve.csv", "calibrate LOG --table"),
+        ("--set", "gust_mps=1", "points tables"),
+    ],
+)
+def test_a_flag_that_does_nothing_for_typed_legs_is_refused(flag, value, way_out, capsys):
+    typed = ["--ground-speed-kt", "178,185,188", "--track-deg", "178,82,355"]
+    found = refused(["fixed-speed", *typed, flag, value], capsys)
+    assert f"{flag} does nothing for typed legs" in found
+    assert way_out in found
+
+
 def test_a_value_may_begin_with_a_minus_sign(capsys):
     """Behind the flag or joined to it, alike: here a ground speed that cannot be."""
     for speeds in (["--ground-speed-kt", "-178,185,188"], ["--ground-speed-kt=-178,185,188"]):

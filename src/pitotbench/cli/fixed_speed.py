@@ -52,12 +52,9 @@ def run(options: argparse.Namespace) -> int:
             "give either logs, or points tables, or fly-by cards, or both --ground-speed-kt and "
             "--track-deg, or --sheet"
         )
-    if options.table is not None and asked != {_CARDS}:
-        raise BadInputError(
-            "--table: points are no curve; use calibrate LOG --table, or give a card of legs"
-        )
-    if options.priors is not None and not asked <= {_LOGS, _CARDS}:
-        raise BadInputError(f"--set: {asked.pop()} have no prior; logs and points tables have")
+    for flag_name, (field, kinds, reason) in _ACTS_ON.items():
+        if getattr(options, field) is not None and not asked <= kinds:
+            raise BadInputError(f"{flag_name} does nothing for {asked.pop()}: {reason}")
     {
         _LOGS: _of_logs,
         _CARDS: _of_cards,
@@ -70,7 +67,17 @@ def run(options: argparse.Namespace) -> int:
 
 # What can be asked for.
 _LOGS, _CARDS, _FLY_BYS = "logs", "points tables", "fly-by cards"
-_LEGS, _SHEET = "legs", "a sheet"
+_LEGS, _SHEET = "typed legs", "a sheet"
+_ACTS_ON = {  # flag: its field, what it acts on, and the way out
+    "--table": ("table", {_CARDS}, "it writes a curve; use calibrate LOG --table, or give a card"),
+    "--set": ("priors", {_LOGS, _CARDS}, "logs and points tables have a prior"),
+    "--accuracy": (
+        "accuracy",
+        {_LOGS, _CARDS, _FLY_BYS},
+        "ground speeds and tracks alone have no bound; give a card of legs (CSV)",
+    ),
+    "--mapping": ("mapping", {_LOGS}, "it names the columns of logs; leave it out"),
+}
 
 
 def _kind_of(path: Path) -> str:

@@ -194,8 +194,12 @@ def test_a_leg_that_cannot_be_is_named_and_the_rest_is_used(tmp_path, capsys):
     assert point["legs"] == 3
     assert point["correction_kt"] is not None
     assert "without row 5" in point["remark"]
-    assert main(["fixed-speed", str(path)]) == 0
+    table = tmp_path / "curves.html"
+    right = write(tmp_path / "right.csv", as_rows(card))
+    assert main(["fixed-speed", str(path), str(right), "--table", str(table)]) == 0
     assert "row 5" in capsys.readouterr().out
+    # Once, and of the card that it is of.
+    assert table.read_text(encoding="utf-8").count("439° cannot be") == 1
 
 
 def test_numbers_with_a_zero_too_many_are_left_out_whatever_they_are():

@@ -114,14 +114,17 @@ def test_a_card_of_legs_takes_the_priors_of_its_curve(tmp_path, capsys):
     ]
     header = "point,indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt"
     path.write_text("\n".join([f"{header},track_deg", *rows]), encoding="utf-8")
-    spans = []
+    spans, told = [], []
     flat = ["--set", "curve_slope=1e-5,curve_lift=1e-5,curve_departure=1e-5"]
     for flags in ([], flat):
         assert main(["fixed-speed", str(path), *flags, "--json"]) == 0
-        (found,) = json.loads(capsys.readouterr().out)["curves"].values()
+        document = json.loads(capsys.readouterr().out)
+        told.append(document["priors"])
+        (found,) = document["curves"].values()
         shares = [point["normalized_pressure_error"] for point in found["curve"]]
         spans.append(max(shares) - min(shares))
     assert spans[1] < 0.2 * spans[0]
+    assert told == [{}, {"curve_slope": 1e-5, "curve_lift": 1e-5, "curve_departure": 1e-5}]
     assert main(["fixed-speed", str(path), "--set", "gust_mps=1"]) == 2
     assert "curve_slope" in capsys.readouterr().err
 

@@ -9,7 +9,14 @@ from pitotbench import air
 from pitotbench.calibration.card_model import CardModel, rows_of
 from pitotbench.calibration.card_slips import find_slips
 from pitotbench.calibration.leg_methods import LegAir, by_track, solve_group, wind_from
-from pitotbench.calibration.options import PRIORS, USUAL, Accuracies, Priors
+from pitotbench.calibration.options import (
+    USUAL,
+    Accuracies,
+    Priors,
+    StatedPriors,
+    priors_of_card,
+    stated_of,
+)
 from pitotbench.estimation.mixture import half_width
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import ErrorCurve
@@ -28,7 +35,7 @@ def reduce_card(
     legs: Sequence[CardLeg],
     steps: ReadingSteps,
     stated: Accuracies = USUAL,
-    priors: Priors = PRIORS,
+    priors: StatedPriors = None,
 ) -> HandCard:
     """Return the points, curves and slips of a card. Legs are in the order in which they were
     flown.
@@ -38,11 +45,11 @@ def reduce_card(
     steps of the readings, and wind that changes from leg to leg by as much as the card shows,
     through the weights of that method. A card whose tracks fit as headings alone is read so, with a
     warning. `priors` are those of the curves. Raises BadInputError for fewer than three legs that
-    can be.
+    can be, and for a prior that a card does not take.
     """
     if len(legs) < 3:
         raise BadInputError("a card needs at least three legs")
-    model, slips, warnings = _as_meant(legs, steps, stated, priors)
+    model, slips, warnings = _as_meant(legs, steps, stated, priors_of_card(priors))
     places: dict[str, list[int]] = {}
     for place, leg in enumerate(legs):
         places.setdefault(leg.point, []).append(place)
@@ -58,6 +65,7 @@ def reduce_card(
         {name: _curve(name, model) for name in dict.fromkeys(leg.configuration for leg in heard)},
         slips,
         (*warnings, *left_out),
+        stated_of(priors),
     )
 
 

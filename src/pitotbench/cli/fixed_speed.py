@@ -97,24 +97,25 @@ def _write_sheet(options: argparse.Namespace) -> None:
 
 def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.calibration.hand_card import reduce_card
-    from pitotbench.calibration.options import accuracies_of, priors_of_card
+    from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_points
     from pitotbench.show.calibration import doubts_of_curve
     from pitotbench.show.legs import card_json, card_tree
 
     stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
-    priors = priors_of_card(stated_priors(options).get("priors"))
-    read = [(path, *read_points(path)) for path in options.logs]
-    found = [(path, reduce_card(legs, steps, stated, priors)) for path, legs, steps in read]
+    priors = stated_priors(options).get("priors")
+    found = [(path, reduce_card(*read_points(path), stated, priors)) for path in options.logs]
     several = len(found) > 1
-    curves = {
-        " ".join(filter(None, (path.stem if several else "", name))): curve
+    named = [
+        (" ".join(filter(None, (path.stem if several else "", name))), curve, card)
         for path, card in found
         for name, curve in card.curves.items()
-    }
-    told = [each for _, card in found for each in (*card.warnings, *(s.words for s in card.slips))]
-    doubts = {name: [*told, *doubts_of_curve(curve)] for name, curve in curves.items()}
-    write_table(options, curves, doubts)
+    ]
+    write_table(
+        options,
+        {name: curve for name, curve, _ in named},
+        {name: [*card.warnings, *doubts_of_curve(curve)] for name, curve, card in named},
+    )
     tell_each(options, found, card_json, card_tree)
 
 
@@ -133,6 +134,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.bench.calibrations import options_of
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
+    from pitotbench.calibration.options import stated_of
     from pitotbench.records import NoAnswerError
     from pitotbench.show.curve_rows import points_json, points_tree
 
@@ -157,7 +159,11 @@ def _of_logs(options: argparse.Namespace) -> None:
     tell_each(
         options,
         found,
-        lambda a: {"fixed_speed": points_json(a[0]), "warnings": a[1]},
+        lambda a: {
+            "fixed_speed": points_json(a[0]),
+            "priors": stated_of(choice.priors),
+            "warnings": a[1],
+        },
         lambda a: points_tree(*a),
     )
 

@@ -1,5 +1,6 @@
 """Fixed-speed points of a log, and a card written by hand: its legs, its points and its curves."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 
@@ -77,14 +78,15 @@ class CardPoint:
 
 @dataclass(frozen=True, slots=True)
 class HandCard:
-    """The answer of a card: points in their order, a curve by configuration, the slips found, and
-    warnings.
+    """The answer of a card: points in their order, a curve by configuration, the slips found,
+    warnings, which tell the slips too, and the priors that were stated, by name.
     """
 
     points: tuple[CardPoint, ...]
     curves: dict[str, ErrorCurve]
     slips: tuple[Slip, ...]
     warnings: tuple[str, ...]
+    priors: Mapping[str, float]
 
 
 # A card of tower fly-bys: the passes as they were read, and the position error of each.

@@ -124,6 +124,7 @@ def card_json(card: HandCard) -> dict[str, Any]:
             {"row": s.row, "point": s.point, "what": s.words, "probably": s.probably or None}
             for s in card.slips
         ],
+        "priors": dict(card.priors),
         "warnings": list(card.warnings),
     }
 

@@ -112,6 +112,37 @@ def test_ten_slips_of_the_pencil():
     assert meant >= 6
 
 
+def test_a_leg_that_says_nothing_is_predicted_on_a_long_card_too():
+    """On a calm day, by the dense covariance of the others."""
+    noise = USUAL_NOISE + np.log(0.3)
+    card = make_card(91, points=12)
+    rows = np.array([3, 25])
+    model = CardModel(card.legs, STEPS, USUAL, frozenset(map(int, rows)))
+    linear, passed = model.linear, model.wandered(noise)
+    wind = 25.0**2 * np.exp(-np.abs(passed[:, None] - passed) / (2.0 * 25.0**2))
+    white = linear.reading + np.exp(2.0 * noise[2])
+    dense = wind * (linear.along @ linear.along.T) + np.diag(white)
+    columns = model.problem.regressors[: len(white)]
+    heard = np.setdiff1d(np.arange(len(white)), rows - 1)
+    rivals = []
+    for precision in model.problem.rivals:
+        every = dense + (columns / precision) @ columns.T
+        own, there = every[np.ix_(heard, heard)], every[np.ix_(heard, rows - 1)]
+        seen, weights = linear.observed[heard], np.linalg.solve(own, there)
+        variance = np.diag(every)[rows - 1] - np.sum(there * weights, axis=0)
+        off = (linear.observed[rows - 1] - seen @ weights) / np.sqrt(variance)
+        rivals.append((-np.linalg.slogdet(own)[1] - seen @ np.linalg.solve(own, seen), off))
+    surprise = max(rivals, key=lambda each: each[0])[1]
+    assert model.others(noise).surprise[rows - 1] == pytest.approx(surprise, abs=0.05)
+
+
+def test_a_number_that_no_slip_makes_is_refused_in_words():
+    card = make_card(2011)
+    found = reduce_card(spoil(card, 4, ground_speed=17000.0).legs, STEPS)
+    assert [slip.row for slip in found.slips] == [4]
+    assert "17000 kt cannot be" in found.slips[0].words
+
+
 def test_slips_are_found_in_any_order_of_the_tracks():
     """Each point of the card flies its tracks in an order of its own."""
     named = 0

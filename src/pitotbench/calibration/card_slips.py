@@ -172,7 +172,7 @@ class _Card:
         refusal = self.refused.get(leg.row, "")
         written = others.model.legs[place]
         words, priors, readings = [], list[float](), [written]
-        for kind in _kinds(leg):
+        for kind in filter(None, _kinds(leg)):  # no slip makes a number far above the largest
             possible = [each for each in kind if self._may_be_meant(each[1])]
             words += [each[0] for each in possible]
             readings += [each[1] for each in possible]

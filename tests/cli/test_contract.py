@@ -61,6 +61,13 @@ def test_legs_have_the_keys(capsys):
     require_keys("`fixed-speed` of legs", found)
 
 
+def test_an_inspection_and_a_plan_have_the_keys(log, capsys):
+    require_keys("`inspect`", answer(capsys, "inspect", log))
+    few = "--maneuver", "rapid_decel", "--draws", "2", "--search", "0"
+    require_keys("`plan`", answer(capsys, "plan", *few))
+    require_keys("`plan --by-hand`", answer(capsys, "plan", "--by-hand"))
+
+
 def test_a_reconciliation_has_the_keys(capsys, tmp_path):
     """Of a late GPS receiver, judged without an airplane: no flight is flown for it."""
     case = tmp_path / "late.toml"

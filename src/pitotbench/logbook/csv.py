@@ -331,10 +331,13 @@ def to_columns(table: "pa.Table") -> tuple[tuple[str, ...], tuple[Column, ...]]:
     """Return the names and the columns of an Arrow table as arrays: floats with NaN for empty
     cells, booleans, or objects. Each leaves the table as it comes, so that a long log is in memory once.
     """
+    import pyarrow as pa
+
     names, found = tuple(table.column_names), list[Column]()
     while table.num_columns:
         column, table = table.column(0), table.remove_column(0)
         found.append(_to_column(column))
+    pa.default_memory_pool().release_unused()  # a third of a long log
     return names, tuple(found)
 
 

@@ -27,13 +27,23 @@ models = pytest.mark.parametrize("name", list(MODELS))
 def test_slope_is_the_derivative(name):
     model, step = MODELS[name].spread_over(0.45, 4.1), 1e-6
     difference = (model.basis(X + step) - model.basis(X - step)) / (2.0 * step)
-    np.testing.assert_allclose(model.basis_slope(X), difference, atol=1e-7)
+    for one, slope in zip(np.eye(len(model.parameter_names)), difference.T, strict=True):
+        np.testing.assert_allclose(model.curve(X, one)[1], slope, atol=1e-7)
+
+
+@models
+def test_curve_is_the_sum_of_the_terms(name):
+    model = MODELS[name].spread_over(0.45, 3.1)  # X goes beyond it at both ends
+    parameters = np.linspace(0.5, -0.3, len(model.parameter_names))
+    np.testing.assert_allclose(
+        model.curve(X, parameters)[0], model.basis(X) @ parameters, atol=1e-12
+    )
 
 
 @models
 def test_basis_has_a_column_a_parameter(name):
     model = MODELS[name]
-    assert model.basis(X).shape == model.basis_slope(X).shape == (50, len(model.parameter_names))
+    assert model.basis(X).shape == (50, len(model.parameter_names))
     assert np.linalg.matrix_rank(model.basis(X)) == len(model.parameter_names)
     assert all(parameter in model.formula for parameter in model.parameter_names)
 

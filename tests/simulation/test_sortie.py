@@ -43,7 +43,7 @@ def test_another_process_flies_the_same(short):
     script = (
         "import hashlib\n"
         "from pitotbench.records.case import Case\n"
-        "from pitotbench.simulation import fly\n"
+        "from pitotbench.simulation.sortie import fly\n"
         f"flight = fly(Case(maneuver='race_track', card={dict(SHORT.card)!r}, "
         "turbulence='light'))\n"
         "rows = b''.join(flight[name].tobytes() for name in sorted(flight.channels))\n"

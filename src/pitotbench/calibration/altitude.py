@@ -185,7 +185,7 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
     At rest they see nothing, whatever the reading is.
     """
     q, reference = rows.impact_pressure, model.reference_pressure
-    bend = model.error.basis_slope(np.maximum(q, 1.0) / reference) @ k / reference
+    bend = model.error.curve(np.maximum(q, 1.0) / reference, k)[1] / reference
     return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
 
 

@@ -291,18 +291,24 @@ def acceleration_effect(
         replace(structure, altitude=None),
     )
     theta = fit.theta[: structure.model.count]
-    plain = linearize(structure, obs, blocks, theta, path=fit.path)
-    added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
-    smooth = smoothed(added, blocks, structure.priors.instruments_s)
-    planned = np.where(np.abs(smooth) > column.deviation, smooth, 0.0)
+    whole = linearize(
+        replace(structure, nuisances=(*structure.nuisances, column)),
+        obs,
+        blocks,
+        theta,
+        path=fit.path,
+    )
+    planned, unknown = whole.regression.instruments[:, -1], whole.regression.rivals.copy()
+    planned[np.abs(planned) <= column.deviation] = 0.0
     if float(planned @ planned) < _LEAST_PLANNED:
         return Estimate(column.name, 0.0, float("inf"))
-    wider = plain.regression.with_column(added, planned)
+    unknown[:, -1] = 0.0
+    free = replace(whole.regression, prior_precision=unknown)
     best = max(fit.nodes, key=lambda node: node.weight).noise
     mode = best[: noise_count(structure)]
     if not structure.drifting:  # of a long flight one latency changes the likely noise little
-        mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure, obs), mode)
-    estimate, covariance = solve(wider, plain.noise_of(mode))
+        mode = most_likely_noise(free, whole.noise_of, log_prior_of(structure, obs), mode)
+    estimate, covariance = solve(free, whole.noise_of(mode))
     return Estimate(column.name, float(estimate[-1]), 2.0 * float(np.sqrt(covariance[-1, -1])))
 
 

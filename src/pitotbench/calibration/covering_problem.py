@@ -100,9 +100,13 @@ def linearize(
             "parameters"
         )
     response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
-    columns = [nuisance.column(prediction, obs) for nuisance in structure.nuisances]
-    regressors = blocks.mean(
-        np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns])
+    # Column by column: of a long log all of them are larger than the log itself.
+    regressors = np.stack(
+        [
+            *(blocks.mean(column / prediction.slope) for column in prediction.jacobian.T),
+            *(blocks.mean(each.column(prediction, obs)) for each in structure.nuisances),
+        ],
+        axis=1,
     )
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count

@@ -200,7 +200,7 @@ class _Part(Generic[T]):
 
 
 # The reduced flights of a log by its identity and the scale of the curve: what is fitted once.
-Known = dict[tuple[int, CurveScale], list[_Part[Reduction]]]
+Known = dict[tuple[int, CurveScale], list[_Part[tuple[Reduction, Calibration]]]]
 
 
 def reduce_flights(
@@ -214,21 +214,22 @@ def reduce_flights(
     require_one_airplane(logs)
     scale = scale_of([observe(log, options) for log in logs])
 
-    def reduce(log: FlightLog) -> Reduction:
+    def reduce(log: FlightLog) -> tuple[Reduction, Calibration]:
         reduction = reduce_log(log, options, scale)
-        require_useful(assemble(reduction))
-        return reduction
+        alone = assemble(reduction)
+        require_useful(alone)
+        return reduction, alone
 
     fitted = {} if known is None else known
-    parts = list[_Part[Reduction]]()
+    parts = list[_Part[tuple[Reduction, Calibration]]]()
     for place, log in enumerate(logs):
         key = id(log), scale
         if key not in fitted:
             fitted[key] = _parts(log, 0, reduce)
         parts += [replace(part, place=place) for part in fitted[key]]
     if len(parts) == 1:
-        return [_flight(parts[0], assemble(parts[0].found), 1)]
-    joint = assemble_together(join([part.found for part in parts]))
+        return [_flight(parts[0], parts[0].found[1], 1)]
+    joint = assemble_together(join([part.found[0] for part in parts]))
     return [
         _flight(part, calibration, len(parts))
         for part, calibration in zip(parts, joint, strict=True)

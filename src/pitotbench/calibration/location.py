@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, logsumexp
+from scipy.special import chdtrc
 
 from pitotbench.calibration.altitude import (
     NOISE_COUNT,
@@ -243,7 +243,7 @@ def _with_rows(
     weights = np.array([each.weight for each in likely])
     odds = np.log(weights) + np.array([evidence for _, evidence, _ in updated])
     chance = float(weights @ np.array([chance for _, _, chance in updated]))
-    return updated[int(np.argmax(odds))][0], float(logsumexp(odds)), chance
+    return updated[int(np.argmax(odds))][0], float(np.logaddexp.reduce(odds)), chance
 
 
 def _updated(

@@ -159,8 +159,7 @@ class _Work:
             self.indicated[rows],
         )
         x = q / model.reference_pressure
-        basis, f_slope = model.error.basis(x), model.error.basis_slope(x) @ self._k
-        f = basis @ self._k
+        f, f_slope = model.error.curve(x, self._k)
         shape = 1.0 / (1.0 + f * ratio) if model.static_error else 1.0
         value = impact * (1.0 - f) * shape
         by_f = -impact * (1.0 + ratio) * shape**2 if model.static_error else -impact
@@ -250,7 +249,7 @@ class CurveMap:
     def correction_by_zero(self, k: Array) -> Array:
         """Derivative of the correction with respect to the zero offset, (c,) [m/s per Pa]."""
         rest, reference = 1.0 - self.normalized(k), self.model.reference_pressure
-        bend = self.model.error.basis_slope(self.impact_pressure() / reference) @ k / reference
+        bend = self.model.error.curve(self.impact_pressure() / reference, k)[1] / reference
         by_indicated = (1.0 + self.impact_pressure() * bend / rest) / rest
         return np.asarray(
             -air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import chain, product
 
 import numpy as np
-from scipy.special import logsumexp
 
 from pitotbench.estimation.noise import JointNoise, JointNoiseOf, Noise, NoiseOf, weighed_by_each
 from pitotbench.records import NoAnswerError
@@ -87,7 +86,6 @@ _TOGETHER = 1 << 13  # rows whose noises are made together: their arrays stay in
 
 LogPrior = Callable[[Array], float]
 Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
-RivalHeights = Callable[[Array], Array]  # the same under each of r rival priors, (b, r)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,17 +109,6 @@ class Regression:
     def rivals(self) -> Array:
         """The precisions of all rival priors, (r, p)."""
         return np.atleast_2d(self.prior_precision)
-
-    def with_column(self, column: Array, instrument: Array) -> "Regression":
-        """The problem with one more coefficient, without a prior; column and instrument (n,)."""
-        mean = self.prior_mean
-        return Regression(
-            self.response,
-            np.column_stack([self.regressors, column]),
-            np.column_stack([self.instruments, instrument]),
-            np.pad(self.rivals, ((0, 0), (0, 1))),
-            None if mean is None else np.append(mean, 0.0),
-        )
 
     def prior(self, rival: int) -> tuple[Array, Array]:
         """The precision (p,) of a rival prior, and the pull (p,) of its mean."""
@@ -155,7 +142,7 @@ def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     a noise with too long a memory for the likely one. Raises numpy.linalg.LinAlgError where the
     data do not determine β.
     """
-    return float(logsumexp(_by_rival(problem, noise)))
+    return float(np.logaddexp.reduce(_by_rival(problem, noise)))
 
 
 def _by_rival(problem: Regression, noise: Noise) -> Array:
@@ -204,12 +191,6 @@ def _log_likelihood(problem: Regression, products: Array, rival: int) -> Array:
 
 def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
     """The log-posterior of φ as a function of many φ, (b, d); −∞ where the data do not determine β."""
-    by_rival = _rival_heights_of(problem, noise_of, log_prior)
-    return lambda phis: np.asarray(logsumexp(by_rival(phis), axis=1))
-
-
-def _rival_heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> RivalHeights:
-    """The same under each rival prior, (b, r)."""
 
     def of_each(phis: Array) -> Array:
         try:
@@ -221,7 +202,9 @@ def _rival_heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
 
     def heights(phis: Array) -> Array:
         found = np.concatenate([of_each(part) for part in _stacks(problem, phis)])
-        return np.asarray(found + np.array([log_prior(phi) for phi in phis])[:, None])
+        return np.asarray(
+            np.logaddexp.reduce(found, axis=1) + np.array([log_prior(phi) for phi in phis])
+        )
 
     return heights
 
@@ -285,7 +268,7 @@ def solutions(problem: Regression, noise: Noise) -> list[Solution]:
         by_rival = _by_rival(problem, noise) if len(problem.rivals) > 1 else np.zeros(1)
     except np.linalg.LinAlgError as error:
         raise NoAnswerError(_UNDETERMINED) from error
-    weights = np.exp(by_rival - logsumexp(by_rival))
+    weights = np.exp(by_rival - np.logaddexp.reduce(by_rival))
     return [
         Solution(float(weight), *_solved(problem, weighed, rival))
         for rival, weight in enumerate(weights)
@@ -346,12 +329,8 @@ def noise_posterior(
 
     Raises NoAnswerError where no mode is found, or where the data do not determine β.
     """
-    by_rival = _rival_heights_of(problem, noise_of, log_prior)
     mode, curvature = _climb(
-        lambda phis: np.asarray(logsumexp(by_rival(phis), axis=1)),
-        start,
-        _LEAST_GAIN,
-        _first_set(noise_of),
+        _heights_of(problem, noise_of, log_prior), start, _LEAST_GAIN, _first_set(noise_of)
     )
     return _nodes(problem, noise_of, log_prior, mode, curvature)
 

@@ -3,7 +3,7 @@
 import gzip
 import re
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from csv import Error as CsvError
 from csv import reader as csv_rows
@@ -18,6 +18,7 @@ import tomli_w
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.records import BadInputError
+from pitotbench.units import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -195,13 +196,16 @@ def _require_text(file: BinaryIO) -> None:
     """Raise BadInputError, with the line, for a file that is not UTF-8 text: Arrow would print a
     traceback.
     """
-    for number, line in enumerate(file, 1):
+    number = 1
+    while block := file.read(BLOCK) + file.readline():  # whole lines
         try:
-            line.decode("utf-8")
+            block.decode("utf-8")
         except UnicodeDecodeError as error:
+            number += block.count(b"\n", 0, error.start)
             raise BadInputError(
                 f"line {number} is not UTF-8 text: save the log as UTF-8 CSV"
             ) from error
+        number += block.count(b"\n")
     file.seek(0)
 
 
@@ -242,7 +246,13 @@ def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column
         return read(file, *_options(form, ragged, types))
 
     try:
-        types = {each.name: _typed(each.type) for each in run(csv.open_csv, {}).schema}
+        # A whole column of which the first block has integers or nothing may hold any number.
+        types = {
+            each.name: pa.float64()
+            if pa.types.is_integer(each.type) or pa.types.is_null(each.type)
+            else each.type
+            for each in run(csv.open_csv, {}).schema
+        }
         with suppress(pa.ArrowInvalid):
             return *to_columns(run(csv.read_csv, types)), ragged
         return *to_columns(run(csv.read_csv, {})), ragged
@@ -251,15 +261,6 @@ def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column
             f"not a CSV table: {str(error).splitlines()[0]}; check its quotation marks, and lines "
             "of above a megabyte"
         ) from error
-
-
-def _typed(kind: "pa.DataType") -> "pa.DataType":
-    """Return the type of a whole column of which the first block has a type."""
-    import pyarrow as pa
-
-    if pa.types.is_integer(kind) or pa.types.is_null(kind):
-        return pa.float64()
-    return kind
 
 
 def _check_promise(promised: object, found: int) -> list[str]:
@@ -330,27 +331,49 @@ def to_columns(table: "pa.Table") -> tuple[tuple[str, ...], tuple[Column, ...]]:
     """Return the names and the columns of an Arrow table as arrays: floats with NaN for empty
     cells, booleans, or objects. Each leaves the table as it comes, so that a long log is in memory once.
     """
+    import pyarrow as pa
+
     names, found = tuple(table.column_names), list[Column]()
     while table.num_columns:
         column, table = table.column(0), table.remove_column(0)
         found.append(_to_column(column))
+    pa.default_memory_pool().release_unused()  # a third of a long log
     return names, tuple(found)
 
 
 def _to_column(column: "pa.ChunkedArray") -> Column:
     import pyarrow as pa
 
-    if pa.types.is_null(column.type):
+    kind = column.type
+    if pa.types.is_null(kind):
         return np.full(len(column), np.nan)
-    if pa.types.is_dictionary(column.type):  # each different text once
+    if pa.types.is_dictionary(kind):  # each different text once
         whole = column.unify_dictionaries().combine_chunks()
         texts = np.array([*whole.dictionary.to_pylist(), None], dtype=object)
-        return np.asarray(texts[whole.indices.fill_null(len(texts) - 1).to_numpy()])
-    values: Column = column.to_numpy()
-    if values.dtype.kind not in "iuf":
-        return values
-    # A copy of its own. A minus zero would turn the direction of a velocity by half a circle.
-    return np.add(values, 0.0, dtype=np.float64)
+        places = np.nan_to_num(_numbers([whole.indices]), nan=len(texts) - 1)
+        return np.asarray(texts[places.astype(np.intp)])
+    if pa.types.is_boolean(kind) and not column.null_count:
+        return _numbers(column.cast(pa.uint8()).chunks).astype(np.bool_)
+    if pa.types.is_integer(kind) or pa.types.is_floating(kind):
+        # A minus zero would turn the direction of a velocity by half a circle.
+        return _numbers(column.chunks) + 0.0
+    return np.asarray(column.to_numpy())
+
+
+def _numbers(parts: "Sequence[pa.Array]") -> Array:
+    """Return the numbers of Arrow's arrays as floats, NaN for empty cells."""
+    import pyarrow as pa
+
+    # Not by `to_numpy`, which loads pandas: that takes longer than a calibration.
+    return np.concatenate(
+        [
+            np.zeros(0),
+            *(
+                pa.record_batch([each], [""]).to_tensor(null_to_nan=True).to_numpy()[:, 0]
+                for each in parts
+            ),
+        ]
+    )
 
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:

@@ -78,8 +78,11 @@ def _is_wide(leaf: Any) -> bool:
 
 def _is_flat_text(leaf: Any) -> bool:
     """Return whether a column holds a text a row, and no list of them."""
-    kind = leaf.logical_type.type
-    return leaf.physical_type == _TEXT and not leaf.max_repetition_level and kind != "DECIMAL"
+    return (
+        leaf.physical_type == _TEXT
+        and not leaf.max_repetition_level
+        and leaf.logical_type.type != "DECIMAL"
+    )
 
 
 def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:

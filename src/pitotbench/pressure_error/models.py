@@ -36,9 +36,9 @@ class TermModel:
         """
         return _columns([term for term, _ in self.terms], x)
 
-    def basis_slope(self, x: Array) -> Array:
-        """Return the derivatives of the terms with respect to x, (n, k)."""
-        return _columns([slope for _, slope in self.terms], x)
+    def curve(self, x: Array, parameters: Array) -> tuple[Array, Array]:
+        """Return Δp/q_c for parameters (k,), and its derivative with respect to x, (n,) each."""
+        return self.basis(x) @ parameters, _columns([s for _, s in self.terms], x) @ parameters
 
     @property
     def precisions(self) -> Array:
@@ -147,10 +147,20 @@ class SmoothModel:
         terms, beyond = self._terms(inside), place - inside
         return terms + beyond[..., None] * self._slopes(inside) if np.any(beyond) else terms
 
-    def basis_slope(self, x: Array) -> Array:
-        """Return the derivatives of the terms with respect to x, (n, k)."""
-        _, inside = self._places(x)
-        return np.asarray(self._slopes(inside) / (self._half * np.asarray(x))[..., None])
+    def curve(self, x: Array, parameters: Array) -> tuple[Array, Array]:
+        """Return Δp/q_c for parameters (k,), and its derivative with respect to x, (n,) each.
+
+        The polynomials are summed before they are evaluated: the terms one by one take longer.
+        """
+        place, inside = self._places(x)
+        level, slope, scatter = _lift_over(self._half)
+        share, decay = parameters[2] / scatter, np.exp(-self._half * inside)
+        sums = _SIZES * (
+            np.delete(parameters, 2) - share * np.pad([level, slope], (0, _DEGREES - 2))
+        )
+        by_place = legendre.legval(inside, _DERIVED @ sums) - self._half * share * decay
+        value = legendre.legval(inside, sums) + share * decay + (place - inside) * by_place
+        return value, by_place / (self._half * np.asarray(x))
 
     def spread_over(self, low: float, high: float) -> "SmoothModel":
         """Return the model over another range, widened to the least one for which the prior is

@@ -17,7 +17,6 @@ from pitotbench.records.calibration import (
     Setting,
 )
 from pitotbench.show.columns import Column, csv_text, json_rows
-from pitotbench.show.markup import page_of
 from pitotbench.show.tree import Doubt, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters
 
@@ -164,6 +163,8 @@ def handbook_csv(curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE) -> st
 
 def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE) -> str:
     """The tables as a page to print, a table for each configuration below its doubts."""
+    from pitotbench.show.markup import page_of  # loads Jinja
+
     lines = (
         "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the reading of "
         "the altimeter. ± is 2σ: the true value lies inside in 95 % of calibrations. KIAS is the "

@@ -36,6 +36,12 @@ def log() -> FlightLog:
     return replace(sense(fly(case), "20/5"), header={})
 
 
+@pytest.fixture(scope="module")
+def layout(log):
+    """The log laid out for every effect of the navajo."""
+    return lay_out(log, aircraft_model("navajo"), AnalysisSetting())
+
+
 def gap(name: str, *sizes: Estimate, closes: float = 0.4) -> Gap:
     return Gap("drag", 0.9, (Candidate(name, sizes, 30.0),), True, True, closes, closes)
 
@@ -135,9 +141,8 @@ def test_what_two_patches_change_alike_adds_up_with_its_covariance(tmp_path, mon
     assert found.forms == {KEY: 0.3, ("mass", "mass_kg"): FORM}
 
 
-def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
+def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(layout):
     model = aircraft_model("navajo")
-    layout = lay_out(log, model, AnalysisSetting())
     null = theoretical_distribution(layout)
 
     def power(deviation: float, size: float = 0.0, form: float = 0.0) -> float:
@@ -155,8 +160,7 @@ def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
     assert 0.01 * power(0.01) < power(0.01, 0.3, 0.2) < 0.9 * power(0.01)
 
 
-def test_a_term_of_the_file_is_told_as_its_coefficient(log):
-    layout = lay_out(log, aircraft_model("navajo"), AnalysisSetting())
+def test_a_term_of_the_file_is_told_as_its_coefficient(layout):
     gaps = [gap("lift_slope", Estimate("change", -0.2, 0.04)), gap("belly_pod")]
     (told,) = measured_coefficients("navajo", layout.reference.force_model.coarse, gaps)
     assert (told.effect, told.parameter) == ("lift_slope", "change")

@@ -70,16 +70,6 @@ def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(log, tmp_path, monk
         reconcile(Path("nowhere.csv"), close="found")  # before the log is read
 
 
-def test_without_a_gap_of_the_airplane_nothing_is_written(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    bias = (EffectSpec("temperature_bias", {"bias_k": 4.0}),)
-    case = Case(maneuver="rapid_decel", turbulence="none", truth_seed=22, effects=bias)
-    found = reconcile(replace(sense(fly(case), "20/5"), header={}), close="found", refly=False)
-    assert found.account.closing.closed == ()
-    assert [each.causes[0].name for each in found.account.closing.told] == ["temperature_bias"]
-    assert not Path("aircraft").exists()
-
-
 def test_a_round_that_is_killed_leaves_the_airplane_of_the_round_before(tmp_path, monkeypatch):
     folder = install(tmp_path, 0.1, 0.01)
     before = (folder / "navajo+pod.xml").read_bytes()

@@ -204,9 +204,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """
     add = parser.add_argument
     add("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
-    add("--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)")
     add("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
     lab.add_budget(parser)
     options = parser.parse_args(words)
-    scorings = [SCORINGS[name].name for name in options.scoring.split(",")]
-    verify(options.seeds, options.out, lab.budget_of(options), scorings)
+    verify(options.seeds, options.out, lab.budget_of(options))

@@ -30,7 +30,7 @@ SHORT = Case(
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     out = tmp_path_factory.mktemp("campaign") / "one"
-    base = Case(card={"dwell_s": 20.0, "settle_s": 5.0}, integration_rate=40.0)
+    base = Case(card={"dwell_s": 10.0, "settle_s": 2.0}, integration_rate=40.0)
     request = CampaignRequest(
         "rapid_decel", "20/1,20/5", "inverse+,bias", base=base, seeds=2, out=out, jobs=1
     )

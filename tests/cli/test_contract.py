@@ -72,7 +72,7 @@ def test_a_reconciliation_has_the_keys(capsys, tmp_path):
     """Of a late GPS receiver, judged without an airplane: no flight is flown for it."""
     case = tmp_path / "late.toml"
     case.write_text(
-        'maneuver = "decel_circle"\n[[effects]]\nname = "gps_latency"\n'
+        'maneuver = "decel_circle"\n[das]\nair_rate_hz = 20\ngps_rate_hz = 5\n[[effects]]\nname = "gps_latency"\n'
         "parameters = { latency_s = 0.8 }\n",
         encoding="utf-8",
     )

@@ -459,12 +459,3 @@ def test_a_faulty_row_that_empties_a_block_is_left_out_of_all():
     assert not found.residuals.used[rows].any()
     bound = np.hypot(found.curve.two_sigma, good.curve.two_sigma)
     assert np.all(np.abs(found.curve.correction - good.curve.correction) < 0.5 * bound)
-
-
-def test_the_shared_case_of_one_glitch_is_answered(capsys):
-    path = real_log("..", "cases", "05-one-glitch-at-a-quarter-hertz.csv")
-    document = json.loads(told(capsys, "calibrate", path, "--json"))
-    (warning,) = (text for text in document["warnings"] if "disagree" in text)
-    assert "at 20:00" in warning
-    for point in document["curve"]:
-        assert abs(point["correction_kt"] - 2.0) < point["two_sigma_kt"]

@@ -410,7 +410,7 @@ def test_the_logs_of_two_airplanes_are_not_joined(above, log, tmp_path, capsys):
     )
     assert "two airplanes" in found
     for logs in ((one, same), (one, other, "--separately")):
-        assert main(["calibrate", *map(str, logs)]) == 0
+        assert main(["calibrate", *map(str, logs), "--model", "bias"]) == 0
     capsys.readouterr()
 
 

@@ -131,12 +131,11 @@ def test_two_builds_stand_side_by_side_on_the_logs_that_both_have():
         replace(_row(3), outcome="refused"),
         _row(1, kind="probe_5k", two_sigma_kt=1.2, headline=1.0),
     ]
-    lines, below = builds.compared(first, second, "temperature")
+    lines, below = builds.compared(first, second)
     table = {line[0]: dict(zip(lines[0], line, strict=True)) for line in lines[1:]}
     base = table["base"]
     assert (base["n 1"], base["n 2"]) == ("3", "2")
     assert (base["wrong 1"], base["silent 1"], base["wrong 2"]) == ("2", "1", "0")
-    assert (base["says temperature 1"], base["says temperature 2"]) == ("1", "0")
     assert base["inside % 1"] == "53.3"
     assert base["2/1"] == "0.50"  # of the two that both answer
     assert (table["all"]["wrong 1"], table["without probes"]["wrong 1"]) == ("3", "2")

@@ -66,7 +66,10 @@ def test_a_temperature_of_the_box_is_none_of_the_air_and_upward_counts_the_other
 
 def test_one_bad_row_is_left_out():
     found = answer_of("05-one-glitch-at-a-quarter-hertz.csv")
-    assert any("1 rows disagree with all others" in words for words in found.warnings)
+    (warning,) = (words for words in found.warnings if "disagree with all others" in words)
+    assert "1 rows" in warning
+    assert "at 20:00" in warning
+    assert np.all(np.abs(found.curve.correction / KNOT - 2.0) < found.curve.two_sigma / KNOT)
 
 
 def test_an_inav_log_is_read_in_its_units():

@@ -173,8 +173,8 @@ def test_a_log_is_in_memory_once(tmp_path, monkeypatch):
     """With each row the memory grows by the arrays of the log and some columns for the checks. The
     thirty blocks of text that are read ahead do not grow; here they are small, so that both files
     are longer."""
-    monkeypatch.setattr(csv_format, "BLOCK", 2**15)
-    _, short, long = (memory_of(tmp_path / "log.csv", minutes) for minutes in (1, 50, 150))
+    monkeypatch.setattr(csv_format, "BLOCK", 2**14)
+    _, short, long = (memory_of(tmp_path / "log.csv", minutes) for minutes in (1, 25, 75))
     arrays, python, arrow = long - short
     assert python < 1.8 * arrays
     assert arrow < 1.1 * arrays

@@ -36,6 +36,12 @@ def log() -> FlightLog:
     return replace(sense(fly(case), "20/5"), header={})
 
 
+@pytest.fixture(scope="module")
+def layout(log):
+    """The log laid out for every effect of the navajo."""
+    return lay_out(log, aircraft_model("navajo"), AnalysisSetting())
+
+
 def gap(name: str, *sizes: Estimate, closes: float = 0.4) -> Gap:
     return Gap("drag", 0.9, (Candidate(name, sizes, 30.0),), True, True, closes, closes)
 
@@ -62,16 +68,6 @@ def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(log, tmp_path, monk
     assert {name for name, _ in found.account.entries} >= patched.keys()
     with pytest.raises(BadInputError, match="choose another name"):
         reconcile(Path("nowhere.csv"), close="found")  # before the log is read
-
-
-def test_without_a_gap_of_the_airplane_nothing_is_written(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    bias = (EffectSpec("temperature_bias", {"bias_k": 4.0}),)
-    case = Case(maneuver="rapid_decel", turbulence="none", truth_seed=22, effects=bias)
-    found = reconcile(replace(sense(fly(case), "20/5"), header={}), close="found", refly=False)
-    assert found.account.closing.closed == ()
-    assert [each.causes[0].name for each in found.account.closing.told] == ["temperature_bias"]
-    assert not Path("aircraft").exists()
 
 
 def test_a_round_that_is_killed_leaves_the_airplane_of_the_round_before(tmp_path, monkeypatch):
@@ -135,9 +131,8 @@ def test_what_two_patches_change_alike_adds_up_with_its_covariance(tmp_path, mon
     assert found.forms == {KEY: 0.3, ("mass", "mass_kg"): FORM}
 
 
-def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
+def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(layout):
     model = aircraft_model("navajo")
-    layout = lay_out(log, model, AnalysisSetting())
     null = theoretical_distribution(layout)
 
     def power(deviation: float, size: float = 0.0, form: float = 0.0) -> float:
@@ -155,8 +150,7 @@ def test_what_a_patch_is_unsure_of_is_no_evidence_and_more_is(log):
     assert 0.01 * power(0.01) < power(0.01, 0.3, 0.2) < 0.9 * power(0.01)
 
 
-def test_a_term_of_the_file_is_told_as_its_coefficient(log):
-    layout = lay_out(log, aircraft_model("navajo"), AnalysisSetting())
+def test_a_term_of_the_file_is_told_as_its_coefficient(layout):
     gaps = [gap("lift_slope", Estimate("change", -0.2, 0.04)), gap("belly_pod")]
     (told,) = measured_coefficients("navajo", layout.reference.force_model.coarse, gaps)
     assert (told.effect, told.parameter) == ("lift_slope", "change")

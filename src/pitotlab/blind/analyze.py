@@ -17,7 +17,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
 from typing import Any
-from zlib import crc32
 
 from pitotbench.bench.flown_card import as_flown, card_of, has_weather_report
 from pitotbench.bench.null_cache import cache_entry
@@ -129,9 +128,7 @@ def _share(closure: Closure) -> float:
 FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
 
 
-def analyze(
-    logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo", part: str = "1/1"
-) -> None:
+def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo") -> None:
     """Judge every case of a folder that has no line in the results yet."""
     told = results.read_text("utf-8").splitlines() if results.is_file() else []
     done = {json.loads(line)["name"] for line in told}
@@ -139,8 +136,6 @@ def analyze(
     cards: dict[str, list[list[Path]]] = defaultdict(list)
     for flights in flown:
         cards[_card(flights, aircraft)].append(flights)
-    mine, parts = (int(number) for number in part.split("/"))
-    cards = {key: each for key, each in cards.items() if crc32(key.encode()) % parts == mine - 1}
     todo = [[f for f in each if f[0].stem not in done] for each in cards.values()]
     work = partial(judged, aircraft)
     count, begun = sum(map(len, todo)), monotonic()
@@ -199,6 +194,5 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     add("--logs", type=Path, default=OUT / "blind" / "logs")
     add("--results", type=Path, default=OUT / "blind" / "results.jsonl")
     add("--jobs", type=int, default=2)
-    add("--part", default="1/1", help="which part of the cards, for several machines: 2/3")
     add("--aircraft", default="navajo")
     analyze(**vars(parser.parse_args(words)))

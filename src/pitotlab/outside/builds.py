@@ -202,12 +202,12 @@ FIGURES: dict[str, Callable[[Sequence[BuildRow]], str]] = {
 
 
 def compared(
-    first: Sequence[BuildRow], second: Sequence[BuildRow], word: str = ""
+    first: Sequence[BuildRow], second: Sequence[BuildRow]
 ) -> tuple[list[list[str]], list[str]]:
     """The rows of a table of two builds, a kind each and totals, and what is said below it.
 
-    Counted are the logs that both files have; `n` are those answered, `word` counts the answers that
-    say it, and `of both` is the mean bound of the second over that of the first where both answer.
+    Counted are the logs that both files have; `n` are those answered, and `2/1` is the mean bound of
+    the second over that of the first where both answer.
     """
     for rows in (first, second):
         if len({(row.set, row.seed) for row in rows}) < len(rows):
@@ -218,8 +218,7 @@ def compared(
     if len(kinds) > 1:
         kinds["all"] = list(keys)
         kinds["without probes"] = [key for key in keys if key[0] not in PROBES]
-    names = [*FIGURES, *([f"says {word}"] if word else [])]
-    lines = [["kind", *(f"{name} {side}" for name in names for side in (1, 2)), "2/1"]]
+    lines = [["kind", *(f"{name} {side}" for name in FIGURES for side in (1, 2)), "2/1"]]
     below = []
     for kind, chosen in kinds.items():
         answered = [
@@ -227,8 +226,6 @@ def compared(
             for side in sides
         ]
         entries = [figure(rows) for figure in FIGURES.values() for rows in answered]
-        if word:
-            entries += [str(sum(word in row.says for row in rows)) for rows in answered]
         both = [key for key in chosen if all(side[key].outcome == "answered" for side in sides)]
         means = [_mean([side[key] for key in both], "two_sigma_kt") for side in sides]
         lines.append([kind, *entries, text_of(means[1] / means[0], 2)])
@@ -278,7 +275,6 @@ def compare_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> No
     add = parser.add_argument
     add("first", type=Path)
     add("second", type=Path)
-    add("--word", default="", help="count the answers whose warnings hold it")
     add(
         "--options",
         nargs=2,
@@ -291,5 +287,5 @@ def compare_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> No
         [row for row in read_rows(path, BuildRow) if text in row.options]
         for path, text in zip((choice.first, choice.second), choice.options, strict=True)
     ]
-    lines, below = compared(rows[0], rows[1], choice.word)
+    lines, below = compared(rows[0], rows[1])
     print(aligned(lines), *below, sep="\n")

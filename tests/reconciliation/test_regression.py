@@ -12,6 +12,7 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.reconciliation.cells import Cell
 from pitotbench.reconciliation.equations import (
+    closure_of,
     equations_from,
     noise_of_log,
     whitened_columns,
@@ -21,7 +22,7 @@ from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import ScoreScale
-from pitotbench.reconciliation.regression import Found, Regression
+from pitotbench.reconciliation.regression import Found, Regression, fitted_by
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -192,6 +193,20 @@ def test_what_a_form_leaves_open_is_no_second_cause() -> None:
     assert names(fitted(along, pod)[0]) == ["belly_pod"]
     moved = along[LATE] + 0.2 * along[moment] + NOISE
     assert sorted(names(fitted(along, moved)[0])) == ["gps_latency", "pitch_stiffness"]
+
+
+def test_what_a_form_leaves_open_is_in_the_sizes_and_closes_the_gap() -> None:
+    """Else the fit and the closure tell two stories of one log."""
+    moment = ("pitch_stiffness", "zero_coefficient")
+    along = {POD: 200.0 * AXES[0], moment: 100.0 * AXES[1]}
+    block = block_of(along, along[POD] + 0.2 * along[moment] + NOISE)
+    one = fitted_by(Regression([block]))
+    assert names(one.gaps) == ["belly_pod"]
+    typical = effect_of("pitch_stiffness").parameter("zero_coefficient").typical
+    assert one.sizes.by_key()[moment] == pytest.approx(0.2 * typical, rel=0.1)
+    fit = one.fit_of(block)
+    closed = closure_of(block.equations, fit.columns, fit.sizes.tolist(), [])
+    assert closed.share > 0.999
 
 
 def test_an_open_form_costs_an_effect_nothing_against_one_that_acts_alike() -> None:

@@ -303,6 +303,7 @@ def reconcile_fully(
     groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
     following = maneuver_to_fly(groups, [each.card.maneuver for each in judged_logs if each.card])
     block, fit = shown.block, shown.fit
+    found = {parted(member.name)[0] for member in judged.fitted.members}
     over_time = traces(block, fit)
     part = verdict.explained[0].part if verdict.explained else ""
     has_gap = verdict.kind != "no_gap" and bool(verdict.located)
@@ -312,7 +313,7 @@ def reconcile_fully(
         holdout=holdout.name if holdout else "",
         verdict=verdict,
         gap_map=gap_map(block, fit),
-        waterfall=waterfall(block, fit) if verdict.kind in SURE else (),
+        waterfall=waterfall(block, fit, found) if verdict.kind in SURE else (),
         traces=over_time,
         patch=patch.text,
         entries=patch.entries,

@@ -1,6 +1,6 @@
 """The data of the pictures of a reconciliation: the gap by place, over time, and after each effect."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy.signal import lfilter
@@ -33,14 +33,19 @@ def gap_map(block: Block, fit: Fit) -> GapMap:
     return GapMap(channels, places, tables[0], tables[1], block.null.cell_threshold)
 
 
-def waterfall(block: Block, fit: Fit) -> tuple[Step, ...]:
-    """Return the sum of squares that remains as the effects of a fit are added one by one.
+OPEN = "what_the_forms_leave_open"  # step of the waterfall
+
+
+def waterfall(block: Block, fit: Fit, effects: Collection[str]) -> tuple[Step, ...]:
+    """Return the sum of squares that remains as the `effects` of a fit are added one by one, and
+    with what their forms leave open.
 
     The sizes are those fitted together. The effect that removes most comes first.
     """
     waiting: dict[str, list[int]] = {}
     for place, column in enumerate(fit.columns):
-        waiting.setdefault(block.layout.signatures[column].effect, []).append(place)
+        effect = block.layout.signatures[column].effect
+        waiting.setdefault(effect if effect in effects else OPEN, []).append(place)
     added, steps = list[int](), []
     while waiting:
         left = {name: _remaining(block, fit, [*added, *own]) for name, own in waiting.items()}

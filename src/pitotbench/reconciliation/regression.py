@@ -394,19 +394,16 @@ class Regression:
         return [block.keys.index(key) for key in own]
 
     def sizes(self, members: Sequence[Member]) -> "Sizes":
-        """Return the sizes of the members of a fit, all at once, with the error of their forms left
-        open.
+        """Return the sizes of the members of a fit, all at once, and after them those that their
+        forms leave open; a size that is both is the sum.
         """
         columns = [c for member in members for c in member.columns]
         found = self.evidence.of(columns, _deviations(members))
-        first = np.cumsum([0, *(len(member.columns) for member in members)])
-        places = [
-            int(begin) + i
-            for begin, member in zip(first, members, strict=False)
-            for i in range(len(self.columns[member.name]))
-        ]
-        keys = tuple(self.keys[columns[i]] for i in places)
-        return Sizes(keys, found.mean[places], found.covariance[np.ix_(places, places)])
+        own = [c for member in members for c in self.columns[member.name]]
+        kept = list(dict.fromkeys([*own, *columns]))
+        sums = np.equal.outer(kept, columns).astype(np.float64)
+        keys = tuple(self.keys[c] for c in kept)
+        return Sizes(keys, sums @ found.mean, sums @ found.covariance @ sums.T)
 
     def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.

@@ -582,7 +582,8 @@ def _flights(
             mine = fitted.regression.shown_alone([number], lasting).widened()
             theirs = fitted.regression.shown_alone(rest, lasting).widened()
             own = tuple(_own_sizes(lasting, mine, theirs))
-            left_out = _left_out(each, theirs) if fitted.gaps else None
+            shared = fitted.regression.shown_columns(each.block, fitted.members)
+            left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None
         shows = gaps or fitted.regression.shows(left)
         known = [gap for gap in gaps if not is_term(gap.member.name)]
         sure = all(max(g.causes.values()) > THRESHOLDS.named_from for g in known)
@@ -618,16 +619,15 @@ def _holding(causes: dict[str, float]) -> Iterable[str]:
         held += p
 
 
-def _left_out(each: ShownFlight, sizes: Sizes) -> Closure | None:
+def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:
     """The closure of a flight by the sizes that the other flights show; None where they show none.
 
-    Effects for a part of one flight, and events, are fitted to that flight: another flight does not
-    have them.
+    Of the columns of all `gaps`, effects for a part of one flight, and events, are fitted to that
+    flight: another flight does not have them.
     """
-    block = each.block
     here = sizes.among(block.keys)
     columns = [block.keys.index(key) for key in here.keys]
-    once = [c for c in each.fit.columns if c not in columns]
+    once = [c for c in gaps if c not in columns]
     if not columns:
         return None
     values, cells = here.values.tolist(), block.layout.examined
@@ -710,9 +710,9 @@ def hold_out(
     times, or not at all. So are sizes that the other log cannot show. The noise is that of the
     other log alone where it has other channels.
     """
-    names = [m.name for m in fitted.members]
+    lasting = [m.name for m in fitted.members if not is_term(m.name) and returns(m.name)]
     chosen: Catalog[Effect] = Catalog(
-        "effect", {n: FITTED[n] for n in names if not is_term(n) and returns(n)}
+        "effect", {n: FITTED[n] for name in lasting for n in (name, *FITTED[name].left_open)}
     )
     sizes, shapes = fitted.sizes.by_key(), dict[str, dict[str, float]]()
     for block in fitted.regression.blocks:

@@ -42,7 +42,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.show.gap_page import telling_panels, trace_marks
+from pitotbench.show.gap_page import telling_panels, trace_marks, waterfall_panels
 from pitotbench.show.gap_words import (
     calibration_words,
     evidence_words,
@@ -282,6 +282,14 @@ def test_every_size_of_an_effect_has_words_without_a_suffix_and_initials_are_cap
             assert " per" not in noun, parameter.name
     assert words("to sharpen gps_latency: fly") == "to sharpen GPS latency: fly"
     assert (heading("gps_latency"), heading("belly_pod")) == ("GPS latency", "Belly pod")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_step_above_the_measured_gap_leaves_room_for_the_names():
+    """Sizes that cancel one another raise it: the layout gave up there, and cut the names."""
+    steps = (Step("control_moments", 60_000.0), Step("pitch_stiffness", 1010.0))
+    (panel,) = waterfall_panels(replace(account(), waterfall=steps))
+    assert "with control moments" in panel.drawing
 
 
 def telling(channel: str = "specific_force_x", mass: float | None = 2500.0) -> TellingChannel:

@@ -160,7 +160,8 @@ def waterfall_panels(account: Account, _: Units = BENCH) -> list[Panel]:
         lambda axes: axes.set_yticks(steps, names),
         lambda axes: axes.invert_yaxis(),
         frame(
-            "remaining part of the explainable gap [%]", "", xlim=(min(0.0, *remaining), 114.0)
+            "remaining part of the explainable gap [%]", "",
+            xlim=(min(0.0, *remaining), 1.14 * max(remaining)),
         ),
         lambda axes: axes.grid(axis="y", visible=False),
     )  # fmt: skip

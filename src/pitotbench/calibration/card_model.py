@@ -73,7 +73,7 @@ NOISE_SPREAD = np.log([2.5, 2.5, 2.2])
 _ANY_FLIGHT = USUAL_NOISE + np.log([1.0, 4.0, 1.0])  # in which a step to another flight shows
 _NO_ERROR = 1e-6  # K: a thermometer that is stated to be right
 _UNHEARD = 1e6  # (m/s)², variance of a number that says nothing
-_APART = 512  # legs, between which one says nothing of the other's wind; no usual card has more
+_APART = 512  # legs, from which on two share a column of a probe; no usual card has so many
 _REFERENCE = float(air.impact_pressure(100.0 * KNOT))  # Pa, of the curve's abscissa
 
 
@@ -300,8 +300,8 @@ class CardModel:
 
         Of data with the covariance K the others predict y − B [K⁻¹y]ᵢ with the covariance B, the
         inverse of block i on the diagonal of K⁻¹. The blocks are found by probing: only legs that
-        are very far apart share a column (Tang and Saad 2012). What another leg adds to the block
-        of one that says nothing, however small, is all of its inverse.
+        are very far apart share a column (Tang and Saad 2012). A leg that says nothing has hardly
+        any precision, so that the little that another one adds would decide its variance.
         """
         problem, count = self.problem, len(self.legs)
         curves, spread = solve(problem, self.noise(noise))

@@ -298,12 +298,13 @@ def acceleration_effect(
         theta,
         path=fit.path,
     )
-    planned, unknown = whole.regression.instruments[:, -1], whole.regression.rivals.copy()
+    instruments, unknown = whole.regression.instruments.copy(), whole.regression.rivals.copy()
+    planned = instruments[:, -1]
     planned[np.abs(planned) <= column.deviation] = 0.0
     if float(planned @ planned) < _LEAST_PLANNED:
         return Estimate(column.name, 0.0, float("inf"))
     unknown[:, -1] = 0.0
-    free = replace(whole.regression, prior_precision=unknown)
+    free = replace(whole.regression, instruments=instruments, prior_precision=unknown)
     best = max(fit.nodes, key=lambda node: node.weight).noise
     mode = best[: noise_count(structure)]
     if not structure.drifting:  # of a long flight one latency changes the likely noise little

@@ -402,8 +402,9 @@ class Regression:
         own = [c for member in members for c in self.columns[member.name]]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
-        keys = tuple(self.keys[c] for c in kept)
-        return Sizes(keys, sums @ found.mean, sums @ found.covariance @ sums.T)
+        return Sizes(
+            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ found.covariance @ sums.T
+        )
 
     def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.

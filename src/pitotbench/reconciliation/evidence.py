@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.special import log_ndtr
 
@@ -60,16 +61,6 @@ class Evidence:
             solved * scale, covariance, _log_evidence(factor, float(right @ solved))
         )
 
-    def log_evidence_of(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> float:
-        """Return the logarithm of the evidence for some columns with these prior deviations, (k,).
-
-        It spares the covariance of the sizes, which costs most where the columns are many.
-        """
-        if not len(columns):
-            return 0.0
-        factor, right, _ = self._factored(columns, deviations)
-        return _log_evidence(factor, float(right @ _solved(factor, right)))
-
     def _factored(
         self, columns: Sequence[int], deviations: Sequence[float] | Array
     ) -> tuple[Array, Array, Array]:
@@ -101,11 +92,38 @@ class Evidence:
         removed = across.T @ _solved(factor, across)
         return Evidence(whole - removed), _log_evidence(factor, float(removed[-1, -1]))
 
+    def beside(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> "Beside":
+        """Return the evidence with some columns in the fit, the members of which stay in it."""
+        if not len(columns):
+            return Beside(self, np.zeros((len(self.inner), 0)))
+        factor, _, scale = self._factored(columns, deviations)
+        across = self.inner[np.asarray(columns, dtype=np.intp)] * scale[:, None]
+        lost = solve_triangular(factor, across, lower=True).T
+        return Beside(Evidence(self.inner - lost @ lost.T), lost)
+
     def tempered(self, power: float) -> "Evidence":
         """Return the evidence of the likelihood to some power: that of noise 1/√power times as
         large.
         """
         return Evidence(power * self.inner)
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """The evidence beside the members of a fit, of the likelihood to some `power`.
+
+    `lost`, (m + 1, k), is what k sizes of the members take from it: inner + lost lostᵀ are the
+    inner products without members.
+    """
+
+    evidence: Evidence
+    lost: Array
+    power: float = 1.0
+
+    def tempered(self, power: float) -> "Beside":
+        """Return the same of the likelihood to a further power."""
+        lost = np.sqrt(power) * self.lost
+        return Beside(self.evidence.tempered(power), lost, power * self.power)
 
 
 # LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the

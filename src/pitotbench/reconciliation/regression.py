@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from pitotbench.effects import FORMULAS, effect_of
+from pitotbench.reconciliation.discrepancies import Discrepancy, discrepancy_of
 from pitotbench.reconciliation.equations import (
     Fit,
     NormalEquations,
@@ -16,6 +17,7 @@ from pitotbench.reconciliation.equations import (
 )
 from pitotbench.reconciliation.evidence import (
     SINGULAR,
+    Beside,
     Evidence,
     floored,
     merit,
@@ -155,18 +157,6 @@ class Found:
         return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-@dataclass(frozen=True, slots=True)
-class Unmodeled:
-    """A smooth discrepancy of unknown form: its place, its cells with their prior deviations, and
-    its own prior.
-    """
-
-    place: str
-    columns: tuple[int, ...]
-    deviations: Array
-    log_prior: float
-
-
 SEPARATOR = "|"  # between a formula and its term
 CHANNEL_GROUPS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 NOTHING = Member("", (), np.zeros(0))
@@ -212,7 +202,7 @@ class Regression:
             for name, own in self.columns.items()
         }
         self._log_priors = _log_priors(list(self.columns))
-        self._unmodeled = list(self._all_unmodeled())
+        self._discrepancies = list(self._all_discrepancies())
 
     def _joined(self) -> tuple[list[list[int]], Evidence]:
         """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
@@ -228,11 +218,11 @@ class Regression:
             inner[np.ix_(rows, rows)] += block.beyond.inner
         return places, Evidence(inner)
 
-    def _all_unmodeled(self) -> Iterator[Unmodeled]:
-        """The smooth discrepancies: of one channel, of a family of channels, and of all, in several
-        sizes, in each log.
+    def _all_discrepancies(self) -> Iterator[Discrepancy]:
+        """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
+        log.
         """
-        power, sizes = np.diag(self.evidence.inner), THRESHOLDS.rest_sizes
+        power = np.diag(self.evidence.inner)
         for own, block in zip(self._of_block, self.blocks, strict=True):
             cells: dict[str, list[int]] = {}
             by_group: dict[str, list[int]] = {}
@@ -245,10 +235,7 @@ class Regression:
             groups = [(c, own, 0.5 / len(cells)) for c, own in cells.items()]
             groups += [(group, own, 0.25 / len(shown)) for group, own in shown.items()]
             for place, columns, prior in [*groups, ("all", whole, 0.25)]:
-                unit = 1.0 / np.sqrt(power[columns] * len(columns))
-                told = float(np.log(prior / len(sizes) / len(self.blocks)))
-                for size in sizes:
-                    yield Unmodeled(place, tuple(columns), size * unit, told)
+                yield discrepancy_of(place, columns, self.evidence, prior / len(self.blocks))
 
     def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
         """Return the gaps that the logs show, and what is left beside them.
@@ -300,58 +287,57 @@ class Regression:
         """Return the gap that some logs would show beside the members of a fit, however improbable
         it is.
         """
-        evidence = self.given(members)
+        columns = [c for member in members for c in member.columns]
+        beside = self.evidence.beside(columns, _deviations(members))
         taken = {_cause(member.name) for member in members}
         names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
         prior_none = np.log(THRESHOLDS.prior_of_none)
-        weights, unmodeled, _ = self._weighed(evidence, names)
-        every = [*weights.values(), *unmodeled]
+        weights, unmodeled, _ = self._weighed(beside, names)
+        every = [*weights.values(), *unmodeled.values()]
         log_bayes_factor = float(logsumexp(every) - prior_none)
         power = tempering_power(log_bayes_factor)
-        weights, unmodeled, found = self._weighed(evidence.tempered(power), names)
-        whole = float(logsumexp([*weights.values(), *unmodeled]))
+        weights, unmodeled, found = self._weighed(beside.tempered(power), names)
+        whole = float(logsumexp([*weights.values(), *unmodeled.values()]))
         member = found[max(weights, key=lambda name: weights[name])] if weights else NOTHING
         return Found(
             member,
             log_bayes_factor,
             {name: float(np.exp(value - whole)) for name, value in weights.items()},
-            float(np.exp(logsumexp(unmodeled) - whole)),
-            self._unmodeled[int(np.argmax(unmodeled))].place if unmodeled else "",
+            float(np.exp(logsumexp([*unmodeled.values()]) - whole)),
+            max(unmodeled, key=lambda place: unmodeled[place]) if unmodeled else "",
             self._held_out(members, member),
         )
 
-    def given(self, members: Sequence[Member]) -> Evidence:
-        """Return the evidence with the members of a fit eliminated."""
-        columns = [c for member in members for c in member.columns]
-        return self.evidence.given(columns, _deviations(members))[0]
-
     def _weighed(
-        self, evidence: Evidence, names: Sequence[str]
-    ) -> tuple[dict[str, float], list[float], dict[str, Member]]:
+        self, beside: Beside, names: Sequence[str]
+    ) -> tuple[dict[str, float], dict[str, float], dict[str, Member]]:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
-        together with the best of them, and of each of these alone; and the hypotheses as members of
-        a fit.
+        together with the best of them, and of these alone by their places; and the hypotheses as
+        members of a fit.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
         values, members = dict[str, float](), dict[str, Member]()
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
-            weighed, members[name] = self._member(evidence, name)
+            weighed, members[name] = self._member(beside.evidence, name)
             values[name] = float(prior + weighed)
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
-            own = members[name]
-            beyond = evidence.given(own.columns, own.deviations)[0]
-            left = np.log(share) + logsumexp(self._of_unmodeled(beyond))
-            values[name] += float(np.logaddexp(np.log1p(-share), left))
-        half = np.log(0.5) if any(map(is_term, names)) else 0.0
-        return values, [unknown + half + value for value in self._of_unmodeled(evidence)], members
+            left = logsumexp([*self._of_discrepancies(beside, members[name]).values()])
+            values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))
+        half = unknown + (np.log(0.5) if any(map(is_term, names)) else 0.0)
+        alone = self._of_discrepancies(beside, NOTHING)
+        return values, {place: value + half for place, value in alone.items()}, members
 
-    def _of_unmodeled(self, evidence: Evidence) -> list[float]:
-        return [
-            each.log_prior + evidence.log_evidence_of(each.columns, each.deviations)
-            for each in self._unmodeled
-        ]
+    def _of_discrepancies(self, beside: Beside, member: Member) -> dict[str, float]:
+        """The logarithm of prior times evidence of the discrepancies of each place, with a
+        hypothesis in the fit as well.
+        """
+        found: dict[str, float] = {}
+        for each in self._discrepancies:
+            value = each.log_evidence(beside, member.columns, member.deviations)
+            found[each.place] = float(np.logaddexp(found.get(each.place, -np.inf), value))
+        return found
 
     def _member(self, evidence: Evidence, name: str) -> tuple[float, Member]:
         """The logarithm of the evidence of a hypothesis, and it as a member of a fit.

@@ -1,0 +1,82 @@
+"""Smooth discrepancies of unknown form: how probable a log is where the cells of some channels have
+sizes that nobody has written down.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from pitotbench.reconciliation.evidence import Beside, Evidence
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.units import Array
+
+# A place has some hundred cells, and a fit asks for their evidence beside each hypothesis, in five
+# sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
+# where nothing else is in the fit. What the members of a fit take from them is of low rank, so that
+# each further question costs matrices of the members alone (Woodbury's identity and the determinant
+# lemma: Rasmussen and Williams 2006, app. A.3).
+
+
+@dataclass(frozen=True, slots=True)
+class Discrepancy:
+    """A smooth discrepancy of a place: its cells, n of them, with the turn into independent axes,
+    (n, n), the powers of these, (n,), and the logarithm of the prior of each of its sizes.
+
+    `place` is a channel, a family of channels or `all`.
+    """
+
+    place: str
+    cells: tuple[int, ...]
+    turn: Array
+    powers: Array
+    log_prior: float
+
+    def log_evidence(
+        self, beside: Beside, columns: Sequence[int] = (), deviations: Sequence[float] | Array = ()
+    ) -> float:
+        """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes.
+
+        A hypothesis with some columns, (q,), and prior deviations, (q,), is in the fit as well as
+        the members that the evidence is beside.
+        """
+        inner, cells = beside.evidence.inner, list(self.cells)
+        rows, scale = [*columns, -1], np.array([*deviations, 1.0])
+        own = inner[np.ix_(rows, rows)] * np.outer(scale, scale)
+        across = self.turn @ (inner[np.ix_(cells, rows)] * scale)
+        sizes = np.square(THRESHOLDS.rest_sizes)[:, None]
+        spread = 1.0 + beside.power * sizes * self.powers
+        weight = (sizes / spread)[:, :, None]
+        taken = self.turn @ beside.lost[cells]
+        weighted = taken * weight
+        between = np.swapaxes(weighted, 1, 2) @ across
+        members = np.eye(taken.shape[1]) - taken.T @ weighted
+        fall = across.T @ (across * weight)
+        fall = fall + np.swapaxes(between, 1, 2) @ np.linalg.solve(members, between)
+        occam = np.log(spread).sum(axis=1) + np.linalg.slogdet(members)[1]
+        with_cells = _log_evidence(own - fall) + 0.5 * (fall[:, -1, -1] - occam)
+        return float(self.log_prior + logsumexp(with_cells) - _log_evidence(own))
+
+
+def discrepancy_of(
+    place: str, cells: Sequence[int], evidence: Evidence, prior: float
+) -> Discrepancy:
+    """Return the discrepancy of some cells of a log, with a prior that all its sizes share.
+
+    The prior deviation of a cell of size 1 is that at which all cells together show one σ.
+    """
+    own = evidence.inner[np.ix_(cells, cells)]
+    unit = 1.0 / np.sqrt(np.diag(own) * len(cells))
+    powers, axes = np.linalg.eigh(own * np.outer(unit, unit))
+    log_prior = float(np.log(prior / len(THRESHOLDS.rest_sizes)))
+    return Discrepancy(place, tuple(cells), axes.T * unit, np.maximum(powers, 0.0), log_prior)
+
+
+def _log_evidence(inner: Array) -> Array:
+    """The logarithm of the evidence of columns in units of their deviations, with the residual
+    last, by inner products (..., q + 1, q + 1).
+    """
+    normal, right = inner[..., :-1, :-1] + np.eye(inner.shape[-1] - 1), inner[..., :-1, -1:]
+    fall = np.sum(right * np.linalg.solve(normal, right), axis=(-2, -1))
+    return np.asarray(0.5 * (fall - np.linalg.slogdet(normal)[1]))

@@ -139,3 +139,20 @@ def check_lengths(
                 f"{record}.{name} has shape {array.shape}; every array of a {record} has {length} "
                 "samples"
             )
+
+
+def freeze_arrays(record: Any, length: int, *others: str) -> None:
+    """Make the arrays of a record read-only. `others` are fields with a length of their own.
+
+    Raises RecordError where another array is not of shape (length,).
+    """
+    from dataclasses import fields  # as slow to load as NumPy
+
+    import numpy as np
+
+    arrays = {f.name: getattr(record, f.name) for f in fields(record)}
+    arrays = {name: each for name, each in arrays.items() if isinstance(each, np.ndarray)}
+    lines = ((name, each) for name, each in arrays.items() if name not in others)
+    check_lengths(type(record).__name__, lines, length)
+    for name, array in arrays.items():
+        object.__setattr__(record, name, freeze(array))

@@ -115,11 +115,13 @@ def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         north, east, *others = effect.paths()
-        winds = tuple(
-            WindTerm(toward, product(path, *factors(*others)))
-            for toward, path in (("north", north), ("east", east))
+        return Overlay(
+            sizes=effect.properties(sizes),
+            winds=tuple(
+                WindTerm(toward, product(path, *factors(*others)))
+                for toward, path in (("north", north), ("east", east))
+            ),
         )
-        return Overlay(sizes=effect.properties(sizes), winds=winds)
 
     return build
 
@@ -166,11 +168,13 @@ SEA_BREEZE_FRONT = AirEffect(
 
 def _stronger(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
     # JSBSim's gusts stay as they are; a share of them is added as a further wind.
-    winds = tuple(
-        WindTerm(toward, product(*effect.paths(), f"atmosphere/turb-{toward}-fps"))
-        for toward in ("north", "east", "down")
+    return Overlay(
+        sizes=effect.properties(sizes),
+        winds=tuple(
+            WindTerm(toward, product(*effect.paths(), f"atmosphere/turb-{toward}-fps"))
+            for toward in ("north", "east", "down")
+        ),
     )
-    return Overlay(sizes=effect.properties(sizes), winds=winds)
 
 
 TURBULENCE_LEVEL = AirEffect(

@@ -178,8 +178,10 @@ def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline)
     # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass
     # stays, the moment changes. The file's inches are the unit of the arm.
     moved = product(*effect.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
-    masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
-    return Overlay(sizes=effect.properties(sizes), masses=masses)
+    return Overlay(
+        sizes=effect.properties(sizes),
+        masses=(MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z))),
+    )
 
 
 MASS = AircraftEffect(
@@ -296,10 +298,10 @@ def coefficient_function(axis: str, value: Term) -> AxisFunction:
 
 
 def _moments(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    moments = [
-        coefficient_function(axis, path) for axis, path in zip(LENGTHS, effect.paths(), strict=True)
-    ]
-    return Overlay(sizes=effect.properties(sizes), functions=tuple(moments))
+    return Overlay(
+        sizes=effect.properties(sizes),
+        functions=tuple(map(coefficient_function, LENGTHS, effect.paths())),
+    )
 
 
 TRIM_OFFSET = AircraftEffect(

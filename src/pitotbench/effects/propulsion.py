@@ -60,14 +60,16 @@ KILOWATT = 1000.0 / 745.699872  # hp
 
 
 def _friction(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    settings = tuple(
-        PropertySetting(
-            f"propulsion/engine[{i}]/friction-hp",
-            total(baseline.engines[i].friction, product(KILOWATT, path)),
-        )
-        for i, path in _of_engines(effect, baseline)
+    return Overlay(
+        sizes=effect.properties(sizes),
+        settings=tuple(
+            PropertySetting(
+                f"propulsion/engine[{i}]/friction-hp",
+                total(baseline.engines[i].friction, product(KILOWATT, path)),
+            )
+            for i, path in _of_engines(effect, baseline)
+        ),
     )
-    return Overlay(sizes=effect.properties(sizes), settings=settings)
 
 
 FRICTION_LOSS = AircraftEffect(

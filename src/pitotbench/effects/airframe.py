@@ -168,11 +168,6 @@ INDUCED_DRAG = AircraftEffect(
 ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 
 
-def _mass(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    added = MassPoint(product(*effect.paths(), 1.0 / POUND), baseline.center_of_gravity)
-    return Overlay(sizes=effect.properties(sizes), masses=(added,))
-
-
 def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
     # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass
@@ -195,7 +190,10 @@ MASS = AircraftEffect(
     source="loading sheets: passengers, fuel and equipment to some 5 % of the weight",
     what="The airplane is heavier or lighter than the model.",
     shows_in=TURNING,
-    build=_mass,
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        masses=(MassPoint(product(*effect.paths(), 1.0 / POUND), baseline.center_of_gravity),),
+    ),
 )
 
 CENTER_OF_GRAVITY = AircraftEffect(
@@ -297,13 +295,6 @@ def coefficient_function(axis: str, value: Term) -> AxisFunction:
     return AxisFunction(axis, product("aero/qbar-psf", WING, *lengths, value))
 
 
-def _moments(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    return Overlay(
-        sizes=effect.properties(sizes),
-        functions=tuple(map(coefficient_function, LENGTHS, effect.paths())),
-    )
-
-
 TRIM_OFFSET = AircraftEffect(
     name="trim_offset",
     part="controls and trim",
@@ -322,7 +313,10 @@ TRIM_OFFSET = AircraftEffect(
     "0.015 in pitch)",
     what="Rigging or trim differs: the surfaces have other positions in straight flight.",
     shows_in=RANGE_OF_AIRSPEED,
-    build=_moments,
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        functions=tuple(map(coefficient_function, LENGTHS, effect.paths())),
+    ),
 )
 
 

@@ -433,12 +433,6 @@ LOSS_SOURCE = (
     "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
 )
 
-
-def _inclined(signals: Signals, sizes: Sizes) -> Signals:
-    loss = sizes["loss_per_rad2"] * signals["angle_of_attack"] ** 2
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] * (1.0 - loss))
-
-
 TOTAL_PRESSURE_LOSS = SensorEffect(
     name="total_pressure_loss",
     part="pitot head",
@@ -466,7 +460,10 @@ INCLINED_PITOT_LOSS = SensorEffect(
     variant_of="total_pressure_loss",
     changes=("impact_pressure",),
     needs=("angle_of_attack",),
-    function=_inclined,
+    function=lambda signals, sizes: signals.with_channels(
+        impact_pressure=signals["impact_pressure"]
+        * (1.0 - sizes["loss_per_rad2"] * signals["angle_of_attack"] ** 2)
+    ),
 )
 
 

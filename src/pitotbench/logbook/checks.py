@@ -283,8 +283,7 @@ def _shows_steps(values: Array) -> bool:
 
 def _changes(draft: Draft, names: list[str]) -> Booleans:
     """Return whether each row differs from the one before, from the second row on, (n − 1,)."""
-    changed: Booleans = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
-    return changed
+    return np.asarray(np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0))
 
 
 # Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
@@ -322,12 +321,12 @@ def drop_blank_start(draft: Draft) -> None:
         return
     count = max(late.values())
     columns = ", ".join(repr(name) for name in dict.fromkeys(draft.columns[name] for name in late))
-    draft.warnings.append(
+    draft.drop(
+        np.arange(len(draft.rows)) < count,
         f"the first {count} rows are dropped: the log begins blank in {columns}"
         if count > 1
-        else f"the first row is dropped: it is blank in {columns}"
+        else f"the first row is dropped: it is blank in {columns}",
     )
-    draft.keep(np.arange(len(draft.rows)) >= count)
 
 
 def check_time(draft: Draft) -> None:
@@ -367,11 +366,11 @@ def check_time(draft: Draft) -> None:
             f"{words}: the rows are spread evenly over its steps of {stamp:.3g} s"
         )
     elif repeated.any():
-        draft.warnings.append(
+        draft.drop(
+            repeated,
             f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are "
-            "dropped"
+            "dropped",
         )
-        draft.keep(~repeated)
 
 
 _RESTART = 5.0  # s after the first moment of the file at which a recorder's clock begins again
@@ -506,15 +505,14 @@ def check_spikes(draft: Draft) -> None:
     for quantity in draft.numeric():
         if not quantity.essential or quantity.name == "time":
             continue
-        values = draft.channels[quantity.name]
-        bad = impossible(quantity, values)
+        bad = impossible(quantity, draft.channels[quantity.name])
         if bad.any():
-            draft.warnings.append(
+            draft.drop(
+                bad,
                 f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} "
                 "rows "
-                f"({draft.named(bad)}): they are dropped"
+                f"({draft.named(bad)}): they are dropped",
             )
-            draft.keep(~bad)
 
 
 def form_impact_pressure(draft: Draft) -> None:
@@ -527,9 +525,9 @@ def form_impact_pressure(draft: Draft) -> None:
             "both impact and total pressure are given: the impact pressure is used"
         )
         return
-    draft.channels["impact_pressure"] = total - draft.channels["static_pressure"]
-    draft.columns["impact_pressure"] = draft.columns["total_pressure"]
-    draft.suffixes["impact_pressure"] = draft.suffixes["total_pressure"]
+    impact = total - draft.channels["static_pressure"]
+    column, suffix = draft.columns["total_pressure"], draft.suffixes["total_pressure"]
+    draft.put("impact_pressure", impact, column, suffix)
 
 
 _COARSE = 0.04  # of the usual impact pressure: a whole knot at 50 kt
@@ -595,11 +593,11 @@ def check_impact_pressure(draft: Draft) -> None:
             "total and static are exchanged, or the sign is: swap them"
         )
     if negative.any():
-        draft.warnings.append(
+        draft.drop(
+            negative,
             f"column {column!r}: the impact pressure is negative in {int(negative.sum())} rows "
-            f"({draft.named(negative)}): they are dropped"
+            f"({draft.named(negative)}): they are dropped",
         )
-        draft.keep(~negative)
     levels = np.unique(draft.channels["impact_pressure"])
     step = float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0
     usual = float(np.median(impact[impact > 0.0]))

@@ -41,7 +41,12 @@ def read_parquet(path: Path) -> Table:
         # Of a text that repeats, a file holds one: so does the memory then.
         repeated = [leaf.path for leaf in leaves if _is_flat_text(leaf)]
         file = parquet.ParquetFile(path, memory_map=False, read_dictionary=repeated)
-        wide = {leaf.path.partition(".")[0] for leaf in leaves if _is_wide(leaf)}
+        # Several values a row, or one of many bytes.
+        wide = {
+            leaf.path.partition(".")[0]
+            for leaf in leaves
+            if leaf.max_repetition_level > 0 or (leaf.length or 0) > _WIDEST
+        }
         stored = (file.schema_arrow.metadata or {}).get(_KEY, b"")
         names, columns = to_columns(_table(file, wide, path))
     except BadInputError:
@@ -69,11 +74,6 @@ def _table(file: Any, wide: set[str], path: Path) -> "pa.Table":
         texts |= {part.address: part.size for each in held for part in each.buffers() if part}
         require_unpackable(values + sum(texts.values()) / _NUMBER, path)
     return pa.Table.from_batches(batches, batches[0].schema if batches else kept)
-
-
-def _is_wide(leaf: Any) -> bool:
-    """Return whether a column holds several values a row, or one of many bytes."""
-    return leaf.max_repetition_level > 0 or (leaf.length or 0) > _WIDEST
 
 
 def _is_flat_text(leaf: Any) -> bool:

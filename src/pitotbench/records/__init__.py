@@ -4,7 +4,7 @@ arrays, views in a notebook.
 
 from collections.abc import Iterable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pitotbench.catalog import UnknownNameError
 
@@ -90,8 +90,7 @@ class Shown:
 
     def to_frame(self) -> "DataFrame":
         """Return the record as a table; each column ends in its unit."""
-        frame: DataFrame = views().to_frame(self)
-        return frame
+        return cast("DataFrame", views().to_frame(self))
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import atan2, degrees, hypot, inf
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from pitotbench.records import NoAnswerError, Shown, freeze_arrays, views
 from pitotbench.records.log import Caution, FlightLog, Provenance
@@ -489,8 +489,7 @@ class Calibration(Shown):
 
         Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
         """
-        judged: list[Any] = views().judge(self, rule)
-        return judged
+        return cast("list[Any]", views().judge(self, rule))
 
     def params(self, autopilot: str) -> AutopilotSettings:
         """Return the parameters to set, `ardupilot` or `px4`, as `calibrate --params` does.
@@ -498,8 +497,7 @@ class Calibration(Shown):
         Raises BadInputError for a log without the old ones, unless they are stated:
         `px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0`.
         """
-        found: AutopilotSettings = views().params(self, autopilot)
-        return found
+        return cast(AutopilotSettings, views().params(self, autopilot))
 
 
 # One flight of a log with its calibration.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench.broken import BROKEN, TAXI, Broken, find_early, find_late
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES, impossible
+from pitotbench.logbook.columns import QUANTITIES, SECONDS_A_DAY, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import SPEED_FACTOR, check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
@@ -203,8 +203,7 @@ def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
     jumps to what the pressure has become meanwhile. Where no recording shows the way back, the
     ground `speed` decides: the airplane is faster at the end of the range.
     """
-    impact = draft.channels["impact_pressure"]
-    rows = at_ceiling(impact)
+    rows = at_ceiling(draft.channels["impact_pressure"])
     if not rows.any():
         return rows
     steps = _steps_out(draft, ["impact_pressure"])[:-1]
@@ -303,8 +302,6 @@ _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact 
 # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 _LONGEST_STEP = 10.0
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
-# s, between two rows of one log: the blocks of a log are counted by the second
-_LONGEST_GAP = 86400.0
 
 
 def drop_blank_start(draft: Draft) -> None:
@@ -443,7 +440,7 @@ def check_clock(draft: Draft) -> None:
             f"{_LONGEST_STEP:g} s "
             f"are usual{_better_clock(draft, usual)}"
         )
-    if steps[longest] > _LONGEST_GAP:
+    if steps[longest] > SECONDS_A_DAY:  # the blocks of a log are counted by the second
         raise BadInputError(
             f"column {column!r}, row {draft.rows[longest + 1]}: time jumps from {time[longest]:g} "
             "to "

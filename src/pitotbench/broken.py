@@ -295,11 +295,6 @@ def _around(fit: Fit, place: int = 0) -> tuple[float, float]:
     return float(fit.values[place] - margin), float(fit.values[place] + margin)
 
 
-def _sound(part: Part) -> Fit:
-    """A reading that follows the speed, which is first."""
-    return follow(part, part.impact)
-
-
 def _dead(part: Part, leaks: bool = True) -> Fit:
     """A reading that does not follow the speed: the static pressure first, and a slow leak."""
     t = part.clock
@@ -345,7 +340,7 @@ def _reads_altimeter(dead: Fit) -> bool:
 
 def _stopped(part: Part) -> Broken | None:
     """Stuck or blocked throughout."""
-    dead, sound = _dead(part), _sound(part)
+    dead, sound = _dead(part), follow(part, part.impact)
     swing = _excitation(part)
     expected = swing * float(np.median(part.slope))
     blocked = _reads_altimeter(dead) and dead.rms < LIMITS.better * sound.rms
@@ -469,7 +464,7 @@ def _water(part: Part) -> Broken | None:
     """A reading that jumps between two levels: each block belongs to one, found with the fit."""
     if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
         return None
-    left = _sound(part).left
+    left = follow(part, part.impact).left
     usual, high = float(np.sqrt(np.mean(left**2))), left > np.mean(np.quantile(left, [0.1, 0.9]))
     for _ in range(LIMITS.rounds):
         fit = follow(part, part.impact, high.astype(np.float64))

@@ -150,13 +150,12 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
     from pitotbench.simulation.sortie import scaled_case
 
     _check(options)
-    wind = stated_wind(options)
     base = replace(
         Case(),
         aircraft=options.aircraft,
         turbulence=options.turbulence,
         pilot=options.pilot,
-        wind=wind,
+        wind=stated_wind(options),
     )
     base = scaled_case(base)
     return CampaignRequest(

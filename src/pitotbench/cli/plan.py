@@ -162,15 +162,14 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
 
     system = _system(options)
     require_known("--error-location", options.error_location, ERROR_LOCATIONS)
-    base = Case(
-        aircraft=options.aircraft,
-        turbulence=options.turbulence,
-        wind=stated_wind(options),
-        pressure_error=PressureErrorSpec(location=options.error_location),
-        das=system,
-    )
     return PlanRequest(
-        base=base,
+        base=Case(
+            aircraft=options.aircraft,
+            turbulence=options.turbulence,
+            wind=stated_wind(options),
+            pressure_error=PressureErrorSpec(location=options.error_location),
+            das=system,
+        ),
         system=system,
         speeds=None if options.speeds_kt is None else _speeds(options.speeds_kt),
         minutes=options.minutes,

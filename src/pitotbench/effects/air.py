@@ -115,11 +115,13 @@ def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         north, east, *others = effect.paths()
-        winds = tuple(
-            WindTerm(toward, product(path, *factors(*others)))
-            for toward, path in (("north", north), ("east", east))
+        return Overlay(
+            sizes=effect.properties(sizes),
+            winds=tuple(
+                WindTerm(toward, product(path, *factors(*others)))
+                for toward, path in (("north", north), ("east", east))
+            ),
         )
-        return Overlay(sizes=effect.properties(sizes), winds=winds)
 
     return build
 
@@ -163,16 +165,6 @@ SEA_BREEZE_FRONT = AirEffect(
 
 # Gusts that are stronger or weaker than the case says, with the same spectrum.
 
-
-def _stronger(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
-    # JSBSim's gusts stay as they are; a share of them is added as a further wind.
-    winds = tuple(
-        WindTerm(toward, product(*effect.paths(), f"atmosphere/turb-{toward}-fps"))
-        for toward in ("north", "east", "down")
-    )
-    return Overlay(sizes=effect.properties(sizes), winds=winds)
-
-
 TURBULENCE_LEVEL = AirEffect(
     name="turbulence_level",
     part="air",
@@ -183,7 +175,14 @@ TURBULENCE_LEVEL = AirEffect(
     what="The gusts are stronger or weaker than the case says; rotational gusts (p, q, r) stay "
     "the same.",
     shows_in=STEADY_LEGS,  # nothing but gusts moves the airplane there
-    build=_stronger,
+    # JSBSim's gusts stay as they are; a share of them is added as a further wind.
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        winds=tuple(
+            WindTerm(toward, product(*effect.paths(), f"atmosphere/turb-{toward}-fps"))
+            for toward in ("north", "east", "down")
+        ),
+    ),
 )
 
 

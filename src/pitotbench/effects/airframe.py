@@ -168,18 +168,15 @@ INDUCED_DRAG = AircraftEffect(
 ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 
 
-def _mass(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    added = MassPoint(product(*effect.paths(), 1.0 / POUND), baseline.center_of_gravity)
-    return Overlay(sizes=effect.properties(sizes), masses=(added,))
-
-
 def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
     # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass
     # stays, the moment changes. The file's inches are the unit of the arm.
     moved = product(*effect.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
-    masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
-    return Overlay(sizes=effect.properties(sizes), masses=masses)
+    return Overlay(
+        sizes=effect.properties(sizes),
+        masses=(MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z))),
+    )
 
 
 MASS = AircraftEffect(
@@ -193,7 +190,10 @@ MASS = AircraftEffect(
     source="loading sheets: passengers, fuel and equipment to some 5 % of the weight",
     what="The airplane is heavier or lighter than the model.",
     shows_in=TURNING,
-    build=_mass,
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        masses=(MassPoint(product(*effect.paths(), 1.0 / POUND), baseline.center_of_gravity),),
+    ),
 )
 
 CENTER_OF_GRAVITY = AircraftEffect(
@@ -295,13 +295,6 @@ def coefficient_function(axis: str, value: Term) -> AxisFunction:
     return AxisFunction(axis, product("aero/qbar-psf", WING, *lengths, value))
 
 
-def _moments(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    moments = [
-        coefficient_function(axis, path) for axis, path in zip(LENGTHS, effect.paths(), strict=True)
-    ]
-    return Overlay(sizes=effect.properties(sizes), functions=tuple(moments))
-
-
 TRIM_OFFSET = AircraftEffect(
     name="trim_offset",
     part="controls and trim",
@@ -320,7 +313,10 @@ TRIM_OFFSET = AircraftEffect(
     "0.015 in pitch)",
     what="Rigging or trim differs: the surfaces have other positions in straight flight.",
     shows_in=RANGE_OF_AIRSPEED,
-    build=_moments,
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        functions=tuple(map(coefficient_function, LENGTHS, effect.paths())),
+    ),
 )
 
 

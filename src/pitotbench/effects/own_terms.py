@@ -6,20 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
-from pitotbench.effects.effect import RANGE_OF_AIRSPEED, AircraftEffect, Parameter, Part, Sizes
+from pitotbench.effects.effect import RANGE_OF_AIRSPEED, AircraftEffect, Parameter, Part
 from pitotbench.effects.overlay import (
     AeroFunction,
-    AxisFunction,
     Baseline,
-    FunctionScaling,
-    Overlay,
-    difference,
-    product,
-    size,
-    total,
 )
-from pitotbench.effects.stability import CHANGE, SOURCE
-from pitotbench.records import BadInputError
+from pitotbench.effects.stability import CHANGE, SOURCE, relative_change
 
 # The table has the terms that every airplane has. A file may have others: side force by the roll
 # rate, yaw moment by the ailerons. Each is an effect that goes by its name in the field and by its
@@ -139,31 +131,18 @@ def term_named(name: str) -> AircraftEffect | None:
         part = "drag"
     elif any(surface in label for surface in SURFACES):
         part = "controls and trim"
-
-    def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-        found = next((f for f in baseline.functions if f.name == function), None)
-        if found is None:
-            raise BadInputError(
-                f"effect {name!r}: {baseline.aircraft!r} has no function {function}; leave it out"
-            )
-        grown = size(name, CHANGE)
-        if found.axis:
-            changed = AxisFunction(found.axis, product(grown, function))
-            return Overlay(sizes=effect.properties(sizes), functions=(changed,))
-        scaling = FunctionScaling(function, total(1.0, grown), difference(1.0, 1.0))
-        return Overlay(sizes=effect.properties(sizes), scalings=(scaling,))
-
-    what = f"relative change of {function}"
     return AircraftEffect(
         name=name,
         part=part,
-        parameters=(Parameter(CHANGE, 0.2, -1.0, 3.0, what),),
+        parameters=(Parameter(CHANGE, 0.2, -1.0, 3.0, f"relative change of {function}"),),
         source=SOURCE,
         what=f"The function {function} of the aircraft's file is larger or smaller.",
         shows_in=RANGE_OF_AIRSPEED,
         variant_of=FORM_OF.get(label, ""),
         for_whole_flight=True,
-        build=build,
+        build=relative_change(
+            lambda baseline: [f for f in baseline.functions if f.name == function][:1], function
+        ),
     )
 
 

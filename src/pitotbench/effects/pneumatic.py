@@ -19,6 +19,7 @@ from pitotbench.effects.effect import (
     SensorEffect,
     SensorFunction,
     Sizes,
+    elapsed,
     reads,
 )
 from pitotbench.effects.response import (
@@ -432,12 +433,6 @@ LOSS_SOURCE = (
     "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
 )
 
-
-def _inclined(signals: Signals, sizes: Sizes) -> Signals:
-    loss = sizes["loss_per_rad2"] * signals["angle_of_attack"] ** 2
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] * (1.0 - loss))
-
-
 TOTAL_PRESSURE_LOSS = SensorEffect(
     name="total_pressure_loss",
     part="pitot head",
@@ -465,7 +460,10 @@ INCLINED_PITOT_LOSS = SensorEffect(
     variant_of="total_pressure_loss",
     changes=("impact_pressure",),
     needs=("angle_of_attack",),
-    function=_inclined,
+    function=lambda signals, sizes: signals.with_channels(
+        impact_pressure=signals["impact_pressure"]
+        * (1.0 - sizes["loss_per_rad2"] * signals["angle_of_attack"] ** 2)
+    ),
 )
 
 
@@ -479,18 +477,10 @@ DRIFT_SOURCE = (
 )
 
 
-def _with_time(signals: Signals, sizes: Sizes) -> Signals:
-    elapsed = (signals.time - signals.time[0]) / MINUTE
-    return signals.with_channels(
-        impact_pressure=signals["impact_pressure"] + sizes["rate_pa_per_min"] * elapsed
-    )
-
-
-def _with_temperature(signals: Signals, sizes: Sizes) -> Signals:
-    # The drift counts from the first sample: a zero is usually taken before the flight.
-    warming = signals["total_temperature"] - signals["total_temperature"][0]
-    return signals.with_channels(
-        impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warming
+def _zero_drift(shift: Callable[[Signals, Sizes], Array]) -> SensorFunction:
+    """The function of an impact transducer whose zero moves by `shift` [Pa], (n,)."""
+    return lambda signals, sizes: signals.with_channels(
+        impact_pressure=signals["impact_pressure"] + shift(signals, sizes)
     )
 
 
@@ -507,7 +497,9 @@ TIME_DRIFT = SensorEffect(
     shows_in=EARLY_AND_LATE,
     for_whole_flight=True,
     changes=("impact_pressure",),
-    function=_with_time,
+    function=_zero_drift(
+        lambda signals, sizes: sizes["rate_pa_per_min"] * (elapsed(signals) / MINUTE)
+    ),
 )
 
 TEMPERATURE_DRIFT = SensorEffect(
@@ -524,19 +516,17 @@ TEMPERATURE_DRIFT = SensorEffect(
     for_whole_flight=True,
     changes=("impact_pressure",),
     needs=("total_temperature",),
-    function=_with_temperature,
+    # The drift counts from the first sample: a zero is usually taken before the flight.
+    function=_zero_drift(
+        lambda signals, sizes: (
+            sizes["shift_pa_per_k"]
+            * (signals["total_temperature"] - signals["total_temperature"][0])
+        )
+    ),
 )
 
 
 # A transducer whose zero drifts while it warms up, and then stays.
-
-
-def _apply_warm_up_drift(signals: Signals, sizes: Sizes) -> Signals:
-    warmed = -np.expm1(-(signals.time - signals.time[0]) / sizes["warm_up_s"])
-    return signals.with_channels(
-        impact_pressure=signals["impact_pressure"] + sizes["shift_pa"] * warmed
-    )
-
 
 WARM_UP_DRIFT = SensorEffect(
     name="warm_up_drift",
@@ -550,7 +540,9 @@ WARM_UP_DRIFT = SensorEffect(
     shows_in=EARLY_AND_LATE,  # early means from the moment the system is switched on
     variant_of="time_drift",
     changes=("impact_pressure",),
-    function=_apply_warm_up_drift,
+    function=_zero_drift(
+        lambda signals, sizes: sizes["shift_pa"] * -np.expm1(-elapsed(signals) / sizes["warm_up_s"])
+    ),
 )
 
 

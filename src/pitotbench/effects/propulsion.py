@@ -58,18 +58,6 @@ def require_declared(effect: str, baseline: Baseline, *paths: str) -> None:
 
 KILOWATT = 1000.0 / 745.699872  # hp
 
-
-def _friction(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    settings = tuple(
-        PropertySetting(
-            f"propulsion/engine[{i}]/friction-hp",
-            total(baseline.engines[i].friction, product(KILOWATT, path)),
-        )
-        for i, path in _of_engines(effect, baseline)
-    )
-    return Overlay(sizes=effect.properties(sizes), settings=settings)
-
-
 FRICTION_LOSS = AircraftEffect(
     name="friction_loss",
     part="engine or propeller, a side",
@@ -82,7 +70,16 @@ FRICTION_LOSS = AircraftEffect(
     what="An engine loses a constant power.",
     shows_in=POWER,  # a constant power is a larger share of a low one
     variant_of="power_deficit",
-    build=_friction,
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        settings=tuple(
+            PropertySetting(
+                f"propulsion/engine[{i}]/friction-hp",
+                total(baseline.engines[i].friction, product(KILOWATT, path)),
+            )
+            for i, path in _of_engines(effect, baseline)
+        ),
+    ),
 )
 
 
@@ -203,15 +200,6 @@ POWER_DEFICIT = AircraftEffect(
 
 # Propellers that give less thrust for their power: damaged, or of another type than in the model.
 
-
-def _efficiency(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-    forces = tuple(
-        BodyForce(product(path, f"propulsion/engine[{i}]/thrust-lbs"), baseline.engines[i].location)
-        for i, path in _of_engines(effect, baseline)
-    )
-    return Overlay(sizes=effect.properties(sizes), forces=forces)
-
-
 PROPELLER_EFFICIENCY = AircraftEffect(
     name="propeller_efficiency",
     part="engine or propeller, a side",
@@ -225,7 +213,15 @@ PROPELLER_EFFICIENCY = AircraftEffect(
     "propeller",
     what="A propeller gives less thrust than in the model for the same power.",
     shows_in=POWER,
-    build=_efficiency,
+    build=lambda effect, sizes, baseline: Overlay(
+        sizes=effect.properties(sizes),
+        forces=tuple(
+            BodyForce(
+                product(path, f"propulsion/engine[{i}]/thrust-lbs"), baseline.engines[i].location
+            )
+            for i, path in _of_engines(effect, baseline)
+        ),
+    ),
 )
 
 

@@ -501,14 +501,6 @@ SIDESLIP_VANE_CALIBRATION = SensorEffect(
 # Flow vanes that stick: they follow the flow only once it has turned by more than their friction
 # holds.
 
-
-def _apply_vane_friction(signals: Signals, sizes: Sizes) -> Signals:
-    return signals.with_channels(
-        angle_of_attack=play(signals["angle_of_attack"], DEGREE * sizes["alpha_deg"]),
-        sideslip=play(signals["sideslip"], DEGREE * sizes["sideslip_deg"]),
-    )
-
-
 VANE_FRICTION = SensorEffect(
     name="vane_friction",
     part="attitude and vanes",
@@ -527,5 +519,8 @@ VANE_FRICTION = SensorEffect(
     what="The flow vanes stick: dirt, ice or a dry bearing.",
     shows_in=SIDESLIP,
     changes=("angle_of_attack", "sideslip"),
-    function=_apply_vane_friction,
+    function=lambda signals, sizes: signals.with_channels(
+        angle_of_attack=play(signals["angle_of_attack"], DEGREE * sizes["alpha_deg"]),
+        sideslip=play(signals["sideslip"], DEGREE * sizes["sideslip_deg"]),
+    ),
 )

@@ -2,17 +2,21 @@
 smaller.
 """
 
+from collections.abc import Callable, Sequence
+
 from pitotbench.effects.airframe import coefficient_function
 from pitotbench.effects.effect import (
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     TURNING,
     AircraftEffect,
+    Build,
     Excitation,
     Parameter,
     Sizes,
 )
 from pitotbench.effects.overlay import (
+    AeroFunction,
     AxisFunction,
     Baseline,
     Expression,
@@ -49,31 +53,27 @@ def _zero_lift(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Over
     return Overlay(sizes=effect.properties(sizes), functions=(coefficient_function("LIFT", added),))
 
 
-def _term(
-    name: str,
-    axis: str,
-    variable: str,
-    what: str,
-    shows_in: Excitation,
-    zero: Parameter | None = None,
-    neighbor: str = "",
-    left_open: tuple[str, ...] = (),
-) -> AircraftEffect:
-    what_changes = "relative change of the term of the aircraft's file"
-    change = Parameter(CHANGE, 0.2, -0.8, 1.5, what_changes, defining=bool(neighbor))
+def relative_change(
+    terms_of: Callable[[Baseline], Sequence[AeroFunction]], named: str, axis: str = ""
+) -> Build:
+    """The build of a relative change of the functions `terms_of` an aircraft, with the constant
+    added that an effect may have, on `axis`. It raises BadInputError, with the words `named`, where
+    there are none.
+    """
 
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
-        terms = baseline.terms(axis, variable)
-        grown = size(name, CHANGE)
+        terms = terms_of(baseline)
+        grown = size(effect.name, CHANGE)
         if not terms:
             raise BadInputError(
-                f"effect {name!r}: {baseline.aircraft!r} has no function of {axis.lower()} in "
-                f"{variable}; "
+                f"effect {effect.name!r}: {baseline.aircraft!r} has no function {named}; "
                 "leave it out"
             )
         helpers = [term.name for term in terms if not term.axis]
-        added: Expression = product(size(name, ZERO), 1.0) if sizes.get(ZERO) else ""
-        functions = [AxisFunction(axis, product(grown, term.name)) for term in terms if term.axis]
+        added: Expression = product(size(effect.name, ZERO), 1.0) if sizes.get(ZERO) else ""
+        functions = [
+            AxisFunction(term.axis, product(grown, term.name)) for term in terms if term.axis
+        ]
         if added and not helpers:
             functions.append(coefficient_function(axis, added))
         # A constant goes into the first function outside the axes: what reads this coefficient
@@ -88,6 +88,21 @@ def _term(
             sizes=effect.properties(sizes), functions=tuple(functions), scalings=tuple(scalings)
         )
 
+    return build
+
+
+def _term(
+    name: str,
+    axis: str,
+    variable: str,
+    what: str,
+    shows_in: Excitation,
+    zero: Parameter | None = None,
+    neighbor: str = "",
+    left_open: tuple[str, ...] = (),
+) -> AircraftEffect:
+    what_changes = "relative change of the term of the aircraft's file"
+    change = Parameter(CHANGE, 0.2, -0.8, 1.5, what_changes, defining=bool(neighbor))
     return AircraftEffect(
         name=name,
         part="lift, stability and damping",
@@ -98,7 +113,11 @@ def _term(
         what=what,
         shows_in=shows_in,
         for_whole_flight=True,
-        build=build,
+        build=relative_change(
+            lambda baseline: baseline.terms(axis, variable),
+            f"of {axis.lower()} in {variable}",
+            axis,
+        ),
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench.broken import BROKEN, TAXI, Broken, find_early, find_late
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES, impossible
+from pitotbench.logbook.columns import QUANTITIES, SECONDS_A_DAY, impossible
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import SPEED_FACTOR, check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
@@ -203,8 +203,7 @@ def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
     jumps to what the pressure has become meanwhile. Where no recording shows the way back, the
     ground `speed` decides: the airplane is faster at the end of the range.
     """
-    impact = draft.channels["impact_pressure"]
-    rows = at_ceiling(impact)
+    rows = at_ceiling(draft.channels["impact_pressure"])
     if not rows.any():
         return rows
     steps = _steps_out(draft, ["impact_pressure"])[:-1]
@@ -283,8 +282,7 @@ def _shows_steps(values: Array) -> bool:
 
 def _changes(draft: Draft, names: list[str]) -> Booleans:
     """Return whether each row differs from the one before, from the second row on, (n − 1,)."""
-    changed: Booleans = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
-    return changed
+    return np.asarray(np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0))
 
 
 # Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
@@ -304,8 +302,6 @@ _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact 
 # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 _LONGEST_STEP = 10.0
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
-# s, between two rows of one log: the blocks of a log are counted by the second
-_LONGEST_GAP = 86400.0
 
 
 def drop_blank_start(draft: Draft) -> None:
@@ -322,12 +318,12 @@ def drop_blank_start(draft: Draft) -> None:
         return
     count = max(late.values())
     columns = ", ".join(repr(name) for name in dict.fromkeys(draft.columns[name] for name in late))
-    draft.warnings.append(
+    draft.drop(
+        np.arange(len(draft.rows)) < count,
         f"the first {count} rows are dropped: the log begins blank in {columns}"
         if count > 1
-        else f"the first row is dropped: it is blank in {columns}"
+        else f"the first row is dropped: it is blank in {columns}",
     )
-    draft.keep(np.arange(len(draft.rows)) >= count)
 
 
 def check_time(draft: Draft) -> None:
@@ -367,11 +363,11 @@ def check_time(draft: Draft) -> None:
             f"{words}: the rows are spread evenly over its steps of {stamp:.3g} s"
         )
     elif repeated.any():
-        draft.warnings.append(
+        draft.drop(
+            repeated,
             f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are "
-            "dropped"
+            "dropped",
         )
-        draft.keep(~repeated)
 
 
 _RESTART = 5.0  # s after the first moment of the file at which a recorder's clock begins again
@@ -444,7 +440,7 @@ def check_clock(draft: Draft) -> None:
             f"{_LONGEST_STEP:g} s "
             f"are usual{_better_clock(draft, usual)}"
         )
-    if steps[longest] > _LONGEST_GAP:
+    if steps[longest] > SECONDS_A_DAY:  # the blocks of a log are counted by the second
         raise BadInputError(
             f"column {column!r}, row {draft.rows[longest + 1]}: time jumps from {time[longest]:g} "
             "to "
@@ -506,15 +502,14 @@ def check_spikes(draft: Draft) -> None:
     for quantity in draft.numeric():
         if not quantity.essential or quantity.name == "time":
             continue
-        values = draft.channels[quantity.name]
-        bad = impossible(quantity, values)
+        bad = impossible(quantity, draft.channels[quantity.name])
         if bad.any():
-            draft.warnings.append(
+            draft.drop(
+                bad,
                 f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} "
                 "rows "
-                f"({draft.named(bad)}): they are dropped"
+                f"({draft.named(bad)}): they are dropped",
             )
-            draft.keep(~bad)
 
 
 def form_impact_pressure(draft: Draft) -> None:
@@ -527,9 +522,9 @@ def form_impact_pressure(draft: Draft) -> None:
             "both impact and total pressure are given: the impact pressure is used"
         )
         return
-    draft.channels["impact_pressure"] = total - draft.channels["static_pressure"]
-    draft.columns["impact_pressure"] = draft.columns["total_pressure"]
-    draft.suffixes["impact_pressure"] = draft.suffixes["total_pressure"]
+    impact = total - draft.channels["static_pressure"]
+    column, suffix = draft.columns["total_pressure"], draft.suffixes["total_pressure"]
+    draft.put("impact_pressure", impact, column, suffix)
 
 
 _COARSE = 0.04  # of the usual impact pressure: a whole knot at 50 kt
@@ -595,11 +590,11 @@ def check_impact_pressure(draft: Draft) -> None:
             "total and static are exchanged, or the sign is: swap them"
         )
     if negative.any():
-        draft.warnings.append(
+        draft.drop(
+            negative,
             f"column {column!r}: the impact pressure is negative in {int(negative.sum())} rows "
-            f"({draft.named(negative)}): they are dropped"
+            f"({draft.named(negative)}): they are dropped",
         )
-        draft.keep(~negative)
     levels = np.unique(draft.channels["impact_pressure"])
     step = float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0
     usual = float(np.median(impact[impact > 0.0]))

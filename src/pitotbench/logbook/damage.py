@@ -14,6 +14,7 @@ AGAIN = ": it is damaged or cut off; copy it again from its source"
 
 # A compressed file may unpack to far more than the memory holds. Its own metadata tell how much,
 # before it is read.
+NUMBER = 8  # bytes of a value
 _MANY = 50_000_000  # values
 _DENSEST = 100  # values a byte, of which a recorder's file holds less than ten
 

@@ -59,20 +59,6 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
     _heading(draft)
 
 
-def _take(draft: Draft, name: str) -> Array | None:
-    values: Array | None = draft.channels.pop(name, None)
-    return values
-
-
-def _put(draft: Draft, name: str, values: Array, source: str, unit: str = "pa") -> None:
-    """Store a channel under the column it came from, which messages name."""
-    draft.channels[name], draft.columns[name], draft.suffixes[name] = (
-        values,
-        draft.columns[source],
-        unit,
-    )
-
-
 def _time(draft: Draft, header: dict[str, Any]) -> None:
     """Form the seconds of the log from its clock, local or not; a zone that is left in flight sets
     no clock back.
@@ -97,7 +83,7 @@ def _time(draft: Draft, header: dict[str, Any]) -> None:
         seconds = clock_seconds(draft.columns["clock_time"], clock)
     if offset is not None:
         seconds = seconds - zone_seconds(draft.columns["utc_offset"], offset)
-    _put(draft, "time", _from_start(seconds, header), "clock_time", "s")
+    draft.put("time", _from_start(seconds, header), draft.columns["clock_time"], "s")
 
 
 def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
@@ -124,13 +110,17 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
     """Form the impact pressure from an airspeed; a Mach number and a true airspeed need the static
     pressure.
     """
-    given = {name: values for name in _AIRSPEEDS if (values := _take(draft, name)) is not None}
+    given = {
+        name: values
+        for name in _AIRSPEEDS
+        if (values := draft.channels.pop(name, None)) is not None
+    }
     if {"impact_pressure", "total_pressure"} & set(draft.channels):
         return
     for source, shown in given.items():
         if (impact := _impact_pressure(draft, source, np.maximum(shown, 0.0))) is None:
             continue
-        _put(draft, "impact_pressure", impact, source)
+        draft.put("impact_pressure", impact, draft.columns[source], "pa")
         if source != "indicated_airspeed":
             draft.warnings.append(
                 f"column {draft.columns[source]!r} stands for the impact pressure: what is "
@@ -178,10 +168,13 @@ def _altitude(draft: Draft, header: dict[str, Any]) -> None:
     is a standard day's, and `header` gets what is unknown of it.
     """
     pressure_altitude, indicated, above = (
-        _take(draft, name)
+        draft.channels.pop(name, None)
         for name in ("pressure_altitude", "indicated_altitude", "height_above_takeoff")
     )
-    setting, altitude = _take(draft, "altimeter_setting"), draft.channels.get("altitude")
+    setting, altitude = (
+        draft.channels.pop("altimeter_setting", None),
+        draft.channels.get("altitude"),
+    )
     if "static_pressure" in draft.channels:
         return
     source, unknown, words = "pressure_altitude", 0.0, ""
@@ -205,7 +198,7 @@ def _altitude(draft: Draft, header: dict[str, Any]) -> None:
     if pressure_altitude is None:
         return
     pressure = np.asarray(air.standard_pressure(pressure_altitude))
-    _put(draft, "static_pressure", pressure, source)
+    draft.put("static_pressure", pressure, draft.columns[source], "pa")
     if unknown:
         draft.warnings.append(
             f"column {draft.columns[source]!r} is a height {words}: the static pressure is that of "
@@ -234,9 +227,12 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
     Where the log holds it in coarse steps, it is formed only from a finer ground speed and track.
     """
     speed, track, magnetic = (
-        _take(draft, name) for name in ("ground_speed", "track", "magnetic_track")
+        draft.channels.pop(name, None) for name in ("ground_speed", "track", "magnetic_track")
     )
-    latitude, longitude = _take(draft, "latitude"), _take(draft, "longitude")
+    latitude, longitude = (
+        draft.channels.pop("latitude", None),
+        draft.channels.pop("longitude", None),
+    )
     given = [name for name in _COMPONENTS if name in draft.channels]
     steps = [display_step(draft.channels[name], draft.suffixes[name]) for name in given]
     coarse = len(given) == 2 and _TWO_SIGMA * min(steps) > USUAL_ACCURACIES["velocity_mps"]
@@ -263,9 +259,9 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
         if latitude is not None and longitude is not None and "time" in draft.channels:
             _velocity_from_position(draft, header, latitude, longitude)
         return
-    suffix = draft.suffixes["ground_speed"]
-    _put(draft, "velocity_north", speed * np.cos(track), "ground_speed", suffix)
-    _put(draft, "velocity_east", speed * np.sin(track), "ground_speed", suffix)
+    column, suffix = draft.columns["ground_speed"], draft.suffixes["ground_speed"]
+    draft.put("velocity_north", speed * np.cos(track), column, suffix)
+    draft.put("velocity_east", speed * np.sin(track), column, suffix)
     step = display_step(speed, suffix)
     if step > 0.0:
         _show_velocity(draft, header, step, speed, track)
@@ -288,8 +284,7 @@ def _show_velocity(
     """
     draft.displayed.add("velocity_north")
     if "gps_fresh" not in draft.channels:
-        draft.channels["gps_fresh"] = _renewed(first, second)
-        draft.columns["gps_fresh"] = draft.columns["velocity_north"]
+        draft.put("gps_fresh", _renewed(first, second), draft.columns["velocity_north"])
     header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
     receiver = USUAL_ACCURACIES["velocity_mps"]
     _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, _TWO_SIGMA * step)))
@@ -347,12 +342,10 @@ def _velocity_from_position(
     east = parallel * (turn[after] - turn[before]) / base
     last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
     for name, values in (("velocity_north", north), ("velocity_east", east)):
-        _put(
-            draft, name, np.where(last >= 0, values[np.maximum(last, 0)], np.nan), "latitude", "mps"
-        )
+        held = np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
+        draft.put(name, held, draft.columns["latitude"], "mps")
     if "gps_fresh" not in draft.channels:
-        draft.channels["gps_fresh"] = np.isin(np.arange(len(time)), rows)
-        draft.columns["gps_fresh"] = draft.columns["latitude"]
+        draft.put("gps_fresh", np.isin(np.arange(len(time)), rows), draft.columns["latitude"])
     noise = max(_noise(north, 2 * reach), _noise(east, 2 * reach))
     draft.warnings.append(
         f"the ground velocity is formed from {draft.columns['latitude']!r} and "
@@ -416,17 +409,12 @@ def components(table: Table) -> Table:
 
 
 def _heading(draft: Draft) -> None:
-    magnetic = _take(draft, "magnetic_heading")
+    magnetic = draft.channels.pop("magnetic_heading", None)
     if magnetic is not None and "heading" not in draft.channels:
         heading = magnetic + _variation(draft, "magnetic_heading", "so is the heading")
-        _put(
-            draft,
-            "heading",
-            heading % (2.0 * np.pi),
-            "magnetic_heading",
-            draft.suffixes["magnetic_heading"],
-        )
-    _take(draft, "magnetic_variation")
+        column, suffix = draft.columns["magnetic_heading"], draft.suffixes["magnetic_heading"]
+        draft.put("heading", heading % (2.0 * np.pi), column, suffix)
+    draft.channels.pop("magnetic_variation", None)
 
 
 def _variation(draft: Draft, name: str, consequence: str) -> Array:

@@ -82,6 +82,15 @@ class Draft:
             self.channels[name] = values[good]
         self.rows = self.rows[good]
 
+    def drop(self, bad: Booleans, why: str) -> None:
+        """Drop the rows where `bad` is true, (n,), with a warning. Raises as `keep` does."""
+        self.warnings.append(why)
+        self.keep(~bad)
+
+    def put(self, name: str, values: NDArray[Any], column: str, suffix: str = "") -> None:
+        """Store a channel with the column it came from, which messages name, and its unit."""
+        self.channels[name], self.columns[name], self.suffixes[name] = values, column, suffix
+
     def keep_part(
         self, begin: float | None, end: float | None, *without: tuple[float, float]
     ) -> None:
@@ -155,8 +164,7 @@ def draft_of(table: Table) -> Draft:
                 f"columns {draft.columns[quantity.name]!r} and {name!r} give one quantity in two "
                 "units; keep one"
             )
-        draft.channels[quantity.name] = _values(quantity, suffix, name, column)
-        draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
+        draft.put(quantity.name, _values(quantity, suffix, name, column), name, suffix)
         draft.clock |= quantity.name == "time" and is_clock(column)
     return draft
 
@@ -257,16 +265,13 @@ def hold_fixes(draft: Draft) -> None:
         if values is not None and np.array_equal(np.isfinite(values), fresh):
             draft.channels[name] = np.where(held, values[fix], np.nan)
     if "gps_fresh" not in draft.channels:
-        draft.channels["gps_fresh"], draft.columns["gps_fresh"] = (
-            fresh,
-            draft.columns["velocity_north"],
-        )
-    draft.warnings.append(
+        draft.put("gps_fresh", fresh, draft.columns["velocity_north"])
+    draft.drop(
+        np.arange(len(fresh)) < int(np.argmax(fresh)),
         f"column {draft.columns['velocity_north']!r} is blank between fixes (one in "
         f"{interval:.0f} rows): "
-        "held from fix to fix"
+        "held from fix to fix",
     )
-    draft.keep(np.arange(len(fresh)) >= int(np.argmax(fresh)))
 
 
 def _regular(steps: NDArray[np.intp]) -> bool:
@@ -309,8 +314,7 @@ def check_numbers(draft: Draft) -> None:
                 f"column {column!r}: {words}: too few rows remain; cut the log to a whole part"
             )
         extent = "" if share <= _FEW else f", {share:.0%} of the log, {_seconds(draft, bad):.0f} s"
-        draft.warnings.append(f"column {column!r}: {words}{extent}: those rows are dropped")
-        draft.keep(~bad)
+        draft.drop(bad, f"column {column!r}: {words}{extent}: those rows are dropped")
 
 
 def _seconds(draft: Draft, bad: Booleans) -> float:

@@ -29,6 +29,7 @@ from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.guess import Guess
 from pitotbench.logbook.joining import first_of_each, rename
 from pitotbench.logbook.mapping import MappedFile, Renamed
+from pitotbench.logbook.sensors import AIRSPEEDS
 from pitotbench.logbook.synonyms import (
     ANGLES,
     AS_INTEGERS,
@@ -354,12 +355,11 @@ _NEEDED = (
     ("velocity_north", "ground_speed", "latitude"),
     ("velocity_east", "track", "magnetic_track", "longitude"),
 )
-_AIRSPEEDS = ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed")
 _SUPERSEDED = {  # a quantity that is not needed beside others
     "indicated_airspeed": ("impact_pressure", "total_pressure"),
     "calibrated_airspeed": ("impact_pressure", "total_pressure", "indicated_airspeed"),
-    "mach": _AIRSPEEDS,
-    "true_airspeed": (*_AIRSPEEDS, "mach"),
+    "mach": AIRSPEEDS,
+    "true_airspeed": (*AIRSPEEDS, "mach"),
     "pressure_altitude": ("static_pressure",),
     "indicated_altitude": ("static_pressure", "pressure_altitude"),
     "height_above_takeoff": ("static_pressure", "pressure_altitude", "indicated_altitude"),
@@ -584,7 +584,7 @@ def _more_sensors(fitted: Sequence[Guess], offered: Sequence[list[Guess]]) -> It
     used, count = {guess.theirs for guess in fitted}, 1
     for first in fitted:
         for other in (guess for options in offered for guess in options):
-            wanted = first.quantity in _AIRSPEEDS and other.quantity == first.quantity
+            wanted = first.quantity in AIRSPEEDS and other.quantity == first.quantity
             if wanted and other.theirs not in used and other.score >= _SURE:
                 used.add(other.theirs)
                 count += 1

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.logbook.damage import AGAIN, require_unpackable
+from pitotbench.logbook.damage import AGAIN, NUMBER, require_unpackable
 from pitotbench.records import BadInputError
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
 _CHARACTERS = b"char"
-_NUMBER = np.dtype(np.float64).itemsize  # bytes
 
 
 def is_hdf5(path: Path) -> bool:
@@ -40,7 +39,7 @@ def load_hdf5(path: Path) -> dict[str, Any]:
         with h5py.File(path, "r") as file:
             sizes = [0]
             file.visititems(lambda _, item: sizes.append(getattr(item, "nbytes", 0)))
-            require_unpackable(sum(sizes) / _NUMBER, path)
+            require_unpackable(sum(sizes) / NUMBER, path)
             return _fields(file, h5py, {file})
     except BadInputError:
         raise

@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import tomli_w
@@ -127,8 +127,7 @@ def _load(path: Path) -> dict[str, Any]:
     )
     if done.returncode != 0:
         raise BadInputError(f"not a complete .mat file{AGAIN}")
-    found: dict[str, Any] = pickle.loads(done.stdout)
-    return found
+    return cast("dict[str, Any]", pickle.loads(done.stdout))
 
 
 def _require_unpackable(path: Path) -> None:

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import tomli_w
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.logbook.csv import to_columns
-from pitotbench.logbook.damage import AGAIN, require_unpackable
+from pitotbench.logbook.damage import AGAIN, NUMBER, require_unpackable
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
 _KEY = b"pitotbench"
 _TEXT = "BYTE_ARRAY"  # how Parquet stores values of no one width
-_NUMBER = np.dtype(np.float64).itemsize  # bytes
 _WIDEST = 16  # bytes of a decimal number
 
 
@@ -34,14 +32,19 @@ def read_parquet(path: Path) -> Table:
         groups = map(metadata.row_group, range(metadata.num_row_groups))
         told = max(
             metadata.num_rows * metadata.num_columns,
-            sum(g.total_byte_size for g in groups) / _NUMBER,
+            sum(g.total_byte_size for g in groups) / NUMBER,
         )
         require_unpackable(told, path)
         leaves = [*map(metadata.schema.column, range(metadata.num_columns))]
         # Of a text that repeats, a file holds one: so does the memory then.
         repeated = [leaf.path for leaf in leaves if _is_flat_text(leaf)]
         file = parquet.ParquetFile(path, memory_map=False, read_dictionary=repeated)
-        wide = {leaf.path.partition(".")[0] for leaf in leaves if _is_wide(leaf)}
+        # Several values a row, or one of many bytes.
+        wide = {
+            leaf.path.partition(".")[0]
+            for leaf in leaves
+            if leaf.max_repetition_level > 0 or (leaf.length or 0) > _WIDEST
+        }
         stored = (file.schema_arrow.metadata or {}).get(_KEY, b"")
         names, columns = to_columns(_table(file, wide, path))
     except BadInputError:
@@ -67,13 +70,8 @@ def _table(file: Any, wide: set[str], path: Path) -> "pa.Table":
         held = [c.dictionary for c in batch.columns if pa.types.is_dictionary(c.type)]
         # The parts of a column share its texts.
         texts |= {part.address: part.size for each in held for part in each.buffers() if part}
-        require_unpackable(values + sum(texts.values()) / _NUMBER, path)
+        require_unpackable(values + sum(texts.values()) / NUMBER, path)
     return pa.Table.from_batches(batches, batches[0].schema if batches else kept)
-
-
-def _is_wide(leaf: Any) -> bool:
-    """Return whether a column holds several values a row, or one of many bytes."""
-    return leaf.max_repetition_level > 0 or (leaf.length or 0) > _WIDEST
 
 
 def _is_flat_text(leaf: Any) -> bool:

@@ -208,28 +208,28 @@ def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 def _check_misfit(draft: Draft, factor: Factor) -> None:
     if factor.misfit <= LIMITS.misfit_doubted:
         return
-    words = (
+    draft.doubt(
         f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ "
         "by "
         f"{factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
         f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the "
-        "air data"
+        "air data",
+        factor.misfit > LIMITS.misfit_refused,
     )
-    draft.doubt(words, factor.misfit > LIMITS.misfit_refused)
 
 
 def _check_change(draft: Draft, factor: Factor) -> None:
     doubted = abs(factor.change) - LIMITS.sigmas * factor.change_spread
     if doubted <= 0.0 or abs(factor.change) <= LIMITS.change_doubted:
         return
-    words = (
+    draft.doubt(
         f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by "
         f"{factor.change:+.0%} "
         "from the first to the second half of the log, against the measured one: did a unit, a "
         "gain or a source "
-        "change in flight?"
+        "change in flight?",
+        doubted > LIMITS.change_refused,
     )
-    draft.doubt(words, doubted > LIMITS.change_refused)
 
 
 def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:

@@ -191,8 +191,7 @@ def _excess(draft: Draft, name: str, values: Array, static_pressure: Array) -> f
 
 
 def _check_level(draft: Draft, name: str) -> None:
-    static = some(draft, "static_pressure")
-    excess = _excess(draft, name, some(draft, name), static)
+    excess = _excess(draft, name, some(draft, name), some(draft, "static_pressure"))
     if abs(excess) <= LIMITS.temperature_doubted:
         return
     fits = likely_temperatures(draft, name)

@@ -51,7 +51,7 @@ def of_sensor(table: Table, number: int | None) -> Table:
         return table
     found = [(*numbered(name), name) for name in table.names]
     sensors = {
-        each: (name, None) for plain, each, name in reversed(found) if plain.startswith(_SHOWS)
+        each: (name, None) for plain, each, name in reversed(found) if plain.startswith(AIRSPEEDS)
     }
     if not sensors:
         return table
@@ -62,7 +62,7 @@ def of_sensor(table: Table, number: int | None) -> Table:
     kept = {
         plain: place
         for place, (plain, each, _) in enumerate(found)
-        if each == taken or (each == 1 and not plain.startswith((*_SHOWS, *[_STATIC] * static)))
+        if each == taken or (each == 1 and not plain.startswith((*AIRSPEEDS, *[_STATIC] * static)))
     }
     return replace(
         table,
@@ -75,4 +75,4 @@ def of_sensor(table: Table, number: int | None) -> Table:
 
 
 _STATIC = "static_pressure"
-_SHOWS = ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed")
+AIRSPEEDS = ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed")

@@ -73,8 +73,8 @@ def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:
     draft.warnings.append(
         f"the temperature of the day, {text} (in °C), is lapsed from {reference:.0f} m on"
     )
-    draft.channels["air_temperature"] = np.asarray(air.standard_temperature(height) + warmer)
-    draft.columns["air_temperature"], draft.suffixes["air_temperature"] = "temperature_c", "k"
+    lapsed = np.asarray(air.standard_temperature(height) + warmer)
+    draft.put("air_temperature", lapsed, "temperature_c", "k")
     climbed = float(np.nanmedian(np.abs(height - reference)))
     bound = float(np.hypot(day.two_sigma, LAPSE_SPREAD * climbed))
     stated = header.get("accuracy")

@@ -8,6 +8,7 @@ from pitotbench import air
 from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.own_terms import AXIS_CHANNEL, NAMES, Term, terms_of
+from pitotbench.effects.stability import CHANGE
 from pitotbench.records.aircraft import ModelForces, Motion
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Coefficient
@@ -28,7 +29,6 @@ UNITS = {
 }
 FIELDS = {"p": "roll_rate", "q": "pitch_rate", "r": "yaw_rate", "alpha": "angle_of_attack"}
 RATE = 25.0  # Hz, of the force meter: forces of the air alone are read
-SHARE = "change"  # end of the names of sizes that are relative changes
 
 
 def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
@@ -85,7 +85,7 @@ def measured_coefficients(
     of each gap; () where none changes terms of the model's file.
     """
     firsts = [gap.causes[0] for gap in gaps if gap.causes]
-    changes = [(c.name, s) for c in firsts for s in c.sizes if s.name.endswith(SHARE)]
+    changes = [(c.name, s) for c in firsts for s in c.sizes if s.name.endswith(CHANGE)]
     if not changes:
         return ()
     baseline = read_baseline(find_aircraft(aircraft))

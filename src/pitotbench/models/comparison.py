@@ -24,6 +24,7 @@ from pitotbench.models.coefficients import coefficient, coefficient_units, value
 from pitotbench.models.file_edits import Edit, apply_edits, content, edits_between, token
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import (
+    CONTROLS,
     ChannelChange,
     ModelComparison,
     ModelForces,
@@ -47,7 +48,6 @@ STEP = 0.5  # s between the states
 SAME = 1e-5  # share of a channel below which a change is rounding
 MOST_UNEXPLAINED = 0.05  # share of the whole change that the terms may miss before it is reported
 ALONE, TOGETHER = "", "several parts that do not load one by one"
-CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 OTHERS = ("thrust", "power", "weight", "center of gravity", "I_xx", "I_yy", "I_zz", "I_xz")
 UNITS = dict(
     zip(
@@ -75,8 +75,7 @@ def compare_models(
             return ModelComparison(old, new, card, np.empty(0), {}, (), (), ())
         say(f"fly {card} with {old}")
         base = find_aircraft(old)
-        flight = fly(Case(aircraft=old, maneuver=card))
-        motion, phase = _motion(flight)
+        motion, phase = _motion(fly(Case(aircraft=old, maneuver=card)))
         baselines = [read_baseline(folder) for folder in folders]
         meter = _Meter(
             shelf, base, motion, _functions(baselines), _defined(base) | _defined(folders[1])

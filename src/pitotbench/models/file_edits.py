@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pitotbench.simulation.aircraft_files import parse_xml
-
-IGNORED = ("fileheader", "documentation", "description")
-
+from pitotbench.simulation.aircraft_import import PROSE
 
 Key = tuple[str, ...]
 
@@ -68,7 +66,7 @@ def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
     for section, head in _sections(root):
         seen: dict[Key, int] = {}
         for child in section:
-            if child.tag in IGNORED or child.tag == "axis":
+            if child.tag in PROSE or child.tag == "axis":
                 continue
             name = child.get("name") or child.get("file") or ""
             key = (*head, name if child.tag == "function" else f"{child.tag} {name}".strip())
@@ -78,7 +76,7 @@ def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
 
 def _sections(root: ET.Element) -> Iterator[tuple[ET.Element, Key]]:
     for section in root:
-        if section.tag in IGNORED:
+        if section.tag in PROSE:
             continue
         name = "" if section.tag == "aerodynamics" else section.get("name", section.get("file", ""))
         yield section, (section.tag, name)
@@ -93,12 +91,11 @@ def content(part: ET.Element | Path) -> object:
     not.
     """
     element = parse_xml(part).getroot() if isinstance(part, Path) else part
-    inner = [content(child) for child in element if child.tag not in IGNORED]
     return (
         element.tag,
         sorted(element.attrib.items()),
         [token(t) for t in (element.text or "").split()],
-        inner,
+        [content(child) for child in element if child.tag not in PROSE],
     )
 
 

@@ -90,14 +90,16 @@ def _climbs(model: PerformanceModel) -> Figures:
             continue
         place = f"{_height_words(height)}, full throttle"
         steep = refine(model, height, 1.0, several, lambda each: each.state.climb) or best
-        yield PerformanceFigure(
-            "best rate of climb", place, best.climb_rate / FOOT * 60.0, "ft/min"
+        yield from (
+            PerformanceFigure("best rate of climb", place, best.climb_rate / FOOT * 60.0, "ft/min"),
+            PerformanceFigure("speed of the best rate", place, best.calibrated / KNOT, "KCAS"),
+            PerformanceFigure("best angle of climb", place, steep.state.climb / DEGREE, "°"),
+            PerformanceFigure("speed of the best angle", place, steep.calibrated / KNOT, "KCAS"),
         )
-        yield PerformanceFigure("speed of the best rate", place, best.calibrated / KNOT, "KCAS")
-        yield PerformanceFigure("best angle of climb", place, steep.state.climb / DEGREE, "°")
-        yield PerformanceFigure("speed of the best angle", place, steep.calibrated / KNOT, "KCAS")
-    yield PerformanceFigure("service ceiling", "100 ft/min, full throttle", service / FOOT, "ft")
-    yield PerformanceFigure("absolute ceiling", "full throttle", absolute / FOOT, "ft")
+    yield from (
+        PerformanceFigure("service ceiling", "100 ft/min, full throttle", service / FOOT, "ft"),
+        PerformanceFigure("absolute ceiling", "full throttle", absolute / FOOT, "ft"),
+    )
 
 
 def _cruises(model: PerformanceModel) -> Figures:
@@ -114,14 +116,13 @@ def _cruises(model: PerformanceModel) -> Figures:
             if level is None:
                 yield PerformanceFigure("cruise speed", place, float("nan"), "KTAS")
                 continue
-            yield PerformanceFigure("cruise speed", place, level.state.speed / KNOT, "KTAS")
             thrust = level.thrust / POUND / STANDARD_GRAVITY
-            power = (
-                ("cruise power", level.power, "hp")
+            yield from (
+                PerformanceFigure("cruise speed", place, level.state.speed / KNOT, "KTAS"),
+                PerformanceFigure("cruise power", place, level.power, "hp")
                 if level.power
-                else ("cruise thrust", thrust, "lb")
+                else PerformanceFigure("cruise thrust", place, thrust, "lb"),
             )
-            yield PerformanceFigure(power[0], place, power[1], power[2])
 
 
 def _glides(model: PerformanceModel) -> Figures:
@@ -132,15 +133,12 @@ def _glides(model: PerformanceModel) -> Figures:
     if flat is None or slender is None:
         raise SimulationError(NOT_FOUND)
     ratio = -1.0 / tan(flat.state.climb) if flat.state.climb < 0.0 else float("nan")
-    yield PerformanceFigure("glide ratio", f"{place}, idle", ratio, "")
-    yield PerformanceFigure(
-        "speed of the best glide", f"{place}, idle", flat.calibrated / KNOT, "KCAS"
-    )
-    yield PerformanceFigure(
-        "best lift-to-drag ratio", f"{place}, without thrust", lift_to_drag(slender), ""
-    )
-    yield PerformanceFigure(
-        "its speed", f"{place}, without thrust", slender.calibrated / KNOT, "KCAS"
+    idle, free = f"{place}, idle", f"{place}, without thrust"
+    yield from (
+        PerformanceFigure("glide ratio", idle, ratio, ""),
+        PerformanceFigure("speed of the best glide", idle, flat.calibrated / KNOT, "KCAS"),
+        PerformanceFigure("best lift-to-drag ratio", free, lift_to_drag(slender), ""),
+        PerformanceFigure("its speed", free, slender.calibrated / KNOT, "KCAS"),
     )
 
 

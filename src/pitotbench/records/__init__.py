@@ -4,7 +4,7 @@ arrays, views in a notebook.
 
 from collections.abc import Iterable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pitotbench.catalog import UnknownNameError
 
@@ -90,8 +90,7 @@ class Shown:
 
     def to_frame(self) -> "DataFrame":
         """Return the record as a table; each column ends in its unit."""
-        frame: DataFrame = views().to_frame(self)
-        return frame
+        return cast("DataFrame", views().to_frame(self))
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""
@@ -139,3 +138,20 @@ def check_lengths(
                 f"{record}.{name} has shape {array.shape}; every array of a {record} has {length} "
                 "samples"
             )
+
+
+def freeze_arrays(record: Any, length: int, *others: str) -> None:
+    """Make the arrays of a record read-only. `others` are fields with a length of their own.
+
+    Raises RecordError where another array is not of shape (length,).
+    """
+    from dataclasses import fields  # as slow to load as NumPy
+
+    import numpy as np
+
+    arrays = {f.name: getattr(record, f.name) for f in fields(record)}
+    arrays = {name: each for name, each in arrays.items() if isinstance(each, np.ndarray)}
+    lines = ((name, each) for name, each in arrays.items() if name not in others)
+    check_lengths(type(record).__name__, lines, length)
+    for name, array in arrays.items():
+        object.__setattr__(record, name, freeze(array))

@@ -4,13 +4,12 @@ motion.
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import cast
 
 from platformdirs import user_cache_path
 
-from pitotbench.records import check_lengths, freeze
+from pitotbench.records import freeze_arrays
 from pitotbench.units import Array, Pascal, Radians, Seconds
 
 # What was found about an aircraft when the bench attached its autopilot to it.
@@ -171,7 +170,7 @@ class Motion:
     temperature_offset: float = 0.0
 
     def __post_init__(self) -> None:
-        _settle(self, len(self.time))
+        freeze_arrays(self, len(self.time))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,7 +196,7 @@ class Reaction:
     fuel_flow_right: Array
 
     def __post_init__(self) -> None:
-        _settle(self, len(self.specific_force_x))
+        freeze_arrays(self, len(self.specific_force_x))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -331,16 +330,6 @@ class ModelComparison:
     def largest(self) -> float:
         """The largest change of any channel, as a share of the channel's largest value."""
         return max((each.share for each in self.channels), default=0.0)
-
-
-def _settle(record: Motion | Reaction, length: int) -> None:
-    """Check that all arrays have one length, and make them read-only."""
-    arrays = {
-        f.name: getattr(record, f.name) for f in fields(record) if f.name != "temperature_offset"
-    }
-    check_lengths(type(record).__name__, arrays.items(), length)
-    for name, array in arrays.items():
-        object.__setattr__(record, name, cast(Array, freeze(array)))
 
 
 def cache_folder() -> Path:

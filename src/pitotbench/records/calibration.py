@@ -1,12 +1,12 @@
 """The result of a calibration: what the log says, and how far to trust it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import atan2, degrees, hypot, inf
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze, views
+from pitotbench.records import NoAnswerError, Shown, freeze_arrays, views
 from pitotbench.records.log import Caution, FlightLog, Provenance
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
@@ -125,11 +125,7 @@ class PublishedCurve:
     calibrated_airspeed: MetersPerSecond
 
     def __post_init__(self) -> None:
-        pair = ("indicated_airspeed", "calibrated_airspeed")
-        arrays = [(name, getattr(self, name)) for name in pair]
-        check_lengths("PublishedCurve", arrays, len(self.indicated_airspeed))
-        for name, array in arrays:
-            object.__setattr__(self, name, freeze(array))
+        freeze_arrays(self, len(self.indicated_airspeed))
 
     @property
     def correction(self) -> MetersPerSecond:
@@ -170,15 +166,7 @@ class ErrorCurve:
     published: tuple[PublishedCurve, ...] = ()
 
     def __post_init__(self) -> None:
-        arrays = [
-            (f.name, array)
-            for f in fields(self)
-            if hasattr(array := getattr(self, f.name), "shape")
-        ]
-        lines = [(name, array) for name, array in arrays if name != "correlation"]
-        check_lengths("ErrorCurve", lines, len(self.indicated_airspeed))
-        for name, array in arrays:
-            object.__setattr__(self, name, freeze(array))
+        freeze_arrays(self, len(self.indicated_airspeed), "correlation")
 
     @property
     def indicated_airspeed_kt(self) -> Array:
@@ -254,10 +242,7 @@ class Residuals:
     used: Booleans  # over the rows of the log: which were used
 
     def __post_init__(self) -> None:
-        arrays = [(f.name, getattr(self, f.name)) for f in fields(self)]
-        check_lengths("Residuals", [(n, a) for n, a in arrays if n != "used"], len(self.time))
-        for name, array in arrays:
-            object.__setattr__(self, name, freeze(array))
+        freeze_arrays(self, len(self.time), "used")
 
 
 # What a fit finds beside the curve and the wind. The `key` of a field is its name in plain data,
@@ -504,8 +489,7 @@ class Calibration(Shown):
 
         Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
         """
-        judged: list[Any] = views().judge(self, rule)
-        return judged
+        return cast("list[Any]", views().judge(self, rule))
 
     def params(self, autopilot: str) -> AutopilotSettings:
         """Return the parameters to set, `ardupilot` or `px4`, as `calibrate --params` does.
@@ -513,8 +497,7 @@ class Calibration(Shown):
         Raises BadInputError for a log without the old ones, unless they are stated:
         `px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0`.
         """
-        found: AutopilotSettings = views().params(self, autopilot)
-        return found
+        return cast(AutopilotSettings, views().params(self, autopilot))
 
 
 # One flight of a log with its calibration.

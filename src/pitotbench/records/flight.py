@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.records import check_lengths, freeze
+from pitotbench.records import check_lengths, freeze, freeze_arrays
 from pitotbench.records.case import Case
 from pitotbench.units import Array, Booleans
 
@@ -32,13 +32,9 @@ class Flight:
     def __post_init__(self) -> None:
         length = len(self.channels["time"])
         check_lengths("Flight", self.channels.items(), length)
-        check_lengths(
-            "Flight", [("segment", self.segment), ("on_condition", self.on_condition)], length
-        )
         frozen = {name: cast(Array, freeze(array)) for name, array in self.channels.items()}
         object.__setattr__(self, "channels", MappingProxyType(frozen))
-        object.__setattr__(self, "segment", freeze(self.segment))
-        object.__setattr__(self, "on_condition", freeze(self.on_condition))
+        freeze_arrays(self, length)
 
     def __getitem__(self, name: str) -> Array:
         return self.channels[name]

@@ -12,17 +12,23 @@ from pitotbench.records.calibration import FixedSpeedPoint as FixedSpeedPoint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CardLeg:
-    """One row of a card as it was read from the displays [SI, rad]; `row` counts from 1.
-
-    `air_temperature` is that of the air [K]; `track` is true, and the heading where `by_heading`.
-    """
+class CardRow:
+    """One row of a card as it was read from the displays [SI]; `row` counts from 1."""
 
     row: int
     point: str
     configuration: str
     indicated_airspeed: float
     pressure_altitude: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardLeg(CardRow):
+    """A leg of a card [SI, rad].
+
+    `air_temperature` is that of the air [K]; `track` is true, and the heading where `by_heading`.
+    """
+
     air_temperature: float
     ground_speed: float
     track: float
@@ -93,19 +99,14 @@ class HandCard:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FlyBy:
-    """One pass of a tower as it was read [SI]; `row` counts from 1.
+class FlyBy(CardRow):
+    """One pass of a tower as it was read [SI].
 
     `pressure_altitude` is the airplane's altimeter on 1013.25 hPa. `grid_height` is the airplane's
     height above the tower's barometer, which reads `tower_pressure` (not reduced to sea level) in
     air of `tower_temperature` [K].
     """
 
-    row: int
-    point: str
-    configuration: str
-    indicated_airspeed: float
-    pressure_altitude: float
     grid_height: float
     tower_pressure: float
     tower_temperature: float

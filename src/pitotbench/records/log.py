@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import CHANNELS, Recorded, numbers_from
-from pitotbench.records import RecordError, Shown, check_lengths, freeze
+from pitotbench.records import RecordError, Shown, freeze_arrays
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import KNOT, Array, Booleans
 
@@ -56,10 +56,7 @@ class FlightLog(Shown, Recorded):
     header: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        arrays = self.channels()
-        check_lengths("FlightLog", arrays.items(), len(self.time))
-        for name, array in arrays.items():
-            object.__setattr__(self, name, freeze(array))
+        freeze_arrays(self, len(self.time))
         if len(self.time) < 2 or not bool(np.all(np.diff(self.time) > 0.0)):
             raise RecordError("FlightLog.time must hold at least two samples and increase strictly")
 

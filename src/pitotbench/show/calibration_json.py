@@ -9,7 +9,6 @@ from pitotbench.records.calibration import (
     CalibratedFlight,
     Calibration,
     Estimate,
-    Scale,
     Share,
     WindEstimate,
     WindowWind,
@@ -60,7 +59,9 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "error_location": result.error_location,
         "error_location_assumed": result.place_assumed,
         "usable": result.usable,
-        "scale": None if result.scale is None else scale_json(result.scale),
+        # `units` is null where nothing else explains the factor.
+        "scale": result.scale
+        and asdict(result.scale) | {"units": list(result.scale.units) or None},
         "disagreements": [
             {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT}
             for each in result.disagreements
@@ -87,11 +88,6 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "shares": [_share(share) for share in result.shares],
         "diagnostics": _plain(result.diagnostics),
     }
-
-
-def scale_json(scale: Scale) -> dict[str, Any]:
-    """The factor on the airspeed as plain data; `units` is null where nothing else explains it."""
-    return asdict(scale) | {"units": list(scale.units) or None}
 
 
 def _plain(found: Any) -> dict[str, Any]:

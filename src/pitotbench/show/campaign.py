@@ -71,14 +71,13 @@ def campaign_tree(
         Figure("pitotbench.show.curves.all_flights_panels", (results,)),
         Figure("pitotbench.show.curves.corrections_panels", (answers,)),
     ]
-    title = "against the truth, the mean over seeds"
     return [
         *map(Sentence, one if len(one) == 1 else [*_best(table), *_ranking(results)]),
         *(pictures if several else []),
         *(Doubt(f"failed: {text}") for text in failures),
         *map(Sentence, _shapes(results)),
         *(doubts_of_answers(answers) if several else []),
-        Table(CAMPAIGN_COLUMNS, frame_rows(plain), title),
+        Table(CAMPAIGN_COLUMNS, frame_rows(plain), "against the truth, the mean over seeds"),
         *(
             [Heading("Each flight", (Sentence(_ONE), Table(ANSWER_COLUMNS, answers)), NUMBERS)]
             * several

@@ -7,7 +7,7 @@ import os
 import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from csv import writer
+from csv import DictWriter
 from dataclasses import dataclass
 from html import escape
 from io import StringIO
@@ -202,11 +202,10 @@ def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
     """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not."""
     keys = dict.fromkeys(key for row in rows for key in row)
     text = StringIO()
-    lines = writer(text, lineterminator="\n")
-    lines.writerow(keys)
+    lines = DictWriter(text, keys, lineterminator="\n")
+    lines.writeheader()
     for row in rows:
-        cells = ("" if row.get(key) is None else row[key] for key in keys)
-        lines.writerow(f"{each:.3f}" if isinstance(each, float) else each for each in cells)
+        lines.writerow({k: f"{v:.3f}" if isinstance(v, float) else v for k, v in row.items()})
     return text.getvalue()
 
 

@@ -118,13 +118,12 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
         return
     toward = wind.from_direction + np.pi
     east, north = 0.07 * np.sin(toward), 0.07 * np.cos(toward)
-    arrow = {"arrowstyle": "-|>", "color": RED, "lw": 1.6}
     axes.annotate(
         "",
         xy=(1.12 + east, 0.72 + north),
         xytext=(1.12 - east, 0.72 - north),
         xycoords="axes fraction",
-        arrowprops=arrow,
+        arrowprops={"arrowstyle": "-|>", "color": RED, "lw": 1.6},
         annotation_clip=False,
     )
     words = f"wind\n{wind.speed / KNOT:.0f} kt"

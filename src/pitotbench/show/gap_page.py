@@ -76,11 +76,10 @@ def unused_marks(time: Array, used: Booleans) -> list[Mark]:
         for part in stretches(time, changes)
         if not used[part.start]
     ]
-    return [partial(_draw_span, ends=ends) for ends in spans]
-
-
-def _draw_span(axes: Axes, ends: tuple[float, float]) -> None:
-    axes.axvspan(*ends, color=_SHADE, lw=0.0, label="not used")
+    return [
+        partial(Axes.axvspan, xmin=begin, xmax=end, color=_SHADE, lw=0.0, label="not used")
+        for begin, end in spans
+    ]
 
 
 SHOWN = 6  # channels over time
@@ -155,7 +154,11 @@ def waterfall_panels(account: Account, _: Units = BENCH) -> list[Panel]:
             label="closed by the effect",
         ),
         *(
-            partial(_draw_share, row=row, share=share) for row, share in enumerate(remaining)
+            partial(
+                Axes.text, x=max(share, 0.0) + 1.0, y=row, s=f"{share:.1f} %", va="center",
+                fontsize=8,
+            )
+            for row, share in enumerate(remaining)
         ),
         lambda axes: axes.set_yticks(steps, names),
         lambda axes: axes.invert_yaxis(),
@@ -169,10 +172,6 @@ def waterfall_panels(account: Account, _: Units = BENCH) -> list[Panel]:
     note = f"Sums of squares over noise variance: {sums}."
     size = (4.6, 1.3 + 0.42 * len(remaining))
     return [panel("The gap, effect by effect", draw, note, size=size)]
-
-
-def _draw_share(axes: Axes, row: int, share: float) -> None:
-    axes.text(max(share, 0.0) + 1.0, row, f"{share:.1f} %", va="center", fontsize=8)
 
 
 def trace_panels(

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from itertools import groupby
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from pitotbench.show.columns import Column, html_table, outside, print_table, shown_columns
+from pitotbench.show.columns import Column, Row, html_table, outside, print_table, shown_columns
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.tree import (
     ANSWER,
@@ -28,7 +28,6 @@ from pitotbench.show.tree import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-Row = TypeVar("Row")
 _SAID = {  # by kind: what stands before a text on a terminal, and its style
     Heading: ("", "bold"),
     Sentence: ("", ""),

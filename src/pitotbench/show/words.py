@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, log10
 
-from pitotbench.units import DEGREE, KNOT, POUND, STANDARD_GRAVITY, SUFFIXES, SYMBOLS
+from pitotbench.units import DEGREE, KNOT, POUND_FORCE, SUFFIXES, SYMBOLS
 
 # Names of the code as words: `drag_area_m2` is a drag area in m².
 
@@ -84,7 +84,7 @@ def _in(suffix: str, name: str) -> FieldUnit:
     return FieldUnit(name, SYMBOLS[suffix], SUFFIXES[suffix].factor)
 
 
-_FORCE = POUND * STANDARD_GRAVITY  # N, for a specific force times the mass of the airplane
+# A specific force times the mass of the airplane is in pounds.
 CHANNELS = {
     "airspeed_along": _in("kt", "speed along the flight"),
     "airspeed_across": _in("kt", "speed across the flight"),
@@ -94,9 +94,9 @@ CHANNELS = {
     "acceleration_forward": _in("g", "acceleration along the flight"),
     "acceleration_right": _in("g", "acceleration to the right"),
     "acceleration_down": _in("g", "acceleration down"),
-    "specific_force_x": FieldUnit("thrust less drag", "lb", _FORCE),
-    "specific_force_y": FieldUnit("side force", "lb", _FORCE),
-    "specific_force_z": FieldUnit("force down", "lb", _FORCE),
+    "specific_force_x": FieldUnit("thrust less drag", "lb", POUND_FORCE),
+    "specific_force_y": FieldUnit("side force", "lb", POUND_FORCE),
+    "specific_force_z": FieldUnit("force down", "lb", POUND_FORCE),
     "roll_acceleration": FieldUnit("roll acceleration", "°/s²", DEGREE),
     "pitch_acceleration": FieldUnit("pitch acceleration", "°/s²", DEGREE),
     "yaw_acceleration": FieldUnit("yaw acceleration", "°/s²", DEGREE),

@@ -11,9 +11,8 @@ from pitotbench.cli.shared_flags import (
     require_page,
     require_table,
     shared,
-    stated_accuracies,
+    stated_assumptions,
     stated_numbers,
-    stated_priors,
     tell,
     tell_each,
     write_page,
@@ -43,10 +42,15 @@ def run(options: argparse.Namespace) -> int:
     """Print the answer; return exit code 0. Raises BadInputError unless files of one kind, legs, or
     a sheet are asked for.
     """
+    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
+
     require_table(options, options.logs)
     typed = [options.ground_speed_kt is not None, options.track_deg is not None]
     given = {_LEGS: any(typed), _SHEET: options.sheet is not None}
-    asked = {_kind_of(path) for path in options.logs} | {kind for kind in given if given[kind]}
+    asked = {kind for kind in given if given[kind]} | {
+        _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
+        for path in options.logs
+    }
     if len(asked) != 1 or any(typed) != all(typed):
         raise BadInputError(
             "give either logs, or points tables, or fly-by cards, or both --ground-speed-kt and "
@@ -80,12 +84,6 @@ _ACTS_ON = {  # flag: its field, what it acts on, and the way out
 }
 
 
-def _kind_of(path: Path) -> str:
-    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
-
-    return _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
-
-
 def _write_sheet(options: argparse.Namespace) -> None:
     from pitotbench.show.columns import printable
     from pitotbench.show.legs import card_sheet
@@ -102,9 +100,9 @@ def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.show.calibration import doubts_of_curve
     from pitotbench.show.legs import card_json, card_tree
 
-    stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
-    priors = stated_priors(options).get("priors")
-    found = [(path, reduce_card(*read_points(path), stated, priors)) for path in options.logs]
+    stated = stated_assumptions(options)
+    accuracies, priors = accuracies_of(stated.get("accuracies"), {}), stated.get("priors")
+    found = [(path, reduce_card(*read_points(path), accuracies, priors)) for path in options.logs]
     several = len(found) > 1
     named = [
         (" ".join(filter(None, (path.stem if several else "", name))), curve, card)
@@ -125,7 +123,7 @@ def _of_fly_bys(options: argparse.Namespace) -> None:
     from pitotbench.logbook.points_table import read_fly_bys
     from pitotbench.show.legs import fly_bys_json, fly_bys_tree
 
-    stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
+    stated = accuracies_of(stated_assumptions(options).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
     tell_each(options, found, fly_bys_json, fly_bys_tree)
 
@@ -139,9 +137,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.show.curve_rows import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
-    choice = options_of(
-        logs, options.mapping, **stated_accuracies(options), **stated_priors(options)
-    )
+    choice = options_of(logs, options.mapping, **stated_assumptions(options))
     found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)

@@ -84,8 +84,9 @@ def _logs(options: argparse.Namespace) -> None:
     named = {} if options.model is None else {"model": options.model}
     curves = []
     for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
-        choices = {**named, **stated_assumptions(options)}
-        flight, *_ = calibrate_each([log], None, options.mapping, **choices)
+        flight, *_ = calibrate_each(
+            [log], None, options.mapping, **named, **stated_assumptions(options)
+        )
         curves.append((path.stem, flight.calibration.curve))
     _tell(curves, options)
 

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
             "--track-deg, or --sheet"
         )
     for flag_name, (field, kinds, reason) in _ACTS_ON.items():
-        if getattr(options, field) is not None and not asked <= kinds:
+        if getattr(options, field) and not asked <= kinds:
             raise BadInputError(f"{flag_name} does nothing for {asked.pop()}: {reason}")
     {
         _LOGS: _of_logs,
@@ -81,6 +81,8 @@ _ACTS_ON = {  # flag: its field, what it acts on, and the way out
         "ground speeds and tracks alone have no bound; give a card of legs (CSV)",
     ),
     "--mapping": ("mapping", {_LOGS}, "it names the columns of logs; leave it out"),
+    "--json": ("json", {_LOGS, _CARDS, _FLY_BYS, _LEGS}, "it is a page to print; leave it out"),
+    "--units": ("units", {_LOGS, _CARDS, _FLY_BYS, _LEGS}, "it holds no numbers; leave it out"),
 }
 
 
@@ -103,9 +105,8 @@ def _of_cards(options: argparse.Namespace) -> None:
     stated = stated_assumptions(options)
     accuracies, priors = accuracies_of(stated.get("accuracies"), {}), stated.get("priors")
     found = [(path, reduce_card(*read_points(path), accuracies, priors)) for path in options.logs]
-    several = len(found) > 1
     named = [
-        (" ".join(filter(None, (path.stem if several else "", name))), curve, card)
+        (" ".join(filter(None, (path.stem if len(found) > 1 else "", name))), curve, card)
         for path, card in found
         for name, curve in card.curves.items()
     ]
@@ -160,7 +161,7 @@ def _of_logs(options: argparse.Namespace) -> None:
             "priors": stated_of(choice.priors),
             "warnings": a[1],
         },
-        lambda a: points_tree(*a),
+        lambda a: points_tree(*a, stated_of(choice.priors)),
     )
 
 

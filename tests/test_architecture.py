@@ -138,9 +138,9 @@ def test_type_checkers_and_python_take_a_public_name_from_the_same_module():
 def test_every_command_has_a_summary_flags_with_help_and_a_run_function(row):
     module = import_module(row.module)
     parser = argparse.ArgumentParser()
-    for each in getattr(module, row.flags):
+    for each in module.FLAGS:
         parser.add_argument(*each.names, **each.settings)
     assert row.summary
     assert [action.dest for action in parser._actions if not action.help] == []
     assert len(parser._actions) > 1
-    assert callable(getattr(module, row.run))
+    assert callable(module.run)

@@ -122,7 +122,7 @@ def prior_rows() -> Rows:
 def command_rows() -> Rows:
     """Yield a row for each command: its arguments, and its flags by all their names."""
     for command in COMMANDS:
-        flags = getattr(import_module(command.module), command.flags)
+        flags = import_module(command.module).FLAGS
         names = [each.names for each in flags]
         given = [f"`{each[0]}`" for each in names if not each[0].startswith("-")]
         told = [" ".join(f"`{n}`" for n in each) for each in names if each[0].startswith("-")]

@@ -26,7 +26,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import FLAGS, Found, Request, find_flights
+from pitotbench.browser.work import FLAGS, Found, Request, find_flights, reduce_legs
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
@@ -543,3 +543,13 @@ def test_files_are_deleted_when_the_page_is_ended_by_a_signal(name: str, tmp_pat
         process.send_signal(getattr(signal, name))
         process.wait(120)
     assert not list(tmp_path.glob("pitotbench-*"))
+
+
+def test_the_command_of_typed_legs_states_the_accuracy_of_the_page(tmp_path):
+    card, told = tmp_path / "legs.csv", dict[str, Any]()
+    rows = [f"1,90,3000,10,{speed},{track}" for speed, track in ((99, 0), (92, 120), (97, 240))]
+    names = "point,indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt"
+    card.write_text("\n".join([f"{names},track_deg", *rows]), encoding="utf-8")
+    for accuracy, flags in (("", ""), ("temperature_k=1", " --accuracy temperature_k=1")):
+        reduce_legs(told.__setitem__, card, accuracy)
+        assert told["legs"]["command"] == f"pitotbench fixed-speed legs.csv{flags}"

@@ -14,6 +14,8 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.calibration.options import PRIORS, Priors, parse_priors
 from pitotbench.cli.app import main
+from pitotbench.show.calibration_tree import calibration_tree
+from pitotbench.show.tree import SOURCES, Sentence, nodes_in
 from pitotbench.units import KNOT
 
 SMOOTH = CalibrationOptions(model="smooth", error_location="static")
@@ -111,7 +113,11 @@ def test_command_and_python_state_the_same_prior(logs, tmp_path, capsys):
     stated = {"gust_length_m": 300.0, "curve_slope": 0.03}
     assert told_priors == [{}, stated]
     options = CalibrationOptions(model="smooth", wind="checked", latency="checked", priors=stated)
-    bound = calibrate(logs[""], options).curve.two_sigma / KNOT
+    answer = calibrate(logs[""], options)
+    said = nodes_in([calibration_tree("log", {answer.model: answer})], SOURCES)
+    told = "Priors that were stated: gust_length_m 300, curve_slope 0.03."
+    assert told in [node.text for node in said if isinstance(node, Sentence)]
+    bound = answer.curve.two_sigma / KNOT
     told = [point["two_sigma_kt"] for point in curves[1]]
     np.testing.assert_allclose(told, bound, rtol=1e-3)
     assert told != [point["two_sigma_kt"] for point in curves[0]]
@@ -140,6 +146,8 @@ def test_a_card_of_legs_takes_the_priors_of_its_curve(tmp_path, capsys):
         spans.append(max(shares) - min(shares))
     assert spans[1] < 0.2 * spans[0]
     assert told == [{}, {"curve_slope": 1e-5, "curve_lift": 1e-5, "curve_departure": 1e-5}]
+    assert main(["fixed-speed", str(path), *flat]) == 0
+    assert "Priors that were stated: curve_slope 1e-05, curve_lift" in capsys.readouterr().out
     assert main(["fixed-speed", str(path), "--set", "gust_mps=1"]) == 2
     assert "curve_slope" in capsys.readouterr().err
 

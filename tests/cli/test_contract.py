@@ -61,8 +61,13 @@ def test_legs_have_the_keys(capsys):
     require_keys("`fixed-speed` of legs", found)
 
 
-def test_an_inspection_and_a_plan_have_the_keys(log, capsys):
+def test_an_inspection_and_a_plan_have_the_keys(log, tmp_path, capsys):
     require_keys("`inspect`", answer(capsys, "inspect", log))
+    for name in ("one.csv", "other.csv"):
+        (tmp_path / name).write_bytes(log.read_bytes())
+    held = answer(capsys, "inspect", tmp_path)
+    assert [each["file"] for each in held] == ["one.csv", "other.csv"]
+    require_keys("`inspect` of several flights", *held)
     few = "--maneuver", "rapid_decel", "--draws", "2", "--search", "0"
     require_keys("`plan`", answer(capsys, "plan", *few))
     require_keys("`plan --by-hand`", answer(capsys, "plan", "--by-hand"))

@@ -430,6 +430,14 @@ def test_a_flag_that_does_nothing_for_typed_legs_is_refused(flag, value, way_out
     assert way_out in found
 
 
+@pytest.mark.parametrize("flags", [["--json"], ["--units", "km/h"]], ids=" ".join)
+def test_a_flag_that_does_nothing_for_a_sheet_is_refused(flags, tmp_path, capsys):
+    sheet = tmp_path / "sheet.html"
+    found = refused(["fixed-speed", "--sheet", sheet, *flags], capsys)
+    assert f"{flags[0]} does nothing for a sheet" in found
+    assert not sheet.exists()
+
+
 def test_a_value_may_begin_with_a_minus_sign(capsys):
     """Behind the flag or joined to it, alike: here a ground speed that cannot be."""
     for speeds in (["--ground-speed-kt", "-178,185,188"], ["--ground-speed-kt=-178,185,188"]):

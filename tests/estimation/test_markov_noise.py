@@ -117,6 +117,27 @@ def test_two_outputs_see_one_process_from_two_sides():
     wanted = np.linalg.solve(covariance, data)
     np.testing.assert_allclose(noise.weigh(data), wanted, atol=3e-3 * np.abs(wanted).max())
     assert noise.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], abs=2e-2)
+    # What the two outputs of an interval say of each other, without the whole inverse.
+    precision = np.linalg.inv(covariance).reshape(2, n, 2, n)
+    wanted = np.moveaxis(np.diagonal(precision, axis1=1, axis2=3), 2, 0)
+    np.testing.assert_allclose(noise.precision_blocks, wanted, atol=3e-3 * np.abs(wanted).max())
+
+
+def test_the_blocks_of_the_precision_are_those_of_the_products_with_it():
+    """Of two processes of different widths and of memories that change, to rounding."""
+    intervals, rng = spread(8), np.random.default_rng(8)
+    n, states = len(intervals.left), len(intervals.edges)
+    angle, zero = rng.uniform(0.0, 2.0 * np.pi, n), np.zeros((n, 1))
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    processes = [
+        MarkovProcess(0.7, rng.uniform(0.5, 20.0, states), np.stack([along, across])),
+        MarkovProcess(30.0, np.full(states, 900.0), np.stack([zero + 1.0, zero])),
+    ]
+    noise = MarkovNoise(intervals, rng.uniform(0.05, 0.3, (2, n)), processes)
+    whole = noise.weigh(np.eye(2 * n)).reshape(2, n, 2, n)
+    wanted = np.moveaxis(np.diagonal(whole, axis1=1, axis2=3), 2, 0)
+    np.testing.assert_allclose(noise.precision_blocks, wanted, atol=1e-9)
 
 
 N, LEVELS, MEMORIES = 90, np.array([0.3, 0.9, 2.0]), np.array([4.0, 9.0, 40.0])

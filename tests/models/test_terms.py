@@ -3,13 +3,16 @@ elsewhere.
 """
 
 import json
+from contextlib import redirect_stdout
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 
 from pitotbench import BadInputError, Case, air, fly, sense
+from pitotbench.bench import workflow
 from pitotbench.bench.workflow import NamedLog, entries, reconcile_fully
 from pitotbench.cli import main
 from pitotbench.effects.overlay import FunctionScaling, Overlay, product
@@ -112,18 +115,36 @@ def changed():
     return [_maneuver(seed, *scalings) for seed in (1, 11)]
 
 
-def _reconciled(maneuver, held=None):
-    """The answer of the one regression on a maneuver, with another one held out."""
-    named = [
-        None if each is None else NamedLog("a maneuver", in_place_of_log([each], "DHC6"))
-        for each in (maneuver, held)
-    ]
-    return reconcile_fully(named[0], "DHC6", named[1], refly=False)
+def _reconciled(maneuver):
+    """The answer of the one regression on a maneuver."""
+    named = NamedLog("a maneuver", in_place_of_log([maneuver], "DHC6"))
+    return reconcile_fully(named, "DHC6", refly=False)
 
 
 @pytest.fixture(scope="module")
-def corrected(changed):
-    return _reconciled(*changed)
+def commanded(changed, tmp_path_factory):
+    """The command on files of two maneuvers, the second held out: the answer of the one regression,
+    what is printed, and the folder.
+    """
+    folder, answers = tmp_path_factory.mktemp("commanded"), []
+    paths = [folder / f"{i}.mat" for i in range(2)]
+    for path, maneuver in zip(paths, changed, strict=True):
+        savemat(path, {"fdata": _array(maneuver)})
+
+    def kept(*question, **settings):
+        answers.append(reconcile_fully(*question, **settings))
+        return answers[-1]
+
+    words = ["reconcile", str(paths[0]), "--holdout", str(paths[1]), "--aircraft", "DHC6"]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
+        patch.setattr(workflow, "reconcile_fully", kept)
+        assert main([*words, "--out", str(folder / "out")]) == 0
+    return answers[0], printed.getvalue(), folder / "out"
+
+
+@pytest.fixture(scope="module")
+def corrected(commanded):
+    return commanded[0]
 
 
 CAUSES = {
@@ -244,14 +265,10 @@ def test_an_array_of_sidpac_is_the_maneuver_again(tmp_path, changed):
     assert back.motion.temperature_offset == pytest.approx(0.0, abs=0.01)
 
 
-def test_the_command_takes_such_files_without_a_mapping(tmp_path, changed, capsys):
-    paths = [tmp_path / f"{i}.mat" for i in range(2)]
-    for path, maneuver in zip(paths, changed, strict=True):
-        savemat(path, {"fdata": _array(maneuver)})
-    words = ["reconcile", str(paths[0]), "--holdout", str(paths[1]), "--aircraft", "DHC6"]
-    assert main([*words, "--out", str(tmp_path / "out")]) == 0
-    assert "coefficients of the model's file" in capsys.readouterr().out
-    told = json.loads((tmp_path / "out" / "verdict.json").read_text(encoding="utf-8"))
+def test_the_command_takes_such_files_without_a_mapping(commanded):
+    _, printed, folder = commanded
+    assert "coefficients of the model's file" in printed
+    told = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
     assert told["verdict"] == "named"
     causes = [gap["causes"][0] for gap in told["gaps"]]
     assert {each["name"] for each in causes} == CAUSES.keys()
@@ -260,7 +277,7 @@ def test_the_command_takes_such_files_without_a_mapping(tmp_path, changed, capsy
     assert slope["measured"] / slope["model"] == pytest.approx(HIDDEN["CLalpha"], abs=0.02)
     assert min(told["closure"], told["closure_holdout"]) > 0.95
     assert told["gap_after"] < 0.1 * told["gap_before"]
-    assert {each.name for each in (tmp_path / "out").iterdir()} == {
+    assert {each.name for each in folder.iterdir()} == {
         "verdict.json",
         "report.html",
         "patch.toml",

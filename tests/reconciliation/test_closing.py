@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from pitotbench import BadInputError, Case, fly, reconcile, sense
-from pitotbench.bench import closing
+from pitotbench.bench import closing, workflow
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.reconciliation.equations import whitened_equations
-from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out, of_patch
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.records.aircraft import PatchErrors
@@ -37,9 +36,25 @@ def log() -> FlightLog:
 
 
 @pytest.fixture(scope="module")
-def layout(log):
-    """The log laid out for every effect of the navajo."""
-    return lay_out(log, aircraft_model("navajo"), AnalysisSetting())
+def closed(log, tmp_path_factory):
+    """The answer for the log with its loop closed, the folder, and the log laid out for every effect
+    of the navajo, as the answer's first round does.
+    """
+    folder, layouts = tmp_path_factory.mktemp("closed"), []
+
+    def kept(*question):
+        layouts.append(lay_out(*question))
+        return layouts[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(workflow, "lay_out", kept)
+        return reconcile(log, close="found", refly=False), folder, layouts[0]
+
+
+@pytest.fixture(scope="module")
+def layout(closed):
+    return closed[2]
 
 
 def gap(name: str, *sizes: Estimate, closes: float = 0.4) -> Gap:
@@ -52,11 +67,11 @@ def install(shelf: Path, area: float, bound: float) -> Path:
     return install_variant("navajo", "pod", [pod], told, shelf, anew=True)
 
 
-def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(log, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    found = reconcile(log, close="found", refly=False)
+def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(closed, monkeypatch):
+    found, folder, _ = closed
     done = found.account.closing
-    table = tomllib.loads(Path("aircraft/navajo+found/variant.toml").read_text(encoding="utf-8"))
+    variant_file = folder / "aircraft" / "navajo+found" / "variant.toml"
+    table = tomllib.loads(variant_file.read_text(encoding="utf-8"))
     patched = {each["name"]: each["parameters"] for each in table["effects"]}
     assert patched.keys() == {"belly_pod"}  # a thermometer is no airplane's
     bounds = table["provenance"]["two_sigma"]
@@ -66,6 +81,7 @@ def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(log, tmp_path, monk
     assert done.verdict.closure.before < 0.5 * found.verdict.closure.before
     assert done.verdict.closure.share > 0.95  # what is left is the thermometer's
     assert {name for name, _ in found.account.entries} >= patched.keys()
+    monkeypatch.chdir(folder)
     with pytest.raises(BadInputError, match="choose another name"):
         reconcile(Path("nowhere.csv"), close="found")  # before the log is read
 

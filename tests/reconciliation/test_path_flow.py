@@ -8,6 +8,8 @@ from scipy.ndimage import uniform_filter1d
 
 from pitotbench.axes import body_to_earth, earth_to_body
 from pitotbench.bench.inspection import inspect_log
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.flight_path import WIND, flow_angles, with_path_flow
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -20,6 +22,8 @@ from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE
 
 BARE = dict.fromkeys(("angle_of_attack", "sideslip", "mass"))
+SHOWN = ("pitch_stiffness", "lift_slope", "mass", "belly_pod")
+FEW = Catalog("effect", {name: EFFECTS[name] for name in SHOWN})
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +32,12 @@ def log() -> FlightLog:
     das = DataSystem(20.0, 5.0, vane_noise=0.0)
     case = Case("c172x", "circle", wind=Wind(15.0, 0.5 * np.pi), turbulence="none", das=das)
     return record(fly(case), das, 1)
+
+
+@pytest.fixture(scope="module")
+def start(log: FlightLog) -> FlightLog:
+    """Its first two minutes, a turn: enough to say what is compared."""
+    return log.part(log.time < log.start + 120.0)
 
 
 def test_earth_to_body_undoes_body_to_earth() -> None:
@@ -50,22 +60,21 @@ def test_in_calm_air_the_path_gives_the_angles_of_the_vanes(log: FlightLog) -> N
         assert np.quantile(off, 0.8) < 0.15 * DEGREE
 
 
-def test_forces_are_compared_without_vanes_and_mass(log: FlightLog) -> None:
+def test_forces_are_compared_without_vanes_and_mass(start: FlightLog) -> None:
     """The force meter follows the path, at the mass of the loaded model."""
     model = aircraft_model("c172x")
     assert model is not None
-    laid = lay_out(replace(log, header={}, **BARE), model, AnalysisSetting())
+    laid = lay_out(replace(start, header={}, **BARE), model, AnalysisSetting(), FEW)
     assert {*FORCES, "pitch_acceleration", "airspeed_along"} <= set(laid.residuals.names)
     assert "airspeed_across" not in laid.residuals.names  # the path gives its direction itself
     assert np.all(laid.track["mass"] == model.mass)
-    shown = {s.effect for s in laid.signatures}
-    assert {"pitch_stiffness", "lift_slope", "mass", "belly_pod"} <= shown
+    assert {s.effect for s in laid.signatures} == set(SHOWN)
 
 
-def test_a_log_with_vanes_has_no_channels_of_a_path(log: FlightLog) -> None:
+def test_a_log_with_vanes_has_no_channels_of_a_path(start: FlightLog) -> None:
     """What is measured is used."""
     model = aircraft_model("c172x")
-    laid = lay_out(log, model, AnalysisSetting())
+    laid = lay_out(start, model, AnalysisSetting(), FEW)
     assert not {*WIND} & set(laid.track.channels)
     assert "airspeed_across" in laid.residuals.names
 

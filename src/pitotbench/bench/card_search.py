@@ -7,13 +7,13 @@ turbulence has an axis, and no known axis exists in real air, so the best headin
 the simulator.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
 from pitotbench.bench.forecasts import (
+    CardChanges,
     PlanRequest,
     known_noise_two_sigma,
     smooth_flight,
@@ -66,7 +66,7 @@ class Search:
     """
 
     maneuver: str
-    card: Mapping[str, Any]
+    card: CardChanges
     flights: int
 
 
@@ -112,17 +112,17 @@ def best_card(
     simplex = np.vstack([start, start + _FIRST_STEP * np.diag((-1.0) ** np.arange(len(free)))])
     simplex = np.clip(simplex, np.log([n.low for n in free]), np.log([n.high for n in free]))
 
-    def changes_of(x: Array) -> dict[str, Any]:
+    def changes_of(x: Array) -> CardChanges:
         """Return the changes of the card that set the free numbers to exp(x)."""
-        changes: dict[str, Any] = {}
+        numbers, lists = dict[str, float](), dict[str, list[float]]()
         for number, value in zip(free, np.exp(x), strict=True):
             key = f"{number.entry}_{number.suffix}" if number.suffix else number.entry
             if number.place is None:
-                changes[key] = written(value, number.suffix)
+                numbers[key] = written(value, number.suffix)
             else:
                 present = [written(v, number.suffix) for v in getattr(card, number.entry)]
-                changes.setdefault(key, present)[number.place] = written(value, number.suffix)
-        return changes
+                lists.setdefault(key, present)[number.place] = written(value, number.suffix)
+        return {**numbers, **lists}
 
     def cost(x: Array) -> float:
         """Return ln 2σ plus a penalty for overtime."""

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,8 @@ from pitotbench.simulation.sortie import fly, speed_range, with_usual_curve
 from pitotbench.timeline import gaps
 from pitotbench.units import KNOT, Array, MetersPerSecond, from_si
 
+# Numbers of a card, or lists of them, by their keys with a unit's suffix.
+CardChanges = Mapping[str, float | list[float]]
 _CURVE_STEP = 5.0 * KNOT
 _NARROWEST = 20.0 * KNOT
 _FEWEST_DRAWS = 2
@@ -101,7 +102,7 @@ class PlanRequest:
         steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
         return np.asarray(low + _CURVE_STEP * steps, dtype=np.float64)
 
-    def case(self, maneuver: str, card: dict[str, Any] | None = None) -> Case:
+    def case(self, maneuver: str, card: CardChanges | None = None) -> Case:
         """Return the case of a maneuver in still air, with its speeds scaled to the wanted range.
 
         Each speed of a card keeps its relative place between the slowest and the fastest one.
@@ -129,9 +130,7 @@ _KEPT_FLIGHTS = 16
 _FIRST_DRAW = 1
 
 
-def forecast(
-    request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None
-) -> Forecast:
+def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = None) -> Forecast:
     """Predict the bound of a maneuver, with the numbers of its card that are in `card` changed.
 
     Raises SimulationError where the card cannot be flown, NoAnswerError where it does not determine
@@ -167,16 +166,14 @@ def _track(flight: Flight) -> Array:
     return np.insert(track, gaps(time[rows]), np.nan, axis=1)
 
 
-def smooth_flight(
-    request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None
-) -> Flight:
+def smooth_flight(request: PlanRequest, maneuver: str, card: CardChanges | None = None) -> Flight:
     """Return the flight of a maneuver in smooth air. The last few are kept in memory.
 
     It is integrated at the slowest rate that fits the data system, where the airplane is one of the
     bench: `python -m tests.simulation.rates` measures what that changes. A fast airplane of
     JSBSim's library may need the usual rate.
     """
-    case = replace(request.case(maneuver, dict(card or {})), das=request.das)
+    case = replace(request.case(maneuver, card), das=request.das)
     attached = read_record(find_aircraft(case.aircraft)) is not None
     rate = case.integration_rate if attached else rates_for(request.das.air_rate)[0]
     return _flown(write_case(replace(case, integration_rate=rate)))

@@ -30,7 +30,6 @@ from pitotbench.records.log import HeldFlight
 from pitotbench.show.reader_units import reader_units
 
 _SETTLE = 0.05  # s that a choice must stand before it is computed
-_KEPT = ("model", "accuracy", "temperature")  # of a request, for another log
 
 
 class Desk:
@@ -122,16 +121,22 @@ class Desk:
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""
         chosen = [self.found[i] for i in dict.fromkeys(places)]
-        # The part, the sensor and the parameters are of one log.
-        kept: dict[str, Any] = {name: getattr(self.request, name, "") for name in _KEPT}
+        old = self.request or Request(())
         self._stop()
         self._clear()
         self.chosen = tuple(dict.fromkeys(places))
         refused = [each for each in chosen if each.flight.refusal]
         if chosen and not refused:
-            logs = tuple(dict.fromkeys(each.log for each in chosen))
+            # The part, the sensor and the parameters are of one log; the rest is for another too.
             self._answer(
-                Request(logs, handbook=self.handbook, autopilot=chosen[0].autopilot, **kept)
+                Request(
+                    tuple(dict.fromkeys(each.log for each in chosen)),
+                    handbook=self.handbook,
+                    model=old.model,
+                    accuracy=old.accuracy,
+                    temperature=old.temperature,
+                    autopilot=chosen[0].autopilot,
+                )
             )
         for each in refused[:1]:
             self.refusal = str(each.flight)

@@ -1,7 +1,7 @@
 """The page as a document of Bokeh: three pictures, and the texts of the desk for its script."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -63,16 +63,26 @@ _AT_THE_POINTER = {
         "±2σ": "@bound{0.00} UNIT",
     },
 }
-_MARK = {"size": 12, "marker": "diamond", "fill_color": _ORANGE, "line_color": _INK}
-_LEG = {"size": 8, "marker": "square", "fill_color": "white", "line_color": _INK}
+_MARK: Mapping[str, str | float] = {
+    "size": 12,
+    "marker": "diamond",
+    "fill_color": _ORANGE,
+    "line_color": _INK,
+}
+_LEG: Mapping[str, str | float] = {
+    "size": 8,
+    "marker": "square",
+    "fill_color": "white",
+    "line_color": _INK,
+}
 _DASHED = {"color": _ORANGE, "line_dash": "dashed", "y_range_name": "height"}
-_SAMPLE = {"color": _GREY, "alpha": 0.4}
+_SAMPLE: Mapping[str, str | float] = {"color": _GREY, "alpha": 0.4}
 _HANDBOOK = {"color": _ORANGE, "line_dash": "dashed"}
 
 
 # By picture, kind of drawing in Bokeh and name of the data: the columns that are drawn, and how they
 # look. What is drawn later lies above.
-_GLYPHS: dict[tuple[str, str, str], tuple[tuple[str, ...], dict[str, Any]]] = {
+_GLYPHS: dict[tuple[str, str, str], tuple[tuple[str, ...], Mapping[str, str | float]]] = {
     ("time", "vstrip", "used"): (("begin", "end"), {"color": _GREEN, "alpha": _FAINT}),
     ("time", "step", "flight"): (("minute", "height"), _DASHED),
     ("time", "line", "flight"): (("minute", "speed"), {"color": _BLUE}),

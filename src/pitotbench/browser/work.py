@@ -344,7 +344,7 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
         nodes = card_tree(
             reduce_card(*read_points(path), accuracies_of(parse_accuracies(accuracy), {}))
         )
-        typed = "legs.csv"
+        typed = ["legs.csv", *(["--accuracy", accuracy] if accuracy else [])]
     else:
         speeds, tracks = read_csv(path).columns
         found = fixed_speed(speeds * KNOT, tracks * DEGREE)
@@ -352,5 +352,11 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
             legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
         )
         one, other = (",".join(f"{value:g}" for value in each) for each in (speeds, tracks))
-        typed = f"--ground-speed-kt={one} --track-deg={other}"
-    tell("legs", {"tree": plain_of(nodes), "command": f"pitotbench fixed-speed {typed}"})
+        typed = [f"--ground-speed-kt={one}", f"--track-deg={other}"]
+    tell(
+        "legs",
+        {
+            "tree": plain_of(nodes),
+            "command": command_line(["pitotbench", "fixed-speed", *typed]),
+        },
+    )

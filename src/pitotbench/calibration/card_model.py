@@ -73,7 +73,6 @@ NOISE_SPREAD = np.log([2.5, 2.5, 2.2])
 _ANY_FLIGHT = USUAL_NOISE + np.log([1.0, 4.0, 1.0])  # in which a step to another flight shows
 _NO_ERROR = 1e-6  # K: a thermometer that is stated to be right
 _UNHEARD = 1e6  # (m/s)², variance of a number that says nothing
-_APART = 512  # legs, from which on two share a column of a probe; no usual card has so many
 _REFERENCE = float(air.impact_pressure(100.0 * KNOT))  # Pa, of the curve's abscissa
 
 
@@ -299,27 +298,20 @@ class CardModel:
         """Return what all other legs predict for each leg.
 
         Of data with the covariance K the others predict y − B [K⁻¹y]ᵢ with the covariance B, the
-        inverse of block i on the diagonal of K⁻¹. The blocks are found by probing: only legs that
-        are very far apart share a column (Tang and Saad 2012). A leg that says nothing has hardly
-        any precision, so that the little that another one adds would decide its variance.
+        inverse of block i on the diagonal of K⁻¹. A leg that says nothing has hardly any precision,
+        so that the little that another one adds would decide its variance.
         """
         problem, count = self.problem, len(self.legs)
         curves, spread = solve(problem, self.noise(noise))
-        leg, apart = np.arange(count), min(count, _APART)
-        probes = np.zeros((2, count, 2, apart))
-        for output in range(2):
-            probes[output, leg, output, leg % apart] = 1.0
+        across = self._noise_across(noise)
         data = np.zeros((2, count, 1 + len(curves)))
         data[0] = np.column_stack([problem.response, problem.regressors])
-        everything = np.concatenate([data, probes.reshape(2, count, -1)], axis=2)
-        weighed = self._noise_across(noise).weigh(everything.reshape(2 * count, -1))
-        weighed = weighed.reshape(2, count, -1)
         # The correction is a third output, without wind.
         pulled = np.zeros((3, count, 1 + len(curves)))
-        pulled[:2], pulled[2, :, 1:-1] = weighed[:, :, : 1 + len(curves)], self._basis / _UNHEARD
+        pulled[:2] = across.weigh(data.reshape(2 * count, -1)).reshape(data.shape)
+        pulled[2, :, 1:-1] = self._basis / _UNHEARD
         precision = np.zeros((count, 3, 3))
-        found = weighed[:, :, 1 + len(curves) :].reshape(2, count, 2, apart)
-        precision[:, :2, :2] = found[:, leg, :, leg % apart]
+        precision[:, :2, :2] = across.precision_blocks
         precision[:, 2, 2] = 1.0 / _UNHEARD
         columns = np.moveaxis(pulled[:, :, 1:], 0, 1)
         precision -= columns @ spread @ np.swapaxes(columns, 1, 2)

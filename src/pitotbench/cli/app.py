@@ -16,7 +16,7 @@ from io import TextIOWrapper
 from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.cli.shared_flags import BAD_INPUT, DONE, INTERRUPTED, NO_ANSWER, UNFORESEEN, flag
+from pitotbench.cli.shared_flags import BAD_INPUT, DONE, INTERRUPTED, NO_ANSWER, UNFORESEEN
 from pitotbench.records import BadInputError, NoAnswerError, error_words
 from pitotbench.show.columns import printable
 
@@ -27,15 +27,11 @@ from pitotbench.show.columns import printable
 
 # No dataclass: that import takes longer than all else that `--help` needs.
 class Command(NamedTuple):
-    """A command: its name, its module, its description in one line, and the names of its flags and
-    of the function that runs it.
-    """
+    """A command: its name, its module, and its description in one line."""
 
     name: str
     module: str
     summary: str
-    flags: str = "FLAGS"
-    run: str = "run"
 
 
 COMMANDS = (
@@ -73,10 +69,8 @@ COMMANDS = (
     ),
     Command(
         "completion",
-        "pitotbench.cli.app",
+        "pitotbench.cli.completion",
         "print the script with which bash, zsh or fish completes",
-        "COMPLETION_FLAGS",
-        "run_completion",
     ),
 )
 
@@ -127,9 +121,9 @@ class CommandParser(OneLineParser):
         """Load the command's module and add its flags, unless that is done."""
         if self.get_default("run") is None:
             module = import_module(self._command.module)
-            for each in getattr(module, self._command.flags):
+            for each in module.FLAGS:
                 self.add_argument(*each.names, **each.settings)
-            self.set_defaults(run=getattr(module, self._command.run))
+            self.set_defaults(run=module.run)
 
 
 class _ShowVersions(argparse.Action):
@@ -149,7 +143,6 @@ class _ShowVersions(argparse.Action):
         parser.exit(DONE)
 
 
-LINE_BREAK = "\n"  # a case file may have several problems, one on each line
 _EPILOG = f"""\
 example:
   pitotbench calibrate flight.csv --report flight.html
@@ -254,7 +247,8 @@ def guarded(options: Namespace) -> int:
         if getattr(options, "debug", False):
             traceback.print_exc()
         code, words = _explain(error)
-        print(f"pitotbench: {printable(words, keep=LINE_BREAK)}", file=sys.stderr)
+        # A case file may have several problems, one on each line.
+        print("pitotbench:", printable(words, keep="\n"), file=sys.stderr)
         return code
 
 
@@ -273,25 +267,3 @@ def _explain(error: BaseException) -> tuple[int, str]:
         case BadInputError() | UnknownNameError() | OSError() | MemoryError() | RecursionError():
             return BAD_INPUT, error_words(error)
     return UNFORESEEN, f"{error_words(error)}; run again with --debug for the traceback"
-
-
-SHELLS = ("bash", "zsh", "fish")
-
-
-COMPLETION_FLAGS = (flag("shell", choices=SHELLS, help="the shell; the script is printed"),)
-
-
-def run_completion(options: argparse.Namespace) -> int:
-    """Print the completion script of a shell; return exit code 0."""
-    import shtab
-
-    parser = command_line()
-    # argparse has no public list of its actions; this attribute is as old as argparse.
-    commands = next(a.choices for a in parser._actions if isinstance(a.choices, dict))
-    for command in commands.values():
-        command.add_flags()
-        for action in command._actions:
-            if action.choices is None and action.nargs != 0:
-                action.complete = shtab.FILE  # what has no list of names may be a file
-    print(shtab.complete(parser, options.shell))
-    return DONE

@@ -13,9 +13,8 @@ from pitotbench.cli.shared_flags import (
     require_table,
     say,
     shared,
-    stated_accuracies,
+    stated_assumptions,
     stated_part,
-    stated_priors,
     stated_reading,
     tell,
     write_page,
@@ -291,8 +290,7 @@ def _choices(options: argparse.Namespace) -> dict[str, Any]:
     if options.ground_speed_min_kt is not None:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     stated |= dict(choice for flag, choice in _SWITCHES.items() if getattr(options, flag))
-    stated |= stated_accuracies(options)
-    stated |= stated_priors(options)
+    stated |= stated_assumptions(options)
     if options.latency is not None:
         stated |= _latency(options.latency)
     return stated

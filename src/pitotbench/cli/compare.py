@@ -14,7 +14,7 @@ from pitotbench.cli.shared_flags import (
     require_page,
     say,
     shared,
-    stated_accuracies,
+    stated_assumptions,
     tell,
 )
 from pitotbench.records import BadInputError
@@ -84,8 +84,9 @@ def _logs(options: argparse.Namespace) -> None:
     named = {} if options.model is None else {"model": options.model}
     curves = []
     for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
-        choices = {**named, **stated_accuracies(options)}
-        flight, *_ = calibrate_each([log], None, options.mapping, **choices)
+        flight, *_ = calibrate_each(
+            [log], None, options.mapping, **named, **stated_assumptions(options)
+        )
         curves.append((path.stem, flight.calibration.curve))
     _tell(curves, options)
 

@@ -11,9 +11,8 @@ from pitotbench.cli.shared_flags import (
     require_page,
     require_table,
     shared,
-    stated_accuracies,
+    stated_assumptions,
     stated_numbers,
-    stated_priors,
     tell,
     tell_each,
     write_page,
@@ -43,17 +42,22 @@ def run(options: argparse.Namespace) -> int:
     """Print the answer; return exit code 0. Raises BadInputError unless files of one kind, legs, or
     a sheet are asked for.
     """
+    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
+
     require_table(options, options.logs)
     typed = [options.ground_speed_kt is not None, options.track_deg is not None]
     given = {_LEGS: any(typed), _SHEET: options.sheet is not None}
-    asked = {_kind_of(path) for path in options.logs} | {kind for kind in given if given[kind]}
+    asked = {kind for kind in given if given[kind]} | {
+        _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
+        for path in options.logs
+    }
     if len(asked) != 1 or any(typed) != all(typed):
         raise BadInputError(
             "give either logs, or points tables, or fly-by cards, or both --ground-speed-kt and "
             "--track-deg, or --sheet"
         )
     for flag_name, (field, kinds, reason) in _ACTS_ON.items():
-        if getattr(options, field) is not None and not asked <= kinds:
+        if getattr(options, field) and not asked <= kinds:
             raise BadInputError(f"{flag_name} does nothing for {asked.pop()}: {reason}")
     {
         _LOGS: _of_logs,
@@ -77,13 +81,9 @@ _ACTS_ON = {  # flag: its field, what it acts on, and the way out
         "ground speeds and tracks alone have no bound; give a card of legs (CSV)",
     ),
     "--mapping": ("mapping", {_LOGS}, "it names the columns of logs; leave it out"),
+    "--json": ("json", {_LOGS, _CARDS, _FLY_BYS, _LEGS}, "it is a page to print; leave it out"),
+    "--units": ("units", {_LOGS, _CARDS, _FLY_BYS, _LEGS}, "it holds no numbers; leave it out"),
 }
-
-
-def _kind_of(path: Path) -> str:
-    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
-
-    return _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
 
 
 def _write_sheet(options: argparse.Namespace) -> None:
@@ -102,12 +102,11 @@ def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.show.calibration import doubts_of_curve
     from pitotbench.show.legs import card_json, card_tree
 
-    stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
-    priors = stated_priors(options).get("priors")
-    found = [(path, reduce_card(*read_points(path), stated, priors)) for path in options.logs]
-    several = len(found) > 1
+    stated = stated_assumptions(options)
+    accuracies, priors = accuracies_of(stated.get("accuracies"), {}), stated.get("priors")
+    found = [(path, reduce_card(*read_points(path), accuracies, priors)) for path in options.logs]
     named = [
-        (" ".join(filter(None, (path.stem if several else "", name))), curve, card)
+        (" ".join(filter(None, (path.stem if len(found) > 1 else "", name))), curve, card)
         for path, card in found
         for name, curve in card.curves.items()
     ]
@@ -125,7 +124,7 @@ def _of_fly_bys(options: argparse.Namespace) -> None:
     from pitotbench.logbook.points_table import read_fly_bys
     from pitotbench.show.legs import fly_bys_json, fly_bys_tree
 
-    stated = accuracies_of(stated_accuracies(options).get("accuracies"), {})
+    stated = accuracies_of(stated_assumptions(options).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
     tell_each(options, found, fly_bys_json, fly_bys_tree)
 
@@ -139,9 +138,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.show.curve_rows import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
-    choice = options_of(
-        logs, options.mapping, **stated_accuracies(options), **stated_priors(options)
-    )
+    choice = options_of(logs, options.mapping, **stated_assumptions(options))
     found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)
@@ -164,7 +161,7 @@ def _of_logs(options: argparse.Namespace) -> None:
             "priors": stated_of(choice.priors),
             "warnings": a[1],
         },
-        lambda a: points_tree(*a),
+        lambda a: points_tree(*a, stated_of(choice.priors)),
     )
 
 

@@ -342,24 +342,17 @@ def stated_reading(options: argparse.Namespace) -> "CalibrationRequest":
     )
 
 
-def stated_accuracies(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the accuracies of the parsed flag as options of the calibration; nothing where the
-    flag was not given.
+def stated_assumptions(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the accuracies and the priors of the parsed flags as options of the calibration, each
+    where its flag was given.
     """
-    from pitotbench.calibration.options import parse_accuracies
+    from pitotbench.calibration.options import parse_accuracies, parse_priors
 
-    if options.accuracy is None:
-        return {}
-    return {"accuracies": parse_accuracies(options.accuracy)}
-
-
-def stated_priors(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the priors of the parsed flag as options of the calibration; nothing where the flag
-    was not given.
-    """
-    from pitotbench.calibration.options import parse_priors
-
-    return {} if options.priors is None else {"priors": parse_priors(options.priors)}
+    flags = {
+        "accuracies": (options.accuracy, parse_accuracies),
+        "priors": (getattr(options, "priors", None), parse_priors),
+    }
+    return {name: read(text) for name, (text, read) in flags.items() if text is not None}
 
 
 def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:

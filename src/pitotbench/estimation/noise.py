@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_toeplitz
+from scipy.linalg import solve_banded, solve_toeplitz
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from pitotbench.units import Array, Booleans, Seconds
@@ -92,7 +92,10 @@ class MarkovNoise:
         # Two edges without data between them get an empty interval, without load or weight. Every
         # array is then regular, and slices replace indices, which would take longer than the
         # arithmetic.
-        _require_an_end(np.diff(intervals.edges), processes)
+        self._step, self._processes = np.diff(intervals.edges), processes
+        for process in processes:  # none may have the same value at two edges
+            if not np.all(self._step > _SAME * process.correlation_time[..., :-1]):
+                raise np.linalg.LinAlgError(_SINGULAR)
         self._rows = intervals.left
         self._stacked = white.ndim == 3
         white = white if self._stacked else np.atleast_2d(white)[None]
@@ -101,7 +104,6 @@ class MarkovNoise:
         self._width = sum(process.loading.shape[-1] for process in processes)
         self._states = len(intervals.edges) * self._width
         self._loads = self._interval_means(intervals, processes)
-        self._step, self._processes = np.diff(intervals.edges), processes
 
     @cached_property
     def _factored(self) -> tuple[Array, list[Array]]:
@@ -145,7 +147,8 @@ class MarkovNoise:
             # For short intervals the formula subtracts nearly equal numbers; its leading term is
             # a/6.
             rest = np.where(a < _SMALL, a / 6.0, rest)
-            for output, loading in zip(outputs, _by_output(process.loading), strict=True):
+            by_output = process.loading.reshape(-1, *process.loading.shape[-2:])
+            for output, loading in zip(outputs, by_output, strict=True):
                 self._variance[:, output, self._rows] += (
                     deviation**2 * np.sum(loading**2, axis=1) * rest
                 )
@@ -217,6 +220,36 @@ class MarkovNoise:
         weighed = np.swapaxes(scaled[..., self._rows], 2, 3).reshape(stack, -1, columns)
         return weighed if self._stacked else np.asarray(weighed[0])
 
+    @property
+    def precision_blocks(self) -> Array:
+        """The blocks of C⁻¹ between the outputs of each interval, (n, o, o), of one noise.
+
+        They need the states' covariance at the two edges of an interval alone. It follows from the
+        Cholesky factor edge by edge from the last (Takahashi, Fagan and Chin 1973): with the blocks
+        A of the factor at an edge and B below it, and G = B A⁻¹, the covariance at an edge is
+        (A Aᵀ)⁻¹ + Gᵀ Z G with Z at the next, and −Z G between the two.
+        """
+        m, square = self._width, self._width**2
+        row, column = np.indices((m, m))
+        factor = self._factored[1][0].reshape(2 * m, -1, m)
+        root = np.linalg.inv(np.tril(np.moveaxis(factor[row - column, :, column], 2, 0)))
+        passed = np.moveaxis(factor[m + row - column, :, column], 2, 0) @ root
+        # Linear in Z, element by element: one banded system for all edges.
+        kept = np.einsum("eac,ebd->ecdab", passed, passed).reshape(-1, square, square)
+        bands = np.zeros((2 * square, len(root), square))
+        bands[-1] = 1.0
+        row, column = np.indices((square, square))
+        bands[square - 1 + row - column, 1:, column] = -np.moveaxis(kept[:-1], 0, 2)
+        alone = np.swapaxes(root, 1, 2) @ root
+        own = solve_banded((0, 2 * square - 1), bands.reshape(2 * square, -1), alone.ravel())
+        own = own.reshape(-1, m, m)
+        lower = -own[1:] @ passed[:-1]
+        edges = np.block([[own[:-1], np.swapaxes(lower, 1, 2)], [lower, own[1:]]])
+        white = self._variance[0].T[:, :, None]
+        weights = np.moveaxis(np.array(self._loads)[:, :, 0], 2, 0) / white
+        blocks = np.eye(white.shape[1]) / white - weights @ edges @ np.swapaxes(weights, 1, 2)
+        return np.asarray(blocks[self._rows])
+
     def _take_off_explained(self, scaled: Array) -> None:
         """Turn data over white variance, (b, o, k, intervals), into C⁻¹ times data, in place."""
         right = np.zeros((len(scaled), scaled.shape[2], self._states))
@@ -229,18 +262,6 @@ class MarkovNoise:
             variance = self._variance[:, None, output]
             for p, load in enumerate(loads):
                 scaled[:, output] -= load[:, None, :] * right[:, :, self._at(p)] / variance
-
-
-def _require_an_end(step: Seconds, processes: Sequence[MarkovProcess]) -> None:
-    """Raise LinAlgError where a process has the same value at two edges."""
-    for process in processes:
-        if not np.all(step > _SAME * process.correlation_time[..., :-1]):
-            raise np.linalg.LinAlgError(_SINGULAR)
-
-
-def _by_output(loading: Array) -> Array:
-    """Return loadings (n, c) or (o, n, c) as (o, n, c)."""
-    return loading if loading.ndim == 3 else loading[None]
 
 
 # The noise of two independent sets of rows under one regression: log-likelihoods add, and so do

@@ -24,6 +24,7 @@ from pitotbench.show.curve_rows import (
     curve_points,
     glance_points,
     off_curve,
+    prior_sentences,
 )
 from pitotbench.show.deliverables import SETTING_COLUMNS, settings_lines
 from pitotbench.show.handbook import handbook_sentence
@@ -180,7 +181,7 @@ def _conditions(result: Calibration) -> Iterator[str]:
         )
     unseen = ", assumed (without a height by GPS the log does not show it)" * result.place_assumed
     yield f"place of the error: {_LOCATIONS[result.error_location]}{unseen}"
-    yield from _assumptions(result)
+    yield from [*_assumptions(result), *prior_sentences(result.priors)]
 
 
 _ASSUMED = {

@@ -2,7 +2,7 @@
 fixed-speed methods beside it.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from pitotbench.records.calibration import Calibration, ErrorCurve, PublishedCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.show.columns import Column, csv_text, json_rows, keyed, shown_columns
-from pitotbench.show.tree import Doubt, Node, Table
+from pitotbench.show.tree import Doubt, Node, Sentence, Table
 from pitotbench.units import DEGREE, FOOT, KNOT, SUFFIXES, MetersPerSecond, Seconds
 
 CurvePoint = dict[str, float | None]  # a point of an error curve, by the keys of its columns
@@ -155,9 +155,21 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
 )  # fmt: skip
 
 
-def points_tree(points: Sequence[FixedSpeedPoint], warnings: Iterable[str] = ()) -> list[Node]:
-    """The points of a log by fixed-speed methods."""
-    return [*map(Doubt, warnings), Table(POINT_COLUMNS, points, "fixed-speed methods")]
+def prior_sentences(priors: Mapping[str, float]) -> list[str]:
+    """Return which priors were stated, as one sentence; none where all are the usual ones."""
+    told = ", ".join(f"{name} {value:g}" for name, value in priors.items())
+    return [f"Priors that were stated: {told}."] if told else []
+
+
+def points_tree(
+    points: Sequence[FixedSpeedPoint], warnings: Iterable[str], priors: Mapping[str, float]
+) -> list[Node]:
+    """The points of a log by fixed-speed methods, and the stated priors of their bounds."""
+    return [
+        *map(Doubt, warnings),
+        *map(Sentence, prior_sentences(priors)),
+        Table(POINT_COLUMNS, points, "fixed-speed methods"),
+    ]
 
 
 def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:

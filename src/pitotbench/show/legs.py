@@ -6,7 +6,7 @@ from typing import Any
 from pitotbench.records.legs import CardPoint, FlyByPoint, HandCard, HandPlan
 from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
 from pitotbench.show.columns import Column, json_rows
-from pitotbench.show.curve_rows import CurvePoint, curve_points
+from pitotbench.show.curve_rows import CurvePoint, curve_points, prior_sentences
 from pitotbench.show.markup import render
 from pitotbench.show.tree import Doubt, Node, Sentence, Table
 from pitotbench.show.words import listed
@@ -104,6 +104,7 @@ def card_tree(card: HandCard) -> list[Node]:
     return [
         *([Sentence(correction_sentence(found))] if found else []),
         *map(Doubt, [*card.warnings, *dict.fromkeys(assumed)]),
+        *map(Sentence, prior_sentences(card.priors)),
         Table(CARD_POINT_COLUMNS, card.points, "points"),
         *(
             Table(CURVE_COLUMNS, curve_points(curve), ", ".join(filter(None, ("curve", name))))

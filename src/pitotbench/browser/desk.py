@@ -30,7 +30,7 @@ from pitotbench.records.log import HeldFlight
 from pitotbench.show.reader_units import reader_units
 
 _SETTLE = 0.05  # s that a choice must stand before it is computed
-_KEPT = ("model", "accuracy", "temperature")  # of a request, for another log
+_KEPT = ("model", "accuracy", "temperature_c")  # of a request, for another log
 
 
 class Desk:
@@ -131,7 +131,7 @@ class Desk:
         if chosen and not refused:
             logs = tuple(dict.fromkeys(each.log for each in chosen))
             self._answer(
-                Request(logs, handbook=self.handbook, autopilot=chosen[0].autopilot, **kept)
+                Request(logs=logs, handbook=self.handbook, parameters=chosen[0].autopilot, **kept)
             )
         for each in refused[:1]:
             self.refusal = str(each.flight)
@@ -157,7 +157,8 @@ class Desk:
         ]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
-        self._answer(Request((log,), self.store.write("mapping.toml", text), self.handbook))
+        mapping = self.store.write("mapping.toml", text)
+        self._answer(Request(mapping, self.handbook, logs=(log,)))
 
     def change(self, **flags: Any) -> None:
         """Change flags of the request, such as `begin`, and ask again."""

@@ -4,7 +4,6 @@ bound.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import zip_longest
 
 import numpy as np
 
@@ -64,10 +63,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         reduction.white,
         reduction.answer,
     )
-    zero = found_zero(model, answer, reduction.nuisances)
-    if airspeeds is None:
-        airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
-    curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
+    curve, zero = _curve_map(reduction, airspeeds)
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
     stated = accuracies_of(reduction.options.accuracies, {})
@@ -105,6 +101,25 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         place_assumed=assumed,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
+
+
+def _curve_map(
+    reduction: Reduction, airspeeds: MetersPerSecond | None
+) -> tuple[CurveMap, Estimate | None]:
+    zero = found_zero(reduction.model, reduction.answer, reduction.nuisances)
+    if airspeeds is None:
+        airspeeds = curve_airspeeds(air.calibrated_airspeed(reduction.observations.impact_pressure))
+    above = _above_zero(airspeeds, zero)
+    return CurveMap(reduction.model, above, 0.0 if zero is None else zero.value), zero
+
+
+def bound_at(reduction: Reduction, airspeeds: MetersPerSecond) -> MetersPerSecond:
+    """Return 2σ of the curve at indicated airspeeds (c,) [m/s], beyond the flown ones that at
+    their ends.
+    """
+    curve, _ = _curve_map(reduction, None)
+    gradient = correction_gradient(curve, reduction.answer, reduction.nuisances)
+    return np.interp(airspeeds, curve.indicated_airspeed, reduction.answer.two_sigma(gradient))
 
 
 def _place_assumed(reduction: Reduction) -> bool:
@@ -226,11 +241,11 @@ def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerS
 
 def _estimates(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:
     """Every unknown with its 2σ; the nuisances, which stand behind curve and wind, have no name."""
-    names = (*model.error.parameter_names, "north", "east", "down")
+    names = (*model.error.parameter_names, "north", "east", "down")[: model.count]
     bounds = answer.two_sigma(np.eye(len(answer.mean)))
     return tuple(
         Estimate(name, float(v), float(b))
-        for name, v, b in zip_longest(names[: model.count], answer.mean, bounds, fillvalue="")
+        for name, v, b in zip((*names, *[""] * len(bounds)), answer.mean, bounds, strict=False)
     )
 
 

@@ -38,9 +38,9 @@ def test_the_parameters_of_a_drone_are_those_of_the_command(
     assert (found.flight.refusal, found.autopilot) == ("", autopilot)
     assert found.several == (autopilot == "ardupilot")  # and its second sensor is offered
     for number in ("1", "2") if found.several else ():
-        log = work._part(path, work.Request((), sensor=number))
+        log = work._part(path, work.Request(airspeed_sensor=number))
         assert log.header["airspeed_sensor"] == int(number)
-    asked = work.Request((found.log,), autopilot=found.autopilot)
+    asked = work.Request(logs=(found.log,), parameters=found.autopilot)
     work.answer(tell, asked, True)
     answer = replies["answer"]
     assert answer.settings is not None

@@ -520,7 +520,16 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
     )
     book = NamedFile(Path("/tmp/2.csv"), "poh.csv")
     asked = Request(
-        (log,), mapping, book, "1:00", "2:00", (), "auto", "none", "18±2@ground", "px4", "2"
+        mapping,
+        book,
+        "1:00",
+        "2:00",
+        logs=(log,),
+        model="auto",
+        accuracy="none",
+        temperature_c="18±2@ground",
+        parameters="px4",
+        airspeed_sensor="2",
     )
     assert asked.command(BENCH) == (
         "pitotbench calibrate 'my log.csv' --mapping m.toml --handbook poh.csv --from 1:00 --to "

@@ -33,11 +33,10 @@ class CalibrationRequest:
     """What is asked beside the logs, in the texts of the flags of `calibrate`; empty where not
     stated.
 
-    `mapping` is a file or a shipped name, `mapping_name` what the user calls it.
+    The path of `mapping` is a file or a shipped name.
     """
 
-    mapping: str = ""
-    mapping_name: str = ""
+    mapping: NamedFile | None = None
     handbook: NamedFile | None = None
     begin: str = ""
     end: str = ""
@@ -50,7 +49,7 @@ class CalibrationRequest:
     def reading_choices(self) -> list[Choice]:
         """Return how a log is read as choices, in the order of the record."""
         texts = {
-            "mapping": (self.mapping_name, "as recognized"),
+            "mapping": (self.mapping.name if self.mapping else "", "as recognized"),
             "from": (self.begin, "the first row"),
             "to": (self.end, "the last row"),
             "without": (", ".join(self.without), "none"),
@@ -62,7 +61,7 @@ class CalibrationRequest:
         texts = {
             "limit": (self.limit, "auto"),
             "params": (self.parameters, "none"),
-            "handbook": (self.handbook.name if self.handbook else "", "none"),
+            "handbook": (Path(self.handbook.name).name if self.handbook else "", "none"),
             "airspeed_sensor": (self.airspeed_sensor, "the first"),
             "temperature_c": (self.temperature_c, "as logged, else a standard day"),
         }
@@ -70,14 +69,14 @@ class CalibrationRequest:
 
     def sources(self) -> list[Source]:
         """Return the mapping as a source for the record; nothing for a shipped one or for none."""
-        path = Path(self.mapping)
-        return [("mapping", path, None)] if path.is_file() else []
+        path = self.mapping.path if self.mapping else None
+        return [("mapping", path, None)] if path is not None and path.is_file() else []
 
     def published(self) -> tuple[PublishedCurve, ...]:
         """Return the curves of the handbook. Raises BadInputError for another table."""
         if self.handbook is None:
             return ()
-        name = self.handbook.name
+        name = Path(self.handbook.name).name
         return tuple(replace(each, source=name) for each in published_of(self.handbook.path))
 
 
@@ -106,7 +105,7 @@ def calibrate_request(
     found = calibrate_each(
         logs,
         None,
-        asked.mapping or None,
+        str(asked.mapping.path) if asked.mapping else None,
         [*sources_of("log", [each.path for each in files], logs), *asked.sources()],
         asked.choices(),
         asked.published(),

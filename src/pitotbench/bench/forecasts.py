@@ -7,11 +7,13 @@ from functools import lru_cache
 import numpy as np
 
 from pitotbench.bench.gusts import MEAN_LENGTH, gust_deviation, with_gusts
-from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.calibration.fit_checks import FLY_HEADINGS, USELESS
 from pitotbench.calibration.options import AUTO, CalibrationOptions
+from pitotbench.calibration.reduction import one_thread, reduce_log
+from pitotbench.calibration.result import bound_at
 from pitotbench.campaigns.flights import briefing_of, sense, wind_toward
-from pitotbench.records import BadInputError
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem, rates_for
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
@@ -127,7 +129,6 @@ _CHANNELS = (
     "position_east", "heading", "calibrated_airspeed",
 )  # fmt: skip
 _KEPT_FLIGHTS = 16
-_FIRST_DRAW = 1
 
 
 def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = None) -> Forecast:
@@ -137,9 +138,7 @@ def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = Non
     the answer.
     """
     flight = smooth_flight(request, maneuver, card)
-    bounds = np.stack(
-        [_drawn(request, flight, seed) for seed in range(_FIRST_DRAW, _FIRST_DRAW + request.draws)]
-    )
+    bounds = _drawn(request, flight)
     return Forecast(
         maneuver=maneuver,
         card=dict(card or {}),
@@ -188,11 +187,9 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
     """Return 2σ [m/s] at the request's airspeeds by the information matrix, for gusts of the
     expected level.
     """
-    level = gust_deviation(request.base)
-    wind = np.array(wind_toward(request.base.wind)[:2])
     das = request.das
     noise = ExpectedNoise(
-        gust_deviation=level,
+        gust_deviation=gust_deviation(request.base),
         gust_length=MEAN_LENGTH,
         height_deviation=das.altitude_drift,
         height_memory=das.altitude_drift_time,
@@ -204,15 +201,20 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
         location == AUTO
     ):  # the calibrator finds the place from the height, or assumes the published one
         location = request.base.pressure_error.location
-    log = sense(flight, das)
     options = replace(request.options, error_location=location)
-    return expected_two_sigma(log, options, wind, noise, request.airspeeds)
+    wind = np.array(wind_toward(request.base.wind)[:2])
+    return expected_two_sigma(sense(flight, das), options, wind, noise, request.airspeeds)
 
 
-def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
-    """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor
-    noise.
+def _drawn(request: PlanRequest, flight: Flight) -> MetersPerSecond:
+    """Return the calibrator's 2σ [m/s] at the request's airspeeds, (draws, c), for each draw of
+    gusts and sensor noise.
     """
-    log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
-    curve = calibrate(log, request.options).curve
-    return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)
+    bounds = np.empty((request.draws, len(request.airspeeds)))
+    with one_thread():
+        for seed, bound in enumerate(bounds, start=1):
+            log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
+            bound[:] = bound_at(reduce_log(log, request.options), request.airspeeds)
+    if not np.median(bounds) < USELESS:  # not for NaN
+        raise NoAnswerError(f"the card does not determine the answer; {FLY_HEADINGS}")
+    return bounds

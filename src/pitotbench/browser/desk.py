@@ -121,7 +121,7 @@ class Desk:
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""
         chosen = [self.found[i] for i in dict.fromkeys(places)]
-        old = self.request or Request(())
+        old = self.request or Request()
         self._stop()
         self._clear()
         self.chosen = tuple(dict.fromkeys(places))
@@ -130,12 +130,12 @@ class Desk:
             # The part, the sensor and the parameters are of one log; the rest is for another too.
             self._answer(
                 Request(
-                    tuple(dict.fromkeys(each.log for each in chosen)),
+                    logs=tuple(dict.fromkeys(each.log for each in chosen)),
                     handbook=self.handbook,
                     model=old.model,
                     accuracy=old.accuracy,
-                    temperature=old.temperature,
-                    autopilot=chosen[0].autopilot,
+                    temperature_c=old.temperature_c,
+                    parameters=chosen[0].autopilot,
                 )
             )
         for each in refused[:1]:
@@ -162,7 +162,8 @@ class Desk:
         ]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
-        self._answer(Request((log,), self.store.write("mapping.toml", text), self.handbook))
+        mapping = self.store.write("mapping.toml", text)
+        self._answer(Request(mapping, self.handbook, logs=(log,)))
 
     def change(self, **flags: Any) -> None:
         """Change flags of the request, such as `begin`, and ask again."""

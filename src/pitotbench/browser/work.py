@@ -9,7 +9,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench.calibration_request import NamedFile
+from pitotbench.bench.calibration_request import CalibrationRequest, NamedFile
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
 from pitotbench.records.log import FlightLog, HeldFlight
 from pitotbench.show.columns import command_line
@@ -29,34 +29,25 @@ NEEDED = (  # modules that an answer loads, which are slow to load
 )  # fmt: skip
 FLAGS = {  # of `pitotbench calibrate`, by the field of a request
     "begin": "--from", "end": "--to", "model": "--model", "accuracy": "--accuracy",
-    "temperature": "--temperature-c", "autopilot": "--params", "sensor": "--airspeed-sensor",
+    "temperature_c": "--temperature-c", "parameters": "--params",
+    "airspeed_sensor": "--airspeed-sensor",
 }  # fmt: skip
 _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
-    """What an answer is asked from: logs, a mapping, the table of a handbook, and flags of
-    `pitotbench calibrate` as texts, empty where not stated. `without` are spans that are left out.
-    """
+class Request(CalibrationRequest):
+    """What an answer is asked from: the logs, and what the command is asked beside them."""
 
-    logs: tuple[NamedFile, ...]
-    mapping: NamedFile | None = None
-    handbook: NamedFile | None = None
-    begin: str = ""
-    end: str = ""
-    without: tuple[str, ...] = ()
+    logs: tuple[NamedFile, ...] = ()
     model: str = ""
     accuracy: str = ""
-    temperature: str = ""
-    autopilot: str = ""
-    sensor: str = ""
 
     @property
     def reading(self) -> "Request":
         """What of it says how a log is read and cut."""
-        stated = self.autopilot if "," in self.autopilot else ""  # old parameters
-        return replace(self, logs=(), handbook=None, model="", accuracy="", autopilot=stated)
+        stated = self.parameters if "," in self.parameters else ""  # old ones
+        return replace(self, logs=(), handbook=None, model="", accuracy="", parameters=stated)
 
     @property
     def whole(self) -> "Request":
@@ -143,7 +134,7 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         prefix = f"{names.get(place.name, place.name)}/"
         unpack(place, unpacked)
         place = unpacked
-    held, plain = [], Request(())
+    held, plain = [], Request()
     for each in flights_of(place, lambda path: _part(path, plain)):
         path = place / each.file if place.is_dir() else place
         name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
@@ -168,9 +159,9 @@ def _table(path: Path, whole: Request) -> Any:
     return whole_table(
         path,
         whole.mapping.path if whole.mapping else None,
-        stated_parameters(whole.autopilot)[1] if whole.autopilot else {},
-        whole.temperature or None,
-        int(whole.sensor) if whole.sensor else None,
+        stated_parameters(whole.parameters)[1] if whole.parameters else {},
+        whole.temperature_c or None,
+        int(whole.airspeed_sensor) if whole.airspeed_sensor else None,
     )
 
 
@@ -263,7 +254,7 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
     """Return the flights of the logs with their calibration: the answer of the command. Where it is
     not known yet, tell what is done, and the curve as soon as it is.
     """
-    from pitotbench.bench.calibration_request import CalibrationRequest, calibrate_request
+    from pitotbench.bench.calibration_request import calibrate_request
     from pitotbench.calibration.options import parse_accuracies
 
     stated = {"model": request.model, "accuracies": parse_accuracies(request.accuracy)}
@@ -275,26 +266,14 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
         tell("answer", _answer(flights, None, False))
         tell("status", "looking for a factor on the airspeed")
 
-    mapping, book = request.mapping, request.handbook
-    asked = CalibrationRequest(
-        mapping=str(mapping.path) if mapping else "",
-        mapping_name=mapping.name if mapping else "",
-        handbook=replace(book, name=Path(book.name).name) if book else None,
-        begin=request.begin,
-        end=request.end,
-        without=request.without,
-        parameters=request.autopilot,
-        airspeed_sensor=request.sensor,
-        temperature_c=request.temperature,
-    )
-    return calibrate_request(request.logs, logs, asked, first, **choices)
+    return calibrate_request(request.logs, logs, request, first, **choices)
 
 
 def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings | None:
     from pitotbench.logbook.autopilot import stated_parameters
     from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
-    name = stated_parameters(request.autopilot)[0] if request.autopilot else ""
+    name = stated_parameters(request.parameters)[0] if request.parameters else ""
     return autopilot_settings(flight.calibration, name) if name else None
 
 

@@ -39,7 +39,7 @@ from pitotbench.estimation.restricted_likelihood import (
     solve,
 )
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Estimate, WindowWind
+from pitotbench.records.calibration import Estimate, GustsFound, WindowWind
 from pitotbench.units import Array
 
 # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
@@ -56,21 +56,22 @@ class CoveringFit:
     """A fit: θ0, the nodes of the noise posterior and the most likely noise.
 
     `theta` (p + m,) is the reference point θ0, zero for the m nuisances; the nodes hold corrections
-    to it. The deviations of gust and drifting wind are in m/s, the gust length in m; `blocks` is
-    the number of blocks. `path` is that of a drifting wind, and `winds` its mean in each window;
-    None and empty for another wind.
+    to it. `path` is that of a drifting wind, and `winds` its mean in each window; None and empty
+    for another wind.
     """
 
     theta: Array
     nodes: tuple[NoiseNode, ...]
-    gust_deviation: float
-    gust_length: float
-    wind_deviation: float
-    blocks: int
+    gusts: GustsFound
     problem: Regression  # linearized at θ0
     noise_of: NoiseOf
     path: WindPath | None = None
     winds: tuple[WindowWind, ...] = ()
+
+    @property
+    def likely(self) -> NoiseNode:
+        """The node of the likeliest noise."""
+        return max(self.nodes, key=lambda node: node.weight)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,24 +105,19 @@ def fit_covering(
 
 def final_pass(structure: Structure, obs: Observations, near: FirstPass) -> CoveringFit:
     """Run the last pass of `fit_covering`."""
-    length, log_prior = block_length(obs), log_prior_of(structure, obs)
-    theta, mode = near.theta, near.noise
-    blocks = divide(obs, length)
-    fine = linearize(structure, obs, blocks, theta, mode, near.path)
-    nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
+    blocks, log_prior = divide(obs, block_length(obs)), log_prior_of(structure, obs)
+    fine = linearize(structure, obs, blocks, near.theta, near.noise, near.path)
+    nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, near.noise)
     likely = max(nodes, key=lambda node: node.weight)
-    best = likely.noise
+    deviation, length, _, wind, *_ = (*map(float, np.exp(likely.noise)), 0.0)
     return CoveringFit(
-        theta=np.concatenate([theta, np.zeros(len(structure.nuisances))]),
+        theta=np.concatenate([near.theta, np.zeros(len(structure.nuisances))]),
         nodes=_of_mean_winds(structure, fine, nodes),
-        gust_deviation=float(np.exp(best[0])),
-        gust_length=float(np.exp(best[1])),
-        wind_deviation=float(np.exp(best[3])) if structure.drifting else 0.0,
-        blocks=len(blocks.count),
+        gusts=GustsFound(deviation, length, wind * structure.drifting, len(blocks.count)),
         problem=fine.regression,
         noise_of=fine.noise_of,
         path=near.path,
-        winds=window_winds(structure, obs, blocks, fine, likely, theta)
+        winds=window_winds(structure, obs, blocks, fine, likely, near.theta)
         if structure.drifting
         else (),
     )
@@ -239,7 +235,7 @@ def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: 
     smooth: one that follows each gust would leave no residual.
     """
     count, first = structure.model.count, structure.model.error_count
-    blocks, phi = divide(obs, block_length(obs)), max(fit.nodes, key=lambda n: n.weight).noise
+    blocks, phi = divide(obs, block_length(obs)), fit.likely.noise
     problem = linearize(structure, obs, blocks, answer[:count], phi, fit.path)
     data, estimate = problem.regression, np.zeros(len(answer))
     estimate[count:] = answer[count:]
@@ -305,8 +301,7 @@ def acceleration_effect(
         return Estimate(column.name, 0.0, float("inf"))
     unknown[:, -1] = 0.0
     free = replace(whole.regression, instruments=instruments, prior_precision=unknown)
-    best = max(fit.nodes, key=lambda node: node.weight).noise
-    mode = best[: noise_count(structure)]
+    mode = fit.likely.noise[: noise_count(structure)]
     if not structure.drifting:  # of a long flight one latency changes the likely noise little
         mode = most_likely_noise(free, whole.noise_of, log_prior_of(structure, obs), mode)
     estimate, covariance = solve(free, whole.noise_of(mode))

@@ -416,7 +416,7 @@ def _sized(number: str, unit: str) -> str:
 
 
 def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) -> list[Caution]:
-    likely = np.exp(max(fit.nodes, key=lambda node: node.weight).noise)
+    likely = np.exp(fit.likely.noise)
     found = []
     for prior, value in zip(_noise_priors(structure, obs), likely, strict=True):
         departure = prior.departure(float(value))

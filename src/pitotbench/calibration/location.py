@@ -239,7 +239,10 @@ def _with_rows(
     leaves them.
     """
     likely = [each for each in near.solutions if each.weight > SURE]
-    updated = [_updated(near, each, bare, rows) for each in likely]
+    updated, start = list[tuple[FirstPass, float, float]](), altitude_guess(rows)
+    for each in likely:  # the noise of the last prior is near that of the next
+        updated.append(_updated(near, each, bare, rows, start))
+        start = updated[-1][0].noise[-NOISE_COUNT:]
     weights = np.array([each.weight for each in likely])
     odds = np.log(weights) + np.array([evidence for _, evidence, _ in updated])
     chance = float(weights @ np.array([chance for _, _, chance in updated]))
@@ -247,10 +250,10 @@ def _with_rows(
 
 
 def _updated(
-    near: FirstPass, triangle: Solution, bare: Structure, rows: AltitudeRows
+    near: FirstPass, triangle: Solution, bare: Structure, rows: AltitudeRows, start: Array
 ) -> tuple[FirstPass, float, float]:
-    """The same under one prior of the curve. The triangle's curve is the prior of the rows: k = k0
-    + L z, with LLᵀ its covariance and z standard normal.
+    """The same under one prior of the curve; the noise is searched from `start`. The triangle's
+    curve is the prior of the rows: k = k0 + L z, with LLᵀ its covariance and z standard normal.
     """
     free, count = bare.model.error_count, bare.model.count
     known = triangle.covariance[:free, :free]
@@ -260,7 +263,7 @@ def _updated(
     plain = altitude_regression(rows, replace(bare.model, static_error=True), theta, ())
     seen = plain.regressors[:, :free] @ root
     problem = Regression(plain.response, seen, seen, np.ones(free))
-    noise, log_evidence = _tried(problem, rows, altitude_guess(rows))
+    noise, log_evidence = _tried(problem, rows, start)
     z, left = solve(problem, AltitudeNoise(rows)(noise))
     step = triangle.covariance[:count, :free] @ np.linalg.solve(root.T, z)
     joint = replace(near, theta=theta + step, noise=np.concatenate([near.noise, noise]))

@@ -60,7 +60,6 @@ from pitotbench.records.calibration import (
     Assumption,
     Diagnostics,
     Estimate,
-    GustsFound,
     HeightFound,
     LatencyFound,
     WindChange,
@@ -430,7 +429,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
             white.diagnostics,
             latency=latency,
             wind_change=change,
-            gusts=GustsFound(fit.gust_deviation, fit.gust_length, fit.wind_deviation, fit.blocks),
+            gusts=fit.gusts,
             height_agreement=located.chance,
             static_probability=located.static_probability,
             height=_height_found(structure.altitude, fit),
@@ -449,7 +448,7 @@ def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | 
     """The most likely noise of the altitude equation."""
     if rows is None:
         return None
-    noise = np.exp(max(fit.nodes, key=lambda node: node.weight).noise[-NOISE_COUNT:])
+    noise = np.exp(fit.likely.noise[-NOISE_COUNT:])
     level, memory, third = (float(each) for each in noise)
     white, walk = (third, None) if rows.tie is None else (None, third)
     return HeightFound(level, memory, white, walk, len(rows))

@@ -63,21 +63,20 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         reduction.white,
         reduction.answer,
     )
-    zero = found_zero(model, answer, reduction.nuisances)
-    if airspeeds is None:
-        airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
-    curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
+    curve, zero = _curve_map(reduction, airspeeds)
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
     stated = accuracies_of(reduction.options.accuracies, {})
     drawn = _curve(curve, white, answer, reduction.nuisances)
-    shares = _shares(curve, answer, reduction.nuisances)
+    each = _estimates(model, answer)
+    shares = _shares(curve, answer, reduction.nuisances, each, drawn.two_sigma)
+    wind = WindEstimate(*each[model.error_count : model.count])
     return Calibration(
         model=reduction.options.law,
         method=reduction.options.method,
-        parameters=_parameters(model, answer),
+        parameters=each[: model.error_count],
         reference_pressure=model.reference_pressure,
-        wind=_wind(model, answer),
+        wind=wind,
         curve=with_altitude(drawn, curve, answer, obs, stated.total_source, assumed),
         residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
         samples=len(obs),
@@ -92,7 +91,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         assumptions=reduction.assumptions,
         priors=stated_of(reduction.options.priors),
         impact_pressure_zero=zero,
-        winds=reduction.winds or _one_window(reduction, _wind(model, answer)),
+        winds=reduction.winds or _one_window(reduction, wind),
         parts=reduction.parts,
         log_start=reduction.log_start,
         left_out=reduction.left_out,
@@ -102,6 +101,25 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         place_assumed=assumed,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
+
+
+def _curve_map(
+    reduction: Reduction, airspeeds: MetersPerSecond | None
+) -> tuple[CurveMap, Estimate | None]:
+    zero = found_zero(reduction.model, reduction.answer, reduction.nuisances)
+    if airspeeds is None:
+        airspeeds = curve_airspeeds(air.calibrated_airspeed(reduction.observations.impact_pressure))
+    above = _above_zero(airspeeds, zero)
+    return CurveMap(reduction.model, above, 0.0 if zero is None else zero.value), zero
+
+
+def bound_at(reduction: Reduction, airspeeds: MetersPerSecond) -> MetersPerSecond:
+    """Return 2σ of the curve at indicated airspeeds (c,) [m/s], beyond the flown ones that at
+    their ends.
+    """
+    curve, _ = _curve_map(reduction, None)
+    gradient = correction_gradient(curve, reduction.answer, reduction.nuisances)
+    return np.interp(airspeeds, curve.indicated_airspeed, reduction.answer.two_sigma(gradient))
 
 
 def _place_assumed(reduction: Reduction) -> bool:
@@ -164,7 +182,7 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     return Calibration(
         model=" and ".join(names),
         method="height",
-        parameters=_parameters(found.model, found.answer),
+        parameters=_estimates(found.model, found.answer)[: found.model.error_count],
         reference_pressure=model.reference_pressure,
         wind=None,
         curve=with_altitude(
@@ -221,23 +239,14 @@ def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerS
     return airspeeds[above]
 
 
-def _parameters(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:
+def _estimates(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:
+    """Every unknown with its 2σ; the nuisances, which stand behind curve and wind, have no name."""
+    names = (*model.error.parameter_names, "north", "east", "down")[: model.count]
     bounds = answer.two_sigma(np.eye(len(answer.mean)))
-    names = model.error.parameter_names
     return tuple(
         Estimate(name, float(v), float(b))
-        for name, v, b in zip(names, answer.mean, bounds, strict=False)
+        for name, v, b in zip((*names, *[""] * len(bounds)), answer.mean, bounds, strict=False)
     )
-
-
-def _wind(model: PredictionModel, answer: Posterior) -> WindEstimate:
-    bounds = answer.two_sigma(np.eye(len(answer.mean)))
-    names = ("north", "east", "down")[: model.count - model.error_count]
-    parts = [
-        Estimate(name, float(answer.mean[i]), float(bounds[i]))
-        for i, name in enumerate(names, start=model.error_count)
-    ]
-    return WindEstimate(*parts)
 
 
 def _curve(
@@ -313,19 +322,26 @@ def widened(gradient: Array, answer: Posterior) -> Array:
     return wide
 
 
-def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
-    """The contribution of each nuisance to the bounds."""
+def _shares(
+    curve: CurveMap,
+    answer: Posterior,
+    nuisances: Sequence[Nuisance],
+    each: Sequence[Estimate],
+    whole: MetersPerSecond,
+) -> tuple[Share, ...]:
+    """The contribution of each nuisance to the bounds: `whole` (c,) of the curve, and those of
+    `each` unknown.
+    """
     free, count = curve.model.error_count, curve.model.count
     gradient = correction_gradient(curve, answer, nuisances)
-    every = np.eye(len(answer.mean))
-    wind, bounds = every[free : free + 2], answer.two_sigma(every)
-    whole = answer.two_sigma(gradient)
+    wind = np.eye(len(answer.mean))[free : free + 2]
+    bounds = np.array([axis.two_sigma for axis in each[free : free + 2]])
     return tuple(
         Share(
             nuisance.name,
-            Estimate(nuisance.name, float(answer.mean[place]), float(bounds[place])),
+            replace(each[place], name=nuisance.name),
             float(np.sqrt(np.mean(answer.two_sigma_by(place, gradient, whole) ** 2))),
-            float(np.max(answer.two_sigma_by(place, wind, bounds[free : free + 2]))),
+            float(np.max(answer.two_sigma_by(place, wind, bounds))),
         )
         for place, nuisance in enumerate(nuisances, start=count)
     )

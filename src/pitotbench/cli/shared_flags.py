@@ -330,12 +330,11 @@ def tell_each(
 
 def stated_reading(options: argparse.Namespace) -> "CalibrationRequest":
     """Return how the flags say that a log is read."""
-    from pitotbench.bench.calibration_request import CalibrationRequest
+    from pitotbench.bench.calibration_request import CalibrationRequest, NamedFile
 
-    mapping = options.mapping or ""
+    mapping = options.mapping
     return CalibrationRequest(
-        mapping=mapping,
-        mapping_name=mapping,
+        mapping=NamedFile(Path(mapping), mapping) if mapping else None,
         begin=options.begin or "",
         end=options.end or "",
         without=tuple(options.without or ()),

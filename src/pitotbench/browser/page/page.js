@@ -180,7 +180,7 @@ function flags() {
 }
 
 at("flags").addEventListener("submit", (event) => { event.preventDefault(); flags(); });
-for (const name of ["model", "autopilot", "sensor"]) at("flags").elements[name].addEventListener("change", flags);
+for (const name of ["model", "parameters", "airspeed_sensor"]) at("flags").elements[name].addEventListener("change", flags);
 const look = () => act({ what: "show", unit: at("unit").value, leave_out: document.querySelector("[value=leave]").checked });
 at("unit").addEventListener("change", look);
 at("whole").addEventListener("click", () => {

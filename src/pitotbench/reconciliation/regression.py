@@ -1,6 +1,6 @@
 """Fit all gaps of some logs at once: which effects act, how probable each is, and how large."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -237,41 +237,44 @@ class Regression:
             for place, columns, prior in [*groups, ("all", whole, 0.25)]:
                 yield discrepancy_of(place, columns, self.evidence, prior / len(self.blocks))
 
-    def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
+    def fit(self, without: frozenset[str] = frozenset()) -> tuple[list[Found], Found]:
         """Return the gaps that the logs show, and what is left beside them.
 
         The best hypothesis beside all others is added; then each is weighed again given the others,
-        and left out where it is not needed. Hypotheses `without` which to do take no part.
+        and left out where it is not needed, until the gaps stay. Hypotheses `without` which to do
+        take no part.
         """
-        gaps, refused = list[Found](), set(without)
-        for _ in range(THRESHOLDS.gaps_most):
-            found = self.beside([gap.member for gap in gaps], refused)
-            if not self._is_taken(found):
-                if not self.shows(found) or found.unknown > THRESHOLDS.likely:
-                    break
-                refused.add(found.member.name)
-                continue
-            gaps.append(found)
-        for _ in range(THRESHOLDS.weighings_most):
-            before = [gap.member.name for gap in gaps]
+        gaps = list[Found]()
+        for _ in range(THRESHOLDS.searches_most):
+            known = len(gaps)
+            new, taken = self._next(gaps, without)
+            while taken and len(gaps) < THRESHOLDS.gaps_most:
+                gaps.append(new)
+                new, taken = self._next(gaps, without)
+            if len(gaps) == known:
+                break
             for gap in list(gaps):
                 others = [each for each in gaps if each is not gap]
-                again = self.beside([each.member for each in others], refused)
-                gaps = [again if each is gap else each for each in gaps]
-                if not self._is_taken(again):
-                    gaps = others
-            if [gap.member.name for gap in gaps] == before:
-                break
-        return gaps, self.beside([gap.member for gap in gaps], refused)
+                again, taken = self._next(others, without)
+                gaps = [again if each is gap else each for each in gaps] if taken else others
+        return gaps, self._next(gaps, without)[0]
+
+    def _next(self, gaps: Sequence[Found], without: frozenset[str]) -> tuple[Found, bool]:
+        """The gap beside some others by the best hypothesis that parts of the logs left out do not
+        contradict, and whether it is explained: by posterior odds, and in these parts as well.
+        """
+        members, refused = [gap.member for gap in gaps], set(without)
+        new = self.beside(members, refused)
+        while self.shows(new) and new.unknown <= THRESHOLDS.likely:
+            if new.held_out >= THRESHOLDS.held_out_least:
+                return new, True
+            refused.add(new.member.name)
+            new = self.beside(members, refused)
+        return new, False
 
     def shows(self, found: Found) -> bool:
         """Whether a gap is beyond what null flights show."""
         return found.log_bayes_factor >= self.least_bayes_factor
-
-    def _is_taken(self, found: Found) -> bool:
-        """Whether a gap is explained: by posterior odds, and in parts of the logs left out."""
-        known = self.shows(found) and found.unknown <= THRESHOLDS.likely
-        return known and found.held_out >= THRESHOLDS.held_out_least
 
     @property
     def least_bayes_factor(self) -> float:
@@ -597,7 +600,7 @@ def _fitted(
     return fitted_by(Regression(blocks))
 
 
-def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
+def fitted_by(regression: Regression, without: frozenset[str] = frozenset()) -> Fitted:
     """Return the gaps of a regression, those with the most evidence first, with their sizes."""
     gaps, left = regression.fit(without)
     ranked = sorted(gaps, key=lambda gap: -gap.log_bayes_factor)

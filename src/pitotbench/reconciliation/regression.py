@@ -21,6 +21,7 @@ from pitotbench.reconciliation.evidence import (
     Evidence,
     floored,
     merit,
+    posterior_scores,
     prior_of,
     significance,
     weigh,
@@ -29,7 +30,7 @@ from pitotbench.reconciliation.evidence import (
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import Layout, without_vane_errors
 from pitotbench.reconciliation.noise import NoiseModel
-from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
 from pitotbench.reconciliation.null_learning import wander_of
 from pitotbench.reconciliation.renewal import (
     Entries,
@@ -203,6 +204,7 @@ class Regression:
         }
         self._log_priors = _log_priors(list(self.columns))
         self._discrepancies = list(self._all_discrepancies())
+        self._null = self._on_null_flights()
 
     def _joined(self) -> tuple[list[list[int]], Evidence]:
         """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
@@ -217,6 +219,22 @@ class Regression:
             rows = [*own, first]
             inner[np.ix_(rows, rows)] += block.beyond.inner
         return places, Evidence(inner)
+
+    def _on_null_flights(self) -> Array:
+        """The inner products of all sizes on null flights, (f, k + 1, k + 1), those of the logs
+        together.
+        """
+        flights = [block.null.evidence for block in self.blocks]
+        found = np.zeros(
+            (max(len(f.inner) for f in flights), len(self.keys) + 1, len(self.keys) + 1)
+        )
+        for block, own in zip(self.blocks, flights, strict=True):
+            labels = [
+                size_label(*key) if key in block.keys and key[0] in FITTED else ""
+                for key in self.keys
+            ]
+            found[: len(own.inner)] += own.of(labels)
+        return found
 
     def _all_discrepancies(self) -> Iterator[Discrepancy]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
@@ -291,7 +309,7 @@ class Regression:
         it is.
         """
         columns = [c for member in members for c in member.columns]
-        beside = self.evidence.beside(columns, _deviations(members))
+        beside = self.evidence.beside(columns, _deviations(members), self._null)
         taken = {_cause(member.name) for member in members}
         names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
         prior_none = np.log(THRESHOLDS.prior_of_none)
@@ -317,14 +335,19 @@ class Regression:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
         together with the best of them, and of these alone by their places; and the hypotheses as
         members of a fit.
+
+        Evidence counts beyond what null flights have for the same hypothesis beside the same
+        members. Errors in measured angles and rates pull all coefficients of a moment toward zero
+        at once, on every flight (Fuller 1987), although none of them alone shows it.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
         values, members = dict[str, float](), dict[str, Member]()
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
-            weighed, members[name] = self._member(beside.evidence, name)
-            values[name] = float(prior + weighed)
+            weighed, member = self._member(beside.evidence, name)
+            shown = beside.log_evidence_on_null(member.columns, member.deviations)
+            values[name], members[name] = float(prior + weighed - shown), member
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
             left = logsumexp([*self._of_discrepancies(beside, members[name]).values()])
             values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))
@@ -385,15 +408,21 @@ class Regression:
     def sizes(self, members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members of a fit, all at once, and after them those that their
         forms leave open; a size that is both is the sum.
+
+        What the same fit finds on null flights is taken off, and its spread is in the covariance.
         """
-        columns = [c for member in members for c in member.columns]
-        found = self.evidence.of(columns, _deviations(members))
+        columns, deviations = [c for m in members for c in m.columns], _deviations(members)
+        found = self.evidence.of(columns, deviations)
+        seeming = deviations * posterior_scores(self._null, columns, deviations)[1][..., -1]
+        mean, covariance = found.mean, found.covariance
+        if len(seeming) and columns:
+            mean = mean - seeming.mean(axis=0)
+            spread = np.atleast_2d(np.cov(seeming, rowvar=False))
+            covariance = covariance + (1.0 + 1.0 / len(seeming)) * spread
         own = [c for member in members for c in self.columns[member.name]]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
-        return Sizes(
-            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ found.covariance @ sums.T
-        )
+        return Sizes(tuple(self.keys[c] for c in kept), sums @ mean, sums @ covariance @ sums.T)
 
     def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.

@@ -533,8 +533,6 @@ def _compare(draft: Draft, name: str, expected: Array, measured: Array, about_me
 # pressure and temperature give the density with which airspeeds are formed. All arrays are SI, one
 # value for each row.
 
-__all__ = ["LIMITS", "check_plausibility"]
-
 
 def check_plausibility(draft: Draft) -> None:
     """Warn of what is hardly possible; raise BadInputError for what is not."""

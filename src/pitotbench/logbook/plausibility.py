@@ -255,8 +255,8 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     forbidden = not 1.0 / LIMITS.scale_refused < needed < LIMITS.scale_refused
     # Nor does a pitot of subsonic flow show a supersonic speed.
     forbidden |= ground > float(np.median(air.sound_speed(flown.temperature))) > airspeed
-    told = Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"])
-    draft.doubt(told, forbidden and (named or bool(np.all(absurd))))
+    refused = forbidden and (named or bool(np.all(absurd)))
+    draft.doubt(words, refused, draft.columns["impact_pressure"], SPEED_FACTOR)
 
 
 def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:

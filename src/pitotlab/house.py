@@ -225,8 +225,7 @@ PARTS: dict[str, Callable[[], list[Path]]] = {
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Print the figures of the house: sizes, files entered by each job, files behind it, documents."""
-    parser.add_argument("--list", action="store_true", help="name the files that each job enters")
-    options = parser.parse_args(words)
+    parser.parse_args(words)
     print("statements and numbers:")
     for name, places in PARTS.items():
         print(f"  {name}: {statements_in(*places())}, {numbers_in(*places())}")
@@ -242,5 +241,4 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         print(f"files behind {job}: {behind(modules)}")
     with TemporaryDirectory() as folder:
         for job, files in reach_of_jobs(Path(folder)).items():
-            named = f": {' '.join(files)}" if options.list else ""
-            print(f"files entered by {job}: {len(files)}{named}")
+            print(f"files entered by {job}: {len(files)}")

@@ -22,6 +22,7 @@ from pitotbench import (
 from pitotbench.bench.card_search import best_card, free_numbers
 from pitotbench.bench.forecasts import known_noise_two_sigma, smooth_flight
 from pitotbench.bench.gusts import _dryden, gust_deviation, with_gusts
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.campaigns.flights import sense, wind_toward
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
@@ -96,6 +97,15 @@ def test_the_card_for_the_pilot_is_the_card_in_round_numbers(plan):
     assert {row["bank_deg"] for row in rows} == {45.0}
     assert all(0.0 <= row["heading_deg"] < 360.0 for row in rows)
     assert sum(leg.seconds for leg in circle.legs) < 60.0 * circle.minutes
+
+
+def test_the_bound_of_a_forecast_is_that_of_the_calibrations_of_its_draws(plan):
+    circle = plan.forecasts[0]
+    flight = smooth_flight(REQUEST, circle.maneuver)
+    logs = [sense(with_gusts(flight, Case().turbulence, seed), "20/1") for seed in range(1, 5)]
+    curves = [calibrate(log, REQUEST.options).curve for log in logs]
+    bounds = [np.interp(REQUEST.airspeeds, c.indicated_airspeed, c.two_sigma) for c in curves]
+    assert np.mean(bounds, axis=0) == pytest.approx(circle.two_sigma, rel=1e-8)
 
 
 def test_a_plan_for_minutes_answers_for_them(plan):

@@ -19,6 +19,9 @@ from pitotbench.records.log import Caution
 from pitotbench.show.pages import calibration_record
 from pitotbench.show.record import checks_of
 
+# Several voices of one answer are looked at: each log is fitted once.
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 
 @pytest.fixture(scope="module")
 def log():

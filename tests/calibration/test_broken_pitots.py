@@ -13,6 +13,7 @@ from pitotbench import BadInputError, CalibrationOptions, FlightLog, air, read_l
 from pitotbench.broken import find_broken, follow, parts_of
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
+from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.units import KNOT
 from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, broken_columns, ports_of
 from pitotlab.broken.measure import (
@@ -121,6 +122,18 @@ def test_a_factor_that_a_unit_makes_as_well_names_both_and_is_not_to_be_used(fac
     assert not found.usable
     assert found.scale.factor == pytest.approx(factor, abs=found.scale.two_sigma)
     assert any(meaning in each for each in found.scale.units)
+
+
+def test_a_factor_of_the_calibration_replaces_the_guess_of_the_reader(tmp_path):
+    """One cause, one story: the reader's warning had lost the name of its check on the way."""
+    columns = dict(generate(BASE, "circle", SEED).columns)
+    columns["impact_pressure_pa"] = 1.4 * columns["impact_pressure_pa"]
+    write_csv(columns, tmp_path / "log.csv")
+    log = read_log(tmp_path / "log.csv")
+    assert [each.code for each in log.cautions].count(SPEED_FACTOR) == 1
+    codes = [each.code for each in calibrate(log, CalibrationOptions()).warnings]
+    assert "scale" in codes
+    assert SPEED_FACTOR not in codes
 
 
 def test_the_json_holds_the_factor(tmp_path, capsys):

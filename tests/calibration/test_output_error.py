@@ -3,6 +3,7 @@ noise.
 """
 
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -78,12 +79,18 @@ def test_identical_regressors_are_no_answer():
         fit_output_error(outputs, np.zeros(2))
 
 
+@cache
+def flown(seed):
+    """A flight of a random case in moderate turbulence."""
+    return fly(random_case(Trial("step_decrease", "moderate", seed)))
+
+
 @pytest.mark.parametrize(("seed", "das"), [(100206, "20/1"), (100394, "20/1"), (100394, "50/50")])
 def test_a_first_step_far_too_long_is_brought_back(seed, das):
     """In moderate turbulence the first step may leave the model's domain, or land where the curve
     bends back on itself; undamped, with six steps to the indicated pressure, none of these was
     answered."""
-    flight = fly(random_case(Trial("step_decrease", "moderate", seed)))
+    flight = flown(seed)
     result = calibrate(sense(flight, das), CalibrationOptions(method="paper"))
     truth = true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
     assert np.sqrt(np.mean((result.curve.correction - truth) ** 2)) < 1.5 * KNOT

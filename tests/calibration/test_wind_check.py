@@ -1,6 +1,7 @@
 """The check for a wind that changed: what it names, what it leaves alone."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -47,6 +48,13 @@ def front(middle, north, east):
     return change
 
 
+@cache
+def fitted(maneuver, seed, options, moved=False):
+    """The calibration of a flight in a steady wind, or in one that a front moves by 4 m/s."""
+    change = front(150.0, 2.8, 2.8) if moved else None
+    return calibrate(flown(maneuver, seed, change), options)
+
+
 def named(result):
     return [warning for warning in result.warnings if "the wind may have changed" in warning]
 
@@ -67,26 +75,21 @@ def test_a_wind_that_changes_with_the_heights_flown_is_not_the_error_of_the_airs
 @pytest.mark.parametrize("maneuver", ["step_decrease", "rapid_decel"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_front_is_named_by_its_size_where_each_speed_is_flown_once(maneuver, seed):
-    found = calibrate(flown(maneuver, seed, front(150.0, 2.8, 2.8)), CHECKED)
+    found = fitted(maneuver, seed, CHECKED, moved=True)
     assert len(named(found)) == 1
     assert found.diagnostics.wind_change.size == pytest.approx(4.0, abs=1.5)
 
 
 def test_the_heading_is_what_shows_it():
-    change = front(150.0, 2.8, 2.8)
-    evidence = [
-        calibrate(
-            flown("step_decrease", 1, change, seen), CHECKED
-        ).diagnostics.wind_change.bayes_factor
-        for seen in (True, False)
-    ]
+    unseen = flown("step_decrease", 1, front(150.0, 2.8, 2.8), with_heading=False)
+    found = fitted("step_decrease", 1, CHECKED, moved=True), calibrate(unseen, CHECKED)
+    evidence = [each.diagnostics.wind_change.bayes_factor for each in found]
     assert evidence[0] > 10.0 * evidence[1]
 
 
 def test_a_steady_wind_costs_hardly_any_width():
     for maneuver in ("circle", "step_decrease"):
-        log = flown(maneuver, 1)
-        checked, constant = calibrate(log, CHECKED).curve, calibrate(log, CONSTANT).curve
+        checked, constant = (fitted(maneuver, 1, each).curve for each in (CHECKED, CONSTANT))
         # A shear that the log hardly shows may make the gusts a little smaller.
         assert np.all(checked.two_sigma > 0.95 * constant.two_sigma)
         assert np.mean(checked.two_sigma) < 1.15 * np.mean(constant.two_sigma)
@@ -94,11 +97,10 @@ def test_a_steady_wind_costs_hardly_any_width():
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_bound_holds_the_curve_that_a_front_moves(seed):
-    steady = calibrate(flown("step_decrease", seed), CONSTANT).curve
-    log = flown("step_decrease", seed, front(150.0, 2.8, 2.8))
+    steady = fitted("step_decrease", seed, CONSTANT).curve
     moved = {
-        name: calibrate(log, CalibrationOptions(wind=name)).curve
-        for name in ("constant", "checked")
+        each.wind: fitted("step_decrease", seed, each, moved=True).curve
+        for each in (CONSTANT, CHECKED)
     }
     off = {
         name: np.abs(curve.correction - steady.correction) / curve.two_sigma
@@ -111,12 +113,11 @@ def test_the_bound_holds_the_curve_that_a_front_moves(seed):
 def test_the_mixture_of_models_is_averaged_over_changes_of_the_wind_too():
     """The bound holds what a front moves, and costs little where the wind was steady."""
     auto = replace(CHECKED, model="auto")
-    steady = flown("step_decrease", 1)
-    right = calibrate(steady, CONSTANT).curve
-    moved = calibrate(flown("step_decrease", 1, front(150.0, 2.8, 2.8)), auto).curve
+    right = fitted("step_decrease", 1, CONSTANT).curve
+    moved = fitted("step_decrease", 1, auto, moved=True).curve
     assert np.max(np.abs(moved.correction - right.correction) / moved.two_sigma) < 1.0
     widths = [
-        np.mean(calibrate(steady, each).curve.two_sigma)
+        np.mean(fitted("step_decrease", 1, each).curve.two_sigma)
         for each in (auto, replace(auto, wind="constant"))
     ]
     assert 0.95 < widths[0] / widths[1] < 1.2

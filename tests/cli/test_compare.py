@@ -14,6 +14,9 @@ from pitotbench.records.calibration import ErrorCurve
 from pitotbench.show.curve_difference import compare_curves, difference_sentence
 from pitotbench.units import KNOT
 
+# Several voices of one answer are looked at: each log is fitted once.
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 
 def curve(low_kt, high_kt, correction_kt, two_sigma_kt=0.3):
     speed = np.arange(low_kt, high_kt + 1.0, 5.0)

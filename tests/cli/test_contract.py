@@ -14,6 +14,9 @@ from pitotbench.cli.app import main
 from pitotbench.records.aircraft import Performance
 from pitotbench.show.inspection import performance_json
 
+# Several voices of one answer are looked at: each log is fitted once.
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 PAGE = (Path(__file__).parents[2] / "docs" / "contract.md").read_text(encoding="utf-8")
 ANSWERS = {
     row[0]: re.findall(r"`(\w+)`", row[1])

@@ -15,6 +15,9 @@ from pitotbench.cli.app import DONE, main
 from pitotbench.show.handbook import handbook_sentence
 from pitotbench.units import KNOT
 
+# Several voices of one answer are looked at: each log is fitted once.
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):

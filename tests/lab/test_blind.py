@@ -156,7 +156,7 @@ def test_a_set_is_judged_again_where_it_was_stopped_and_scored(folder: Path) -> 
 def test_seeds_of_development_and_scored_seeds_never_meet(tmp_path: Path) -> None:
     for seed in (29_999, 40_000, 700_000):
         with pytest.raises(ValueError, match="scored"):
-            generator.generate(seed, 1, tmp_path / "logs", tmp_path / "seal", tmp_path)
+            generator.generate(seed, 1, tmp_path / "logs", tmp_path / "seal")
 
 
 def test_strengths_lie_in_their_bands_and_half_of_the_cases_have_a_form_of_their_own() -> None:

@@ -17,7 +17,7 @@ from pitotlab.outside.physics import FOOT
 
 def _row(seed, cell="base", **entries):
     speeds = {"two_sigma_kt": 0.6, "rms_error_kt": 0.3, "oracle_two_sigma_kt": 0.5}
-    usual = {"maneuver": "circle", "outcome": "answered", "options": "defaults", "gps_hz": 20.0}
+    usual = {"maneuver": "circle", "outcome": "answered", "gps_hz": 20.0}
     shares = {"curve_coverage": 1.0, "coverage_ft": 0.5, "warned": 0.0}
     return judge.Row(cell=cell, seed=seed, **(usual | shares | speeds | entries))
 
@@ -29,7 +29,7 @@ def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsy
     assert pitotbench_command(["calibrate", str(tmp_path / "log.csv"), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     curve = printed["curve"]
-    found = judge.calibrate(judge.read_log(tmp_path / "log.csv"), judge.options_for({}))
+    found = judge.calibrate(judge.read_log(tmp_path / "log.csv"), judge.usual_options())
     assert printed["warnings"] == list(found.warnings) != []
     for name in ("correction_kt", "two_sigma_kt"):
         told = [point[name] for point in curve]
@@ -39,32 +39,19 @@ def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsy
 def test_a_second_run_flies_only_what_is_missing(tmp_path, monkeypatch):
     flown = []
 
-    def fly(cell, seed, stated):
+    def fly(cell, seed):
         flown.append((cell, seed))
         return _row(seed, cell)
 
     monkeypatch.setattr(judge, "judge", fly)
     out = tmp_path / "rows.csv"
-    first = judge.judge_all(["base"], range(1, 3), {}, 1, out)
+    first = judge.judge_all(["base"], range(1, 3), 1, out)
     with out.open("ab") as file:
-        file.write(b"base,3,defaults,cir")  # a run that was ended while it wrote
-    again = judge.judge_all(["base", "calm"], range(1, 4), {}, 1, out)
+        file.write(b"base,3,cir")  # a run that was ended while it wrote
+    again = judge.judge_all(["base", "calm"], range(1, 4), 1, out)
     assert flown == [("base", 1), ("base", 2), ("base", 3), ("calm", 1), ("calm", 2), ("calm", 3)]
     np.testing.assert_equal([asdict(row) for row in again[:2]], [asdict(row) for row in first])
     assert [(row.cell, row.seed) for row in judge.read_rows(out, judge.Row)] == flown
-
-
-def test_other_options_are_other_rows(tmp_path, monkeypatch):
-    flown = []
-
-    def fly(cell, seed, stated):
-        flown.append(dict(stated))
-        return _row(seed, cell, options=judge.options_text(stated))
-
-    monkeypatch.setattr(judge, "judge", fly)
-    for stated in ({}, {"wind": "drifting"}, {}):
-        judge.judge_all(["base"], [1], stated, 1, tmp_path / "rows.csv")
-    assert flown == [{}, {"wind": "drifting"}]
 
 
 @pytest.mark.parametrize(
@@ -95,7 +82,7 @@ def test_a_line_of_the_table_says_coverage_its_standard_error_and_the_ratio_to_t
 
 
 def test_a_cell_in_which_all_is_refused_has_a_line_of_dashes():
-    line = judge.line_of([asdict(judge.Row("late", 1, "defaults", "circle", 1.0, "refused"))])
+    line = judge.line_of([asdict(judge.Row("late", 1, "circle", 1.0, "refused"))])
     assert (line["n"], line["refused"], line["curve %"], line["/oracle"]) == ("0", "1", "–", "–")
 
 
@@ -104,7 +91,7 @@ def test_a_crash_is_a_row_with_its_words(monkeypatch):
         raise ZeroDivisionError("no samples")
 
     monkeypatch.setattr(judge, "calibrate", fall)
-    row = judge.judge("calm", 1, {})
+    row = judge.judge("calm", 1)
     assert (row.outcome, row.says) == ("crashed", "ZeroDivisionError: no samples")
 
 

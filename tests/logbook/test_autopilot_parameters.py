@@ -39,6 +39,9 @@ from pitotbench.records.calibration import (
 from pitotbench.show.deliverables import parameter_file
 from pitotbench.units import KNOT, Array
 
+# Several voices of one answer are looked at: each log is fitted once.
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 FLOWN = foreign.flight()
 EXACT = PressureErrorCurve(MODELS["bias"], (0.0,), 1630.28)
 # What the sensor makes of the true impact pressure: a loss of the tube, and a zero of its own [Pa].

@@ -24,6 +24,9 @@ from pitotbench.show.deliverables import (
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import FOOT, KNOT
 
+# Several voices of one answer are looked at: each log is fitted once.
+pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
+
 
 @pytest.fixture(scope="module")
 def static():

@@ -10,6 +10,7 @@ from io import StringIO
 from math import isfinite
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 
 from pitotbench.show.reader_units import BENCH, QUOTED, Units, units_named
@@ -94,15 +95,14 @@ def numbers_in(document: Any) -> Iterator[float]:
 
 def unknown_numbers(text: str, document: Any, units: Units = BENCH) -> list[str]:
     """The written decimals that no number of a document rounds to, in one of the units."""
-    known = [abs(each) for each in numbers_in(document) if isfinite(each)]
+    known = np.array([abs(each) for each in numbers_in(document) if isfinite(each)])
     unknown = []
     for written in dict.fromkeys(_DECIMAL.findall(text)):
         plain = written.lstrip("+-−±").replace(",", "")
         value, ulp = float(plain), 10.0 ** -len(plain.partition(".")[2])
         near = (
-            abs(factor * each - value)
+            np.abs(factor * known - value).min(initial=np.inf)
             <= 0.5 * (1.0 + (factor if units != BENCH else 0.0)) * ulp + 1e-9
-            for each in known
             for factor in _FACTORS[units]
         )
         if not any(near):

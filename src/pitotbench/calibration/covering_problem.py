@@ -115,7 +115,8 @@ def linearize(
     if (
         path is not None
     ):  # the problem is one of the whole wind, not of its difference from the path
-        response += blocks.mean(np.sum(along_track(prediction) * path.at(obs.time), axis=1))
+        along = np.einsum("na,na->n", along_track(prediction), path.at(obs.time))
+        response += blocks.mean(along)
     # A residual falls by the wind component along its direction: these are the direction cosines.
     first = structure.model.error_count
     seen = -regressors[None, :, first : first + 2]

@@ -153,13 +153,11 @@ def _height(here: LegAir, indicated: Array, correction: Array) -> tuple[Array, A
     """Return the altitude corrections [m], true minus indicated, and their change per m/s of the
     corrections.
     """
-
-    def of(change: Array) -> Array:
-        moved = air.impact_pressure(indicated) - air.impact_pressure(indicated + change)
-        return np.asarray(air.pressure_altitude(pressure + moved)) - air.pressure_altitude(pressure)
-
     pressure = float(np.mean(here.static_pressure))
-    return of(correction), (of(correction + _STEP) - of(correction)) / _STEP
+    changed = indicated + np.stack([correction, correction + _STEP])
+    moved = pressure + air.impact_pressure(indicated) - air.impact_pressure(changed)
+    found, next_to = np.asarray(air.pressure_altitude(moved)) - air.pressure_altitude(pressure)
+    return found, (next_to - found) / _STEP
 
 
 def _curve(configuration: str, model: CardModel) -> ErrorCurve:

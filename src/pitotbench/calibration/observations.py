@@ -246,12 +246,13 @@ class Observations:
 
     def at(self, rows: slice | NDArray[np.intp] | Booleans) -> "Observations":
         """The chosen rows; `used` remains that of all."""
-        names = (
-            f.name
-            for f in fields(self)
-            if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used"
-        )
-        chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in names}
+        every = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "used"}
+        once: dict[int, Any] = {}  # a velocity that needs no interpolation is the held one
+        chosen: dict[str, Any] = {
+            name: once.setdefault(id(values), values[rows])
+            for name, values in every.items()
+            if isinstance(values, np.ndarray)
+        }
         return replace(self, **chosen)
 
     def select(self, good: Booleans) -> "Observations":
@@ -273,16 +274,12 @@ class Observations:
 
 
 def observe(
-    log: FlightLog,
-    options: CalibrationOptions,
-    margin: float = 0.0,
-    parts: UsableParts | None = None,
+    log: FlightLog, options: CalibrationOptions, before: Observations | None = None
 ) -> Observations:
     """Choose rows and interpolate the ground velocity to the times of the air data.
 
-    `margin` [s] is left out at both ends of each stretch, so that other latencies have the same
-    rows. `parts` are those of the log where they are known. Raises BadInputError where too few
-    usable rows remain or a needed channel is missing.
+    Rows that were left out of those `before`, read of the same log with other options, remain out.
+    Raises BadInputError where too few usable rows remain or a needed channel is missing.
     """
     fresh = log.fresh_fixes()
     stretch = stretch_numbers(log.time, pauses(log.time))
@@ -292,23 +289,25 @@ def observe(
         else np.zeros(len(log))
     )
     held = np.stack([log.velocity_north, log.velocity_east, down])
-    velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
-    parts = parts or parts_of(log, options)
+    velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency)
+    parts = parts_of(log, options) if before is None else before.parts
     usable = usable_rows(log, options, parts)
-    used = usable.rows & between
+    used = usable.rows & between & (True if before is None else before.used)
     _require_rows(used, log, options)
     temperature, heating, standard = _temperature(log, options)
+    between_fixes = [axis[used] for axis in velocity]
+    as_held = between_fixes if velocity is held else [axis[used] for axis in held]
     return Observations(
         time=log.time[used],
         impact_pressure=log.impact_pressure[used],
         static_pressure=log.static_pressure[used],
         probe_temperature=temperature[used],
-        velocity_north=velocity[0, used],
-        velocity_east=velocity[1, used],
-        velocity_down=velocity[2, used],
-        held_north=held[0, used],
-        held_east=held[1, used],
-        held_down=held[2, used],
+        velocity_north=between_fixes[0],
+        velocity_east=between_fixes[1],
+        velocity_down=between_fixes[2],
+        held_north=as_held[0],
+        held_east=as_held[1],
+        held_down=as_held[2],
         altitude=None if log.altitude is None else log.altitude[used],
         stretch=stretch[used],
         fresh=fresh[used],
@@ -332,17 +331,6 @@ def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
     """
     long = obs.time[-1] - obs.time[0] > _LONG_FLIGHT or float(np.ptp(obs.height())) > _HIGH_CLIMB
     return options.wind == "drifting" or (options.wind == "checked" and bool(long))
-
-
-def observe_again(
-    log: FlightLog, options: CalibrationOptions, before: Observations
-) -> Observations:
-    """Read the rows of `before` again with other options, as far as these options allow them.
-
-    Rows that were screened out remain out. Raises as `observe` does.
-    """
-    read = observe(log, options, parts=before.parts)
-    return read.select(before.used[read.used])
 
 
 def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
@@ -430,7 +418,6 @@ def _between_fixes(
     fresh: Booleans,
     stretch: NDArray[np.intp],
     latency: float,
-    margin: float,
 ) -> tuple[Array, Booleans]:
     """Interpolate held velocities (3, n), and mark the rows between fixes.
 
@@ -438,7 +425,7 @@ def _between_fixes(
     stamped, one spline per stretch. A held velocity would lag by half a fix interval. Beyond the
     last fix nothing can be interpolated.
     """
-    if fresh.mean() > DENSE and latency == margin == 0.0:
+    if fresh.mean() > DENSE and latency == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
     from scipy.interpolate import (
         CubicSpline,
@@ -451,8 +438,8 @@ def _between_fixes(
         if int(fixes.sum()) < FEWEST_FIXES:
             continue
         knots = time[fixes] - latency
-        rows &= time >= max(knots[0], knots[0] + latency + margin)
-        rows &= time <= min(knots[-1], knots[-1] + latency - margin)
+        rows &= time >= max(knots[0], knots[0] + latency)
+        rows &= time <= min(knots[-1], knots[-1] + latency)
         velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
         between |= rows
     return velocity, between

@@ -86,7 +86,7 @@ class PredictionModel:
         # Block by block, so that a block's arrays stay in the processor's cache: a long log takes
         # half the time. All blocks take the same number of Newton steps, so the numbers do not
         # depend on the size of a block.
-        blocks = [slice(first, first + _BLOCK) for first in range(0, len(obs), _BLOCK)]
+        blocks = _blocks(len(obs))
         for rows in blocks:
             work.place(rows)
         for _ in range(_NEWTON_STEPS):
@@ -109,9 +109,16 @@ class PredictionModel:
         """The change of the predicted airspeed with the curve's parameters, (n, K), where the true
         airspeed is `shift` (n,) [m/s] beyond the predicted one.
         """
-        indicated = prediction.indicated + shift * prediction.slope
-        by_error = prediction.by_error / prediction.slope
-        return self.error.basis(indicated / self.reference_pressure) * by_error[:, None]
+        columns = np.empty((self.error_count, len(shift))).T  # contiguous each
+        for rows in _blocks(len(shift)):
+            slope = prediction.slope[rows]
+            x = (prediction.indicated[rows] + shift[rows] * slope) / self.reference_pressure
+            columns[rows] = self.error.basis(x) * (prediction.by_error[rows] / slope)[:, None]
+        return columns
+
+
+def _blocks(count: int) -> list[slice]:
+    return [slice(first, first + _BLOCK) for first in range(0, count, _BLOCK)]
 
 
 class _Work:
@@ -124,12 +131,9 @@ class _Work:
         self.indicated = obs.impact_pressure.copy()  # Newton's method starts from the measured one
         self.jacobian = np.empty((model.count, count)).T  # contiguous columns
         self.impact, self.speed, self.slope = np.empty(count), np.empty(count), np.empty(count)
-        self._ratio, self._ratio_slope, self._by_ratio = (
-            np.empty(count),
-            np.empty(count),
-            np.empty(count),
-        )
         self._x, self.by_error = np.empty(count), np.empty(count)
+        # Kept in columns of the Jacobian until they are filled, which saves a long log memory.
+        self._ratio, self._ratio_slope, self._by_ratio = self.jacobian[:, :3].T
 
     def place(self, rows: slice) -> None:
         """Find the impact pressure of the ground velocity less the wind, as a share of the static
@@ -176,10 +180,10 @@ class _Work:
     def differentiate(self, rows: slice) -> None:
         """Fill the derivatives by the curve, by the wind and by the true airspeed."""
         error = self._model.error
+        by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
         self.jacobian[rows, : self._model.error_count] = (
             error.basis(self._x[rows]) * self.by_error[rows][:, None]
         )
-        by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
         for column, axis in enumerate(
             self._through_air(rows)[: len(self._wind)], start=self._model.error_count
         ):
@@ -571,7 +575,7 @@ def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
     """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground
     acceleration along it.
     """
-    return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
+    return np.asarray(-np.einsum("na,na->n", along_track(prediction), _acceleration(obs)))
 
 
 def _acceleration(obs: Observations) -> Array:

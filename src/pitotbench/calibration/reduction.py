@@ -25,7 +25,6 @@ from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibration.observations import (
     Observations,
     observe,
-    observe_again,
     range_end,
     spans,
     wind_drifts,
@@ -100,8 +99,9 @@ def estimate_latency(
     column = Nuisance("latency_s", _PLANNED, by_latency)
     total = options.gps_latency
     for _ in range(_READINGS):
-        read = observe_again(log, replace(options, gps_latency=total), obs)
-        found = acceleration_effect(structure, read, fit, column)
+        tried = replace(options, gps_latency=total)
+        # No name for the rows: a second reading of a long log would find the first in memory.
+        found = acceleration_effect(structure, observe(log, tried, obs), fit, column)
         total = float(np.clip(total + found.value, -_LARGEST, _LARGEST))
         if abs(found.value) < 0.1 * found.two_sigma:
             break
@@ -196,11 +196,11 @@ def reduce_log(
     cannot be used, NoAnswerError for one that does not determine the answer.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
-    read = observe(log, used)
-    model = model_of(used, scale or scale_of([read]))
-    _require_observable(model, read, log)
-    near = _along_path(model, used, read)
-    obs, white, left_out = _white(model, read, used.robust, near)
+    obs = observe(log, used)
+    model, usable = model_of(used, scale or scale_of([obs])), obs.usable
+    _require_observable(model, obs, log)
+    near = _along_path(model, used, obs)
+    obs, white, left_out = _white(model, obs, used.robust, near)
     found = Diagnostics(white.iterations, tuple(int(row) for row in left_out[:_MOST_LISTED]))
     # Without evidence from the log the place of the error is that of the published method unless
     # stated.
@@ -214,9 +214,9 @@ def reduce_log(
     assumed = assumptions_of(options.accuracies, log.header)
     return replace(
         reduction,
-        parts=spans(log.time, read.usable.rows),
+        parts=spans(log.time, usable.rows),
         log_start=log.start,
-        left_out=read.usable.reasons,
+        left_out=usable.reasons,
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
         assumptions=_relevant_assumptions(assumed, used, reduction.observations),
     )
@@ -400,7 +400,7 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
             LatencyFound(latency.value, latency.two_sigma, latency.value - options.gps_latency),
         )
     applied = with_latency(options, latency)
-    again = replace(white, options=applied, observations=observe_again(log, applied, obs))
+    again = replace(white, options=applied, observations=observe(log, applied, obs))
     return _covered(
         again, _located(log, again), LatencyFound(latency.value, latency.two_sigma, 0.0)
     )

@@ -231,7 +231,9 @@ def _folder(options: argparse.Namespace) -> Path:
     name = (
         options.plan.stem
         if options.plan is not None
-        else _folder_name(options.maneuver, options.das)
+        else "-".join(
+            re.sub(r"[^A-Za-z0-9_]+", "_", part) for part in (options.maneuver, options.das)
+        )
     )
     out: Path = options.out or Path("out", name)
     if not out.name:
@@ -240,7 +242,3 @@ def _folder(options: argparse.Namespace) -> Path:
         )
     require_folder(out)
     return out
-
-
-def _folder_name(maneuver: str, das: str) -> str:
-    return "-".join(re.sub(r"[^A-Za-z0-9_]+", "_", part) for part in (maneuver, das))

@@ -372,7 +372,7 @@ def require_page(path: Path | None, inputs: Iterable[Path] = ()) -> None:
 
 
 def write_page(path: Path | None, page: Callable[[], str]) -> None:
-    """Write a page where a flag asks for one; only then it is made."""
+    """Write a page, or another text, where a flag asks for it; only then it is made."""
     if path is not None:
         from pitotbench.logbook.columns import write_text
 
@@ -387,9 +387,7 @@ def write_table(
     """Write the tables of some curves with their doubts, by configuration, where `--table` asks for
     them.
     """
-    from pitotbench.logbook.columns import write_text
     from pitotbench.show.deliverables import table_text
 
-    if options.table is not None:
-        subject = ", ".join(path.stem for path in options.logs)
-        write_text(options.table, table_text(options.table.suffix.lower(), curves, subject, doubts))
+    subject, path = ", ".join(path.stem for path in options.logs), options.table
+    write_page(path, lambda: table_text(path.suffix.lower(), curves, subject, doubts))

@@ -9,6 +9,7 @@ from pitotbench import air
 from pitotbench.effects.effect import (
     CHANGING_HEIGHT,
     ELAPSED,
+    MINUTE,
     STEADY_LEGS,
     TEMPERATURE,
     TURNING,
@@ -280,8 +281,6 @@ UPDRAFT = AirEffect(
 
 
 # A wind that changes steadily during the flight.
-
-MINUTE = 60.0  # s
 
 WIND_DRIFT = AirEffect(
     name="wind_drift",

@@ -223,10 +223,6 @@ def formula_value(effect: str, signals: Signals, sizes: Mapping[str, float], uni
 
 # Formulas of forces and moments: what a coefficient of the airplane lacks, as a sum of terms.
 
-FORCE_SOURCE = (
-    "Klein and Morelli 2006, Aircraft System Identification, ch. 5: coefficients as "
-    "sums of regressors"
-)
 STATES = (
     "alpha",
     "alpha_squared",
@@ -291,7 +287,8 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
         parameters=parameters_of(FORCE_TERMS, "", AXES[axis].typical, AXES[axis].symbol),
-        source=FORCE_SOURCE,
+        source="Klein and Morelli 2006, Aircraft System Identification, ch. 5: coefficients as "
+        "sums of regressors",
         what=f"The airplane has a further {AXES[axis].quantity} that follows a formula.",
         shows_in=RANGE_OF_AIRSPEED,
         build=_force(axis),
@@ -302,10 +299,6 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
 
 # Formulas of sensors: by how much a sensor reads wrong, as a sum of terms.
 
-SENSOR_SOURCE = (
-    "Haering 1995, NASA TM-104316: corrections of air-data sensors as functions of "
-    "the measured state"
-)
 AIR_STATE = ("alpha", "alpha_squared", "sideslip", "sideslip_squared")
 TURNING = ("roll_rate", "pitch_rate", "yaw_rate")
 POWER = ("power", "power_squared")
@@ -460,7 +453,8 @@ SENSOR_FORMULAS: Mapping[str, SensorEffect] = {
     name: SensorEffect(
         name=name,
         parameters=parameters_of(reading.terms, reading.unit, reading.typical, reading.symbol),
-        source=SENSOR_SOURCE,
+        source="Haering 1995, NASA TM-104316: corrections of air-data sensors as functions of "
+        "the measured state",
         what=f"The {reading.quantity} is read with an error that follows a formula.",
         shows_in=RANGE_OF_AIRSPEED,
         changes=reading.channels,

@@ -10,6 +10,7 @@ from pitotbench.effects.effect import (
     CHANGING_AIRSPEED,
     CHANGING_HEIGHT,
     EARLY_AND_LATE,
+    MINUTE,
     POWER,
     RANGE_OF_AIRSPEED,
     SIDESLIP,
@@ -468,8 +469,6 @@ INCLINED_PITOT_LOSS = SensorEffect(
 
 
 # A transducer whose zero drifts: with time since the start of the recording, or with temperature.
-
-MINUTE = 60.0  # s
 
 DRIFT_SOURCE = (
     "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, "

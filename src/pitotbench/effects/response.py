@@ -106,9 +106,16 @@ def second_order(signals: Signals, values: Array, lag: float, damping: float) ->
     """
     if lag <= 0.0:
         return values
+    from scipy.signal import cont2discrete
+
     frequency = 2.0 * damping / lag
-    numerator, denominator = _ramp_invariant(frequency, damping, signals.interval)
-    return _by_stretch(signals, values, numerator, denominator)
+    line = (
+        np.array([frequency**2]),
+        np.array([1.0, 2.0 * damping * frequency, frequency**2]),
+    )
+    # A first-order hold is the discretization for an input that is linear between samples.
+    numerator, denominator, _ = cont2discrete(line, signals.interval, method="foh")
+    return _by_stretch(signals, values, numerator.ravel(), denominator)
 
 
 def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool = False) -> Array:
@@ -125,26 +132,6 @@ def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool =
         time = signals.time[part]
         out[part] = np.interp(time - late[part], time, smooth[part])
     return np.mod(out, 2.0 * np.pi) if angle else out
-
-
-def _ramp_invariant(frequency: float, damping: float, interval: float) -> tuple[Array, Array]:
-    """Return numerator and denominator in 1/z of 1/(s²/ω² + 2ζ s/ω + 1) for an input linear between
-    samples.
-    """
-    from scipy.linalg import expm
-
-    a = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]])
-    b = np.array([0.0, frequency**2])
-    block = np.zeros((4, 4))  # the state, the input, its slope a sample
-    block[:2, :2], block[:2, 2], block[2, 3] = a * interval, b * interval, 1.0
-    power = expm(block)
-    step, now, slope = power[:2, :2], power[:2, 2], power[:2, 3]
-    # x⁺ = step x + (now − slope) u + slope u⁺; output is the first state; as a ratio of
-    # polynomials:
-    first, cross = now - slope, np.array([step[0, 1], -step[1, 1]])
-    trace, determinant = float(np.trace(step)), float(np.linalg.det(step))
-    numerator = np.array([slope[0], first[0] + cross @ slope[::-1], cross @ first[::-1]])
-    return numerator, np.array([1.0, -trace, determinant])
 
 
 def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: Array) -> Array:

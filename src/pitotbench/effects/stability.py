@@ -39,7 +39,6 @@ SOURCE = (
     "Klein and Morelli 2006, Aircraft System Identification, ch. 5; estimates of derivatives "
     "err by 10 to 50 %"
 )
-CONSTANT = product(1.0, 1.0)
 NOTHING = difference(1.0, 1.0)
 
 
@@ -48,7 +47,8 @@ def _zero_lift(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Over
     added = product(*effect.paths(), 1.0)
     if helpers:
         return Overlay(
-            sizes=effect.properties(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),)
+            sizes=effect.properties(sizes),
+            scalings=(FunctionScaling(helpers[0], product(1.0, 1.0), added),),
         )
     return Overlay(sizes=effect.properties(sizes), functions=(coefficient_function("LIFT", added),))
 

@@ -17,6 +17,7 @@ import numpy as np
 import tomli_w
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
+from pitotbench.logbook.damage import complete
 from pitotbench.records import BadInputError
 from pitotbench.units import Array
 
@@ -123,13 +124,8 @@ def unpacked(path: Path) -> bytes:
     data = path.read_bytes()
     if not data.startswith(_PACKED):
         return data
-    try:
-        with gzip.open(path) as file:
-            text = file.read(_MOST_UNPACKED + 1)
-    except (OSError, EOFError, zlib.error) as error:
-        raise BadInputError(
-            "not a complete gzip file: it is damaged or cut off; copy it again from its source"
-        ) from error
+    with complete("gzip file", (OSError, EOFError, zlib.error)), gzip.open(path) as file:
+        text = file.read(_MOST_UNPACKED + 1)
     if len(text) > _MOST_UNPACKED:
         raise BadInputError(
             f"the gzip file unpacks to more than {_MOST_UNPACKED >> 20} MB: unpack it and cut the "

@@ -33,6 +33,17 @@ def require_unpackable(values: float, path: Path, kind: str = "numbers") -> None
 
 
 @contextmanager
+def complete(kind: str, broken: type[Exception] | tuple[type[Exception], ...]) -> Iterator[None]:
+    """Raise BadInputError for what a library raises of a file of a kind that is `broken`."""
+    try:
+        yield
+    except BadInputError:
+        raise
+    except broken as error:
+        raise BadInputError(f"not a complete {kind}{AGAIN}") from error
+
+
+@contextmanager
 def heard(said: list[str]) -> Iterator[None]:
     """Keep the lines that a library prints of what it skips; its compiled part writes to the
     descriptor itself.

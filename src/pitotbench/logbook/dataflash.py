@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench.logbook.columns import Table
-from pitotbench.logbook.damage import AGAIN, damage, heard
+from pitotbench.logbook.damage import complete, damage, heard
 from pitotbench.records import BadInputError
 
 _MAGIC, _TEXT = b"\xa3\x95", b"FMT,"  # begins every message, and a log of messages as text
@@ -48,7 +48,8 @@ def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], 
     rows: dict[str, list[Any]] = {}
     held: dict[str, Any] = {}
     said: list[str] = []
-    try:
+    # pymavlink lets struct, index and key errors out of a broken file.
+    with complete("DataFlash log: a message does not fit its format", Exception):
         with heard(said):
             log = (DFReader_text if _begin(path) == _TEXT else DFReader_binary)(
                 str(path), zero_time_base=True
@@ -70,10 +71,6 @@ def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], 
             }
             for kind, messages in rows.items()
         }
-    except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
-        raise BadInputError(
-            f"not a complete DataFlash log: a message does not fit its format{AGAIN}"
-        ) from error
     warnings = damage("pymavlink", said, max(ends, default=0) > log.data_len)
     tables = {
         kind: Table(tuple(found), tuple(found.values()), warnings=warnings)

@@ -113,11 +113,11 @@ class Draft:
             )
         self.keep(rows)
 
-    def doubt(self, words: str, refused: bool, column: str = "") -> None:
-        """Warn of what is hardly possible; raise BadInputError where it is `refused`."""
+    def doubt(self, words: str, refused: bool, column: str = "", code: str = "suspect") -> None:
+        """Warn with a code of what is hardly possible; raise BadInputError where `refused`."""
         if refused:
             raise BadInputError(words)
-        self.warnings.append(Caution(words, "suspect", column))
+        self.warnings.append(Caution(words, code, column))
 
     def cautions(self, code: str) -> list[Caution]:
         """Return the warnings of a code."""

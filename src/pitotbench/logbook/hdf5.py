@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.logbook.damage import AGAIN, NUMBER, require_unpackable
+from pitotbench.logbook.damage import NUMBER, complete, require_unpackable
 from pitotbench.records import BadInputError
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -35,16 +35,12 @@ def load_hdf5(path: Path) -> dict[str, Any]:
             "a .mat file of version 7.3 needs h5py: pip install 'pitotbench[hdf5]', or "
             "save('log.mat', '-v7')"
         ) from error
-    try:
-        with h5py.File(path, "r") as file:
-            sizes = [0]
-            file.visititems(lambda _, item: sizes.append(getattr(item, "nbytes", 0)))
-            require_unpackable(sum(sizes) / NUMBER, path)
-            return _fields(file, h5py, {file})
-    except BadInputError:
-        raise
-    except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
-        raise BadInputError(f"not a complete .mat file of version 7.3{AGAIN}") from error
+    # h5py lets OS, key and runtime errors out of a broken file.
+    with complete(".mat file of version 7.3", Exception), h5py.File(path, "r") as file:
+        sizes = [0]
+        file.visititems(lambda _, item: sizes.append(getattr(item, "nbytes", 0)))
+        require_unpackable(sum(sizes) / NUMBER, path)
+        return _fields(file, h5py, {file})
 
 
 def _fields(group: Any, h5py: Any, seen: set[Any]) -> dict[str, Any]:

@@ -8,8 +8,7 @@ import tomli_w
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.logbook.csv import to_columns
-from pitotbench.logbook.damage import AGAIN, NUMBER, require_unpackable
-from pitotbench.records import BadInputError
+from pitotbench.logbook.damage import NUMBER, complete, require_unpackable
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -26,7 +25,7 @@ def read_parquet(path: Path) -> Table:
     import pyarrow as pa
     from pyarrow import parquet
 
-    try:
+    with complete("Parquet file", (pa.ArrowException, OSError, ValueError)):
         metadata = parquet.read_metadata(path)
         require_few_columns(metadata.num_columns)
         groups = map(metadata.row_group, range(metadata.num_row_groups))
@@ -47,10 +46,6 @@ def read_parquet(path: Path) -> Table:
         }
         stored = (file.schema_arrow.metadata or {}).get(_KEY, b"")
         names, columns = to_columns(_table(file, wide, path))
-    except BadInputError:
-        raise
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise BadInputError(f"not a complete Parquet file{AGAIN}") from error
     header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
     left_out = [f"column {name!r} holds lists: it is left out" for name in sorted(wide)]
     return Table(names, columns, header, (*warnings, *left_out))

@@ -255,8 +255,8 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     forbidden = not 1.0 / LIMITS.scale_refused < needed < LIMITS.scale_refused
     # Nor does a pitot of subsonic flow show a supersonic speed.
     forbidden |= ground > float(np.median(air.sound_speed(flown.temperature))) > airspeed
-    told = Caution(words, SPEED_FACTOR, draft.columns["impact_pressure"])
-    draft.doubt(told, forbidden and (named or bool(np.all(absurd))))
+    refused = forbidden and (named or bool(np.all(absurd)))
+    draft.doubt(words, refused, draft.columns["impact_pressure"], SPEED_FACTOR)
 
 
 def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:
@@ -532,8 +532,6 @@ def _compare(draft: Draft, name: str, expected: Array, measured: Array, about_me
 # The checks run in this order, because each trusts what those before it have looked at: static
 # pressure and temperature give the density with which airspeeds are formed. All arrays are SI, one
 # value for each row.
-
-__all__ = ["LIMITS", "check_plausibility"]
 
 
 def check_plausibility(draft: Draft) -> None:

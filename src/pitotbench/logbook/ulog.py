@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench.logbook.columns import Table
-from pitotbench.logbook.damage import AGAIN, damage, heard
+from pitotbench.logbook.damage import complete, damage, heard
 from pitotbench.records import BadInputError
 
 
@@ -28,11 +28,9 @@ def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], di
         ) from error
     wanted = [re.sub(r"_\d+$", "", topic) for topic in topics]
     said: list[str] = []
-    try:
-        with _Watched(FileIO(path)) as file, heard(said):
-            log = ULog(file, message_name_filter_list=wanted)
-    except Exception as error:  # pyulog lets struct, index and key errors out of a broken file
-        raise BadInputError(f"not a complete ULog{AGAIN}") from error
+    # pyulog lets struct, index and key errors out of a broken file.
+    with complete("ULog", Exception), _Watched(FileIO(path)) as file, heard(said):
+        log = ULog(file, message_name_filter_list=wanted)
     if log.file_corruption and not said:
         said.append("a message of the wrong length")
     warnings = damage("pyulog", said, file.broken)

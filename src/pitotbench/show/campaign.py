@@ -48,12 +48,6 @@ ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
 )
 
 
-def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
-    """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
-    keys = ["maneuver", "das", "model"]
-    return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
-
-
 def campaign_tree(
     results: "pd.DataFrame", answers: Sequence[ShortAnswer] = (), failures: Sequence[str] = ()
 ) -> list[Node]:
@@ -63,7 +57,9 @@ def campaign_tree(
     `results` as in results.parquet; `answers` are the first ones; `failures`: a sentence a flight
     that gave no result.
     """
-    table = campaign_table(results)
+    # The mean over seeds, one row a maneuver, data system and model.
+    groups = results.groupby(["maneuver", "das", "model"], sort=False)
+    table = groups.mean(numeric_only=True).reset_index()
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
     one = [f"{each.correction_sentence} {each.wind_sentence}" for each in answers]
     several = len(answers) > 1

@@ -39,7 +39,12 @@ def printable(text: str, keep: str = "") -> str:
 
     A terminal obeys control codes: a column name could clear the screen or color what follows.
     """
-    return "".join(_written(letter) if letter not in keep else letter for letter in text)
+    return "".join(
+        letter.encode("unicode_escape").decode("ascii")
+        if letter not in keep and (category(letter) in _CONTROLS or letter in _DIRECTIONS)
+        else letter
+        for letter in text
+    )
 
 
 _SHELL_LETTERS = frozenset("&|<>^()")  # of the command prompt of Windows
@@ -61,12 +66,6 @@ def outside(text: str, style: str = "") -> "Text":
     from rich.text import Text
 
     return Text(printable(text), style=style)
-
-
-def _written(letter: str) -> str:
-    if category(letter) in _CONTROLS or letter in _DIRECTIONS:
-        return letter.encode("unicode_escape").decode("ascii")
-    return letter
 
 
 _NEGATIVE = re.compile(r"(?<![\w.\-/=\"'])-(?=\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?(?![^\Wσ]|[.-]\w))")

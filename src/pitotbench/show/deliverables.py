@@ -181,9 +181,6 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts
     return page_of(f"Airspeed calibration: {subject}", [Sentence(lines), *parts])
 
 
-_SYSTEM_PROPERTY = "instrumentation/airspeed-indicator/indicated-speed-kt"
-
-
 def jsbsim_system(
     curve: ErrorCurve | PublishedCurve, subject: str, doubts: Sequence[str] = ()
 ) -> str:
@@ -214,7 +211,7 @@ def jsbsim_system(
      Systems, and <system file="NAME"/> (this file's name without .xml) into the aircraft's file. -->
 <system name="airspeed indicator">
   <channel name="indicated airspeed">
-    <fcs_function name="{_SYSTEM_PROPERTY}">
+    <fcs_function name="instrumentation/airspeed-indicator/indicated-speed-kt">
       <function>
         <table>
           <independentVar lookup="row">velocities/vc-kts</independentVar>

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -12,6 +11,7 @@ from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.renderers import html_of
 from pitotbench.show.tree import Node
 from pitotbench.show.words import heading, words
+from pitotbench.version import __version__
 
 
 def render(template: str, **content: object) -> str:
@@ -35,20 +35,12 @@ def page_of(
         "tree.html",
         title=title,
         subtitle=subtitle,
-        version=page_version(),
+        version=__version__,
         groups=[(name, [*group]) for name, group in groupby(drawn, key=lambda each: each.group)],
         body=html_of(nodes, units),
         drawn=drawn,
         after=html_of(after, units),
     )
-
-
-def page_version() -> str:
-    """The version of the bench that made a page."""
-    try:
-        return version("pitotbench")
-    except PackageNotFoundError:  # run from a checkout that was never installed
-        return "(not installed)"
 
 
 def environment() -> Environment:

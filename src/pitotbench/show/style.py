@@ -226,13 +226,9 @@ def svg(figure: Figure, label: str) -> str:
     text = re.sub(r'<g id="[^"]*"', "<g", text)
     head, rest = text.split(">", 1)
     head = re.sub(r' (width|height)="[^"]*pt"', "", head) + f' role="img" aria-label="{label}"'
-    return head + ">" + _unique_names(rest)
-
-
-def _unique_names(text: str) -> str:
-    """The drawing with names of clips and markers that no other drawing of a page has."""
-    mark = sha256(text.encode()).hexdigest()[:8]
-    return re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", text)
+    # No other drawing of a page has its names of clips and markers.
+    mark = sha256(rest.encode()).hexdigest()[:8]
+    return head + ">" + re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", rest)
 
 
 def thin(*arrays: Array) -> list[Array]:

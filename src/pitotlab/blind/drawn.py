@@ -366,9 +366,7 @@ def _further(draw: Generator, kind: str, first: str, letters: Sequence[str]) -> 
     return [str(letter) for letter in draw.permutation(others)[: number - 1]]
 
 
-def generate(
-    seed: int, jobs: int, logs: Path, folder: Path, place: Path, share: float = 1.0
-) -> str:
+def generate(seed: int, jobs: int, logs: Path, folder: Path) -> str:
     """Seal the truth, then write the logs; returns the salted SHA-256.
 
     A truth that is there already is drawn again from its seed and must be the same; its logs are
@@ -377,10 +375,9 @@ def generate(
     if not (DEVELOPMENT_SEEDS[0] <= seed < DEVELOPMENT_SEEDS[1] or seed >= SCORED):
         known = f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
         raise ValueError(known)
-    letters = [letter for letter in SETTINGS if (place / f"{letter}.npz").is_file()]
-    kinds = {kind: max(1, round(share * number)) for kind, number in KINDS.items()}
-    measured = {letter: read(letter, place) for letter in letters}
-    cases, held = draw_set(np.random.default_rng(seed), kinds, letters, measured)
+    letters = [letter for letter in SETTINGS if (PLACE / f"{letter}.npz").is_file()]
+    measured = {letter: read(letter) for letter in letters}
+    cases, held = draw_set(np.random.default_rng(seed), KINDS, letters, measured)
     if (folder / "truth.json").is_file():
         there = json.loads((folder / "truth.json").read_text("utf-8"))["cases"]
         drawn = [[e.name for e in case.effects] for case in cases]
@@ -398,8 +395,5 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Draw a set, seal its truth, and write its logs. First measure the `blind signatures`."""
     parser.add_argument("--seed", type=int, default=SCORED)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
-    parser.add_argument("--seal", type=Path, default=OUT / "blind" / "seal", dest="folder")
-    parser.add_argument("--place", type=Path, default=PLACE, help="folder of the signatures")
-    parser.add_argument("--share", type=float, default=1.0, help="of the cases of the full set")
-    generate(**vars(parser.parse_args(words)))
+    options = parser.parse_args(words)
+    generate(options.seed, options.jobs, OUT / "blind" / "logs", OUT / "blind" / "seal")

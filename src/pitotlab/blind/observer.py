@@ -12,7 +12,6 @@ import json
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
@@ -23,10 +22,10 @@ from scipy.special import logsumexp
 
 from pitotbench.logbook.reading import read_log
 from pitotbench.units import Array
-from pitotlab.blind import sealed
 from pitotlab.blind.drawn import PARTIAL, cause_of
 from pitotlab.blind.outsiders import OUTSIDERS, Part
-from pitotlab.blind.signatures import PLACE, layout_of, matched, noise_of, read, segments_at
+from pitotlab.blind.sealed import PLACE
+from pitotlab.blind.signatures import layout_of, matched, noise_of, read, segments_at
 
 NONE = "none"
 PRIOR = {NONE: 0.3, "table": 0.6, "outside": 0.1}
@@ -71,11 +70,9 @@ def probabilities(evidence: Mapping[str, Sequence[float]]) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-def filtered(
-    path: Path, letter: str, part: tuple[float, float] | None, place: Path
-) -> dict[str, list[float]]:
+def filtered(path: Path, letter: str, part: tuple[float, float] | None) -> dict[str, list[float]]:
     """Return the matched-filter outputs [σ] of each cause's forms on one log."""
-    log, signatures, noise = read_log(path), read(letter, place), noise_of(letter, place)
+    log, signatures, noise = read_log(path), read(letter), noise_of(letter)
     layout = layout_of(log)
     time = layout.track.time[layout.grid.rows]
     values, segments = np.moveaxis(signatures.values, 0, 2), np.array(signatures.segment)
@@ -100,15 +97,15 @@ def filtered(
     return found
 
 
-def observed(logs: Path, place: Path, case: Mapping[str, Any]) -> dict[str, Any]:
+def observed(case: Mapping[str, Any]) -> dict[str, Any]:
     """Observe the flights of a case; returns a line of the results."""
     begun = process_time()
     parts = [tuple(e["part"]) for e in case["effects"] if e["part"]]
     part = parts[0] if parts else None
     summed: dict[str, list[float]] = {}
     for flight, letter in enumerate(case["settings"]):
-        path = logs / f"{case['name']}{('', '-b', '-c')[flight]}.parquet"
-        outputs = filtered(path, letter, part, place)
+        path = PLACE / "logs" / f"{case['name']}{('', '-b', '-c')[flight]}.parquet"
+        outputs = filtered(path, letter, part)
         seen = {c: log_evidence(np.array(t)).tolist() for c, t in outputs.items()}
         # Sizes of several flights are taken as free of each other: a little less than an ideal
         # observer knows.
@@ -128,9 +125,10 @@ def _sums(one: Sequence[float], other: Sequence[float]) -> list[float]:
     return [a + b for a in one for b in other]
 
 
-def observe(logs: Path, seal: Path, results: Path, place: Path, jobs: int) -> None:
+def observe(jobs: int) -> None:
     """Observe every case with one effect or none that has no line in the results yet."""
-    cases = json.loads((seal / "truth.json").read_text("utf-8"))["cases"]
+    results = PLACE / "observed.jsonl"
+    cases = json.loads((PLACE / "seal" / "truth.json").read_text("utf-8"))["cases"]
     lines = results.read_text("utf-8").splitlines() if results.is_file() else []
     done = {json.loads(line)["name"] for line in lines}
     todo = [c for c in cases if c["kind"] not in ("two", "counted") and c["name"] not in done]
@@ -139,7 +137,7 @@ def observe(logs: Path, seal: Path, results: Path, place: Path, jobs: int) -> No
         ProcessPoolExecutor(jobs, get_context("spawn")) as pool,
         results.open("a", encoding="utf-8") as out,
     ):
-        work = [pool.submit(partial(observed, logs, place), case) for case in todo]
+        work = [pool.submit(observed, case) for case in todo]
         for number, job in enumerate(as_completed(work), start=1):
             out.write(json.dumps(job.result()) + "\n")
             out.flush()
@@ -149,9 +147,5 @@ def observe(logs: Path, seal: Path, results: Path, place: Path, jobs: int) -> No
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Give the answer of the ideal observer on every case of one effect or none."""
-    parser.add_argument("--logs", type=Path, default=sealed.PLACE / "logs")
-    parser.add_argument("--seal", type=Path, default=sealed.PLACE / "seal")
-    parser.add_argument("--results", type=Path, default=sealed.PLACE / "observed.jsonl")
-    parser.add_argument("--place", type=Path, default=PLACE, help="folder of the signatures")
     parser.add_argument("--jobs", type=int, default=2)
-    observe(**vars(parser.parse_args(words)))
+    observe(parser.parse_args(words).jobs)

@@ -15,7 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from time import process_time
 from typing import Any
 from unittest.mock import patch
@@ -188,12 +187,8 @@ def segments_at(log: FlightLog, time: Array) -> Text:
     return np.asarray(log.segment)[row]
 
 
-def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
-    """Measure a setting and write it; returns the processor seconds it took.
-
-    `only` is the number of effects, drawn by the setting's letter, for a quick development set; 0
-    means all.
-    """
+def measure(letter: str) -> float:
+    """Measure a setting and write it; returns the processor seconds it took."""
     begun = process_time()
     setting = SETTINGS[letter]
     noise, case = null_noise(setting), quiet(setting)
@@ -204,11 +199,7 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
     still, alone = base.reference.residuals_of(track_of(log)).values, residuals_of(log)
     steady = without_steady_wind(base, log, noise)
     values = {}
-    wanted = all_effects()
-    if only:
-        chosen = np.random.default_rng(ord(letter)).permutation(list(wanted))[:only]
-        wanted = {n: e for n, e in wanted.items() if n in chosen}
-    for name, effect in wanted.items():
+    for name, effect in all_effects().items():
         spec = replace(case, effects=(EffectSpec(name, typical(effect)),))
         try:
             if isinstance(effect, SensorEffect):
@@ -227,10 +218,10 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
         except Exception as error:  # what cannot be flown in a setting has no signature in it
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)
-    place.mkdir(parents=True, exist_ok=True)
+    PLACE.mkdir(parents=True, exist_ok=True)
     learned_noise = (noise.coefficients, noise.deviations, noise.correlation)
     np.savez_compressed(
-        place / f"{letter}.npz",
+        PLACE / f"{letter}.npz",
         names=np.array(list(values)),
         channels=np.array(base.residuals.names),
         time=base.track.time[base.grid.rows] - base.track.time[0],
@@ -260,9 +251,9 @@ def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> 
     return np.array(strengths), np.array(unit)
 
 
-def read(letter: str, place: Path = PLACE) -> SettingSignatures:
+def read(letter: str) -> SettingSignatures:
     """Read the signatures of a setting."""
-    with np.load(place / f"{letter}.npz") as kept:
+    with np.load(PLACE / f"{letter}.npz") as kept:
         return SettingSignatures(
             tuple(kept["names"].tolist()),
             tuple(kept["channels"].tolist()),
@@ -274,22 +265,16 @@ def read(letter: str, place: Path = PLACE) -> SettingSignatures:
         )
 
 
-def noise_of(letter: str, place: Path = PLACE) -> NoiseModel:
+def noise_of(letter: str) -> NoiseModel:
     """Read the noise of a setting."""
-    with np.load(place / f"{letter}.npz") as kept:
+    with np.load(PLACE / f"{letter}.npz") as kept:
         numbers = [np.array(each) for each in json.loads(str(kept["noise"][0]))]
         return NoiseModel(tuple(kept["channels"].tolist()), *numbers)
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Measure the signature and strength of every effect in every setting."""
-    add = parser.add_argument
-    add("--settings", default=",".join(SETTINGS))
-    add("--jobs", type=int, default=1)
-    add("--place", type=Path, default=PLACE)
-    add("--only", type=int, default=0, help="number of effects drawn, for a quick development set")
-    options = parser.parse_args(words)
-    letters = [x for x in options.settings.split(",") if not (options.place / f"{x}.npz").is_file()]
-    work = partial(measure, place=options.place, only=options.only)
-    spent = require_all(run_tasks(work, letters, options.jobs))
+    parser.add_argument("--jobs", type=int, default=1)
+    letters = [x for x in SETTINGS if not (PLACE / f"{x}.npz").is_file()]
+    spent = require_all(run_tasks(measure, letters, parser.parse_args(words).jobs))
     print({letter: round(each, 1) for letter, each in zip(letters, spent, strict=True)})

@@ -191,6 +191,9 @@ def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
         yield row
 
 
+GOOD, SCALES = 300, 40  # logs that are good, and logs whose airspeed has a factor
+
+
 def jobs(choice: argparse.Namespace, seeds: range) -> Iterator[tuple[Key, Job]]:
     """What is to be measured, one log each: its key in the table, and what gives its rows from a
     folder to write in; good logs, which take longest, come last.
@@ -199,11 +202,11 @@ def jobs(choice: argparse.Namespace, seeds: range) -> Iterator[tuple[Key, Job]]:
     for kind in KINDS.values():
         for variant, seed in zip(range(choice.each), place, strict=False):
             yield ("broken", kind.name, seed), partial(broken_rows, kind, seed, variant)
-    good = list(zip(range(choice.good), place, strict=False))
+    good = list(zip(range(GOOD), place, strict=False))
     for name, mapping in ({**dict.fromkeys(COPIED), **MAPPED} if choice.data else {}).items():
         if (choice.data / name).exists():
             yield ("real", name, 0), partial(real_rows, choice.data, name, mapping)
-    for number, seed in zip(range(choice.scales), place, strict=False):
+    for number, seed in zip(range(SCALES), place, strict=False):
         yield ("scale", "", seed), partial(scale_rows, number, seed)
     for number, seed in good:
         yield ("good", "", seed), partial(good_rows, number, seed)
@@ -216,19 +219,16 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """
     parser.add_argument("--seeds", required=True, metavar="A:B", help="from A to B - 1")
     parser.add_argument("--each", type=int, default=6, help="logs of a kind (default: %(default)s)")
-    parser.add_argument("--good", type=int, default=300, help="good logs (default: %(default)s)")
-    parser.add_argument("--scales", type=int, default=40, help="scaled logs (default: %(default)s)")
     parser.add_argument("--data", type=Path, help="folder of measured logs")
-    parser.add_argument("--date", default="", help="of the measurement, for the table")
     parser.add_argument("--out", type=Path, help=f"write the table, such as {TABLE.name}")
     choice = parser.parse_args(words)
     first, _, behind = choice.seeds.partition(":")
     seeds = range(int(first), int(behind))
-    needed = choice.each * len(KINDS) + choice.good + choice.scales
+    needed = choice.each * len(KINDS) + GOOD + SCALES
     if len(seeds) < needed or (seeds[-1] >= DEVELOPMENT_BELOW and seeds[0] < SCORED_FROM):
         ranges = f"below {DEVELOPMENT_BELOW} (development) or from {SCORED_FROM} on"
         parser.error(f"give {needed} seeds, {ranges}")
-    head = f"# {choice.date}: python -m pitotlab broken --seeds {choice.seeds}"
+    head = f"# python -m pitotlab broken --seeds {choice.seeds}"
     rows = list(_kept(choice.out, head)) if choice.out else []
     done = {row.key for row in rows}
     with TemporaryDirectory() as folder:

@@ -143,9 +143,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     add = parser.add_argument
     add("what", choices=[*MEASUREMENTS], help="the measurement")
     add("--flights", type=int, help="number of flights or tasks")
-    add("--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)")
     options = parser.parse_args(words)
     measure, usual = MEASUREMENTS[options.what]
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
-        for line in measure(options.folder or Path(scratch), options.flights or usual):
+        for line in measure(Path(scratch), options.flights or usual):
             print(line, flush=True)

@@ -28,11 +28,10 @@ from pitotlab.outside.physics import FOOT, KNOT, Array
 from pitotlab.outside.written import checked_seeds
 
 TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
-FORMS = ("text", "markdown")
 _SHOWN = ("step_decrease", "rapid_decel", "circle", "race_track", "four_leg")
 
 
-def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
+def table(rows: Sequence[Mapping[str, Any]]) -> str:
     """One line a cell: coverage with its standard error over flights, bound over oracle, share
     warned.
 
@@ -44,11 +43,7 @@ def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
     cells = list(dict.fromkeys(row["cell"] for row in rows))
     lines = [line_of([row for row in rows if row["cell"] == cell]) for cell in cells]
     columns = list(lines[0])
-    body = [[line[column] for column in columns] for line in lines]
-    if form == "markdown":
-        ruled = [columns, ["---"] * len(columns), *body]
-        return "\n".join("| " + " | ".join(cells) + " |" for cells in ruled)
-    return aligned([columns, *body])
+    return aligned([columns, *([line[column] for column in columns] for line in lines)])
 
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:
@@ -139,7 +134,6 @@ class Row:
 
     cell: str
     seed: int
-    options: str
     maneuver: str
     gps_hz: float
     outcome: str  # answered, refused or crashed
@@ -161,15 +155,14 @@ class Row:
     says: str = ""  # the warnings, or why there is no answer
 
 
-def judge(cell: str, seed: int, stated: Mapping[str, str]) -> Row:
+def judge(cell: str, seed: int) -> Row:
     """Fly one flight, calibrate its log, and hold the answer against the truth."""
     maneuvers = CELLS[cell].maneuvers
     flight = generate(CELLS[cell], maneuvers[seed % len(maneuvers)], seed)
     begun = time.perf_counter()
-    found = _answer(flight, options_for(stated))
+    found = _answer(flight)
     entries: dict[str, float | str] = {
         "cell": cell,
-        "options": options_text(stated),
         "maneuver": flight.maneuver,
         "gps_hz": flight.fix_rate,
         "seconds": round(time.perf_counter() - begun, 2),
@@ -181,17 +174,17 @@ def judge(cell: str, seed: int, stated: Mapping[str, str]) -> Row:
     return Row(seed=seed, **entries)  # type: ignore[arg-type]
 
 
-def options_for(stated: Mapping[str, str]) -> CalibrationOptions:
-    """What the command `pitotbench calibrate` chooses, with some choices stated."""
-    return CalibrationOptions(**{**COMMAND_DEFAULTS, **stated})  # type: ignore[arg-type]
+def usual_options() -> CalibrationOptions:
+    """What the command `pitotbench calibrate` chooses."""
+    return CalibrationOptions(**COMMAND_DEFAULTS)  # type: ignore[arg-type]
 
 
-def _answer(flight: OutsideFlight, options: CalibrationOptions) -> Calibration | tuple[str, str]:
+def _answer(flight: OutsideFlight) -> Calibration | tuple[str, str]:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
         write_csv(flight, path)
         try:
-            return calibrate(read_log(path), options)
+            return calibrate(read_log(path), usual_options())
         except (BadInputError, NoAnswerError) as error:
             return "refused", str(error)
         except Exception as error:  # a crash is a result of its kind and must not end a night's run
@@ -249,11 +242,6 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
     }
 
 
-def options_text(stated: Mapping[str, str]) -> str:
-    """The stated choices as one word of the file."""
-    return ",".join(f"{name}={value}" for name, value in sorted(stated.items())) or "defaults"
-
-
 def read_rows(path: Path, kind: type[AnyRow]) -> list[AnyRow]:
     """The rows of a file of the judge, none where there is no file; a row that breaks off is cut
     from the file.
@@ -292,17 +280,15 @@ def append_to(path: Path, kind: type[AnyRow]) -> Iterator[Callable[[AnyRow], Non
         yield append
 
 
-def judge_all(
-    cells: Sequence[str], seeds: Sequence[int], stated: Mapping[str, str], jobs: int, out: Path
-) -> list[Row]:
+def judge_all(cells: Sequence[str], seeds: Sequence[int], jobs: int, out: Path) -> list[Row]:
     """Judge what the file does not hold yet, append row by row; return all rows asked for."""
-    held = {(row.cell, row.seed, row.options): row for row in read_rows(out, Row)}
-    asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
-    missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]
+    held = {(row.cell, row.seed): row for row in read_rows(out, Row)}
+    asked = [(cell, seed) for cell in cells for seed in seeds]
+    missing = [each for each in asked if each not in held]
     with append_to(out, Row) as append:
-        for count, row in enumerate(_judged(missing, stated, jobs), start=1):
+        for count, row in enumerate(_judged(missing, jobs), start=1):
             append(row)
-            held[row.cell, row.seed, row.options] = row
+            held[row.cell, row.seed] = row
             _progress(
                 f"[{count}/{len(missing)}] {row.cell} {row.maneuver} seed {row.seed}: {row.outcome}"
             )
@@ -315,24 +301,15 @@ def _progress(line: str) -> None:
     print(f"\r{line:<60}" if live else line, end="" if live else "\n", file=sys.stderr, flush=True)
 
 
-def _judged(
-    missing: Sequence[tuple[str, int]], stated: Mapping[str, str], jobs: int
-) -> Iterator[Row]:
+def _judged(missing: Sequence[tuple[str, int]], jobs: int) -> Iterator[Row]:
     if jobs == 1:
         for cell, seed in missing:
-            yield judge(cell, seed, stated)
+            yield judge(cell, seed)
         return
     with ProcessPoolExecutor(jobs) as pool:
-        asked = [pool.submit(judge, cell, seed, stated) for cell, seed in missing]
+        asked = [pool.submit(judge, cell, seed) for cell, seed in missing]
         for done in as_completed(asked):
             yield done.result()
-
-
-def _stated(parser: argparse.ArgumentParser, text: str) -> dict[str, str]:
-    pairs = [part.partition("=") for part in text.split(",") if part]
-    if any(not equals for _, equals, _ in pairs):
-        parser.error(f"--options {text!r}: give NAME=VALUE,NAME=VALUE")
-    return {name: value for name, _, value in pairs}
 
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
@@ -342,8 +319,6 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     add("--flights", type=int, default=60, help="a cell")
     add("--seed", type=int, default=1, help="of the first flight")
     add("--jobs", type=int, default=1)
-    add("--options", default="", help="choices of the calibration, NAME=VALUE with commas")
-    add("--format", choices=FORMS, default="text", help="of the table")
     add("--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to")
     choice = parser.parse_args(words)
     cells = list(CELLS) if choice.cells == "all" else choice.cells.split(",")
@@ -351,7 +326,7 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     if unknown:
         parser.error(f"unknown cell {unknown[0]!r}; known: {', '.join(CELLS)}")
     seeds = checked_seeds(parser, choice.seed, choice.flights)
-    rows = judge_all(cells, seeds, _stated(parser, choice.options), choice.jobs, choice.out)
+    rows = judge_all(cells, seeds, choice.jobs, choice.out)
     if sys.stderr.isatty():
         print(file=sys.stderr)
-    print(table([asdict(row) for row in rows], choice.format))
+    print(table([asdict(row) for row in rows]))

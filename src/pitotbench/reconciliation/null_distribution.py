@@ -63,9 +63,9 @@ class ScoreScale:
     cell, by its label. `fluctuation` is the root mean square of the score of a size, by its label,
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that errors of the
-    measured variables seem to have on maneuvers, which have no null flights. `free` is the root mean square of each free parameter, in deviations of its
-    prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
-    other spread is below 1.
+    measured variables seem to have on maneuvers, which have no null flights. `free` is the root
+    mean square of each free parameter, in deviations of its prior: the scale of a vane that reads
+    gusts may come out at five of them on every flight. No other spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]
@@ -101,7 +101,7 @@ class NullEvidence:
     inner: Array = field(default_factory=lambda: np.zeros((0, 1, 1)))
 
     def of(self, labels: Sequence[str]) -> Array:
-        """Return the inner products of other sizes, (f, k + 1, k + 1); 0 for one without a label."""
+        """Return the inner products of some sizes, (f, k + 1, k + 1); 0 for an unknown one."""
         known = [i for i, label in enumerate(labels) if label in self.labels]
         places = [*(self.labels.index(labels[i]) for i in known), -1]
         found = np.zeros((len(self.inner), len(labels) + 1, len(labels) + 1))

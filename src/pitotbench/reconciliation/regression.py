@@ -1,7 +1,8 @@
 """Fit all gaps of some logs at once: which effects act, how probable each is, and how large."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -203,7 +204,6 @@ class Regression:
             for name, own in self.columns.items()
         }
         self._log_priors = _log_priors(list(self.columns))
-        self._discrepancies = list(self._all_discrepancies())
         self._null = self._on_null_flights()
 
     def _joined(self) -> tuple[list[list[int]], Evidence]:
@@ -236,11 +236,12 @@ class Regression:
             found[: len(own.inner)] += own.of(labels)
         return found
 
-    def _all_discrepancies(self) -> Iterator[Discrepancy]:
+    @cached_property
+    def _discrepancies(self) -> list[Discrepancy]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
         log.
         """
-        power = np.diag(self.evidence.inner)
+        power, found = np.diag(self.evidence.inner), list[Discrepancy]()
         for own, block in zip(self._of_block, self.blocks, strict=True):
             cells: dict[str, list[int]] = {}
             by_group: dict[str, list[int]] = {}
@@ -253,7 +254,9 @@ class Regression:
             groups = [(c, own, 0.5 / len(cells)) for c, own in cells.items()]
             groups += [(group, own, 0.25 / len(shown)) for group, own in shown.items()]
             for place, columns, prior in [*groups, ("all", whole, 0.25)]:
-                yield discrepancy_of(place, columns, self.evidence, prior / len(self.blocks))
+                own_prior = prior / len(self.blocks)
+                found.append(discrepancy_of(place, columns, self.evidence, own_prior))
+        return found
 
     def fit(self, without: frozenset[str] = frozenset()) -> tuple[list[Found], Found]:
         """Return the gaps that the logs show, and what is left beside them.
@@ -408,17 +411,9 @@ class Regression:
     def sizes(self, members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members of a fit, all at once, and after them those that their
         forms leave open; a size that is both is the sum.
-
-        What the same fit finds on null flights is taken off, and its spread is in the covariance.
         """
-        columns, deviations = [c for m in members for c in m.columns], _deviations(members)
-        found = self.evidence.of(columns, deviations)
-        seeming = deviations * posterior_scores(self._null, columns, deviations)[1][..., -1]
-        mean, covariance = found.mean, found.covariance
-        if len(seeming) and columns:
-            mean = mean - seeming.mean(axis=0)
-            spread = np.atleast_2d(np.cov(seeming, rowvar=False))
-            covariance = covariance + (1.0 + 1.0 / len(seeming)) * spread
+        columns = [c for member in members for c in member.columns]
+        mean, covariance = self._beyond_null(columns, _deviations(members))
         own = [c for member in members for c in self.columns[member.name]]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
@@ -432,9 +427,21 @@ class Regression:
         """
         kept = Regression([self.blocks[i] for i in numbers])
         keys = [k for m in members for k in keys_of(m.name, kept.keys)]
-        wide = [widest(key) for key in keys]
-        found = kept.evidence.of([kept.keys.index(key) for key in keys], wide)
-        return Sizes(tuple(keys), found.mean, found.covariance)
+        wide = np.array([widest(key) for key in keys])
+        found = kept._beyond_null([kept.keys.index(key) for key in keys], wide)
+        return Sizes(tuple(keys), *found)
+
+    def _beyond_null(self, columns: Sequence[int], deviations: Array) -> tuple[Array, Array]:
+        """The mean and the covariance of some sizes with these prior deviations, (k,).
+
+        What the same fit finds on null flights is taken off, and its spread is in the covariance.
+        """
+        found = self.evidence.of(columns, deviations)
+        if not (len(self._null) and len(columns)):
+            return found.mean, found.covariance
+        seeming = deviations * posterior_scores(self._null, columns, deviations)[1][..., -1]
+        spread = np.atleast_2d(np.cov(seeming, rowvar=False)) * (1.0 + 1.0 / len(seeming))
+        return found.mean - seeming.mean(axis=0), found.covariance + spread
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,8 +62,9 @@ class ScoreScale:
     `cell_mean` and `cell_spread` are the mean and the standard deviation of the signed score of a
     cell, by its label. `fluctuation` is the root mean square of the score of a size, by its label,
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
-    answers them and the vanes read them. `left_over` holds the same for sizes that errors of the
-    measured variables seem to have on maneuvers, which have no null flights. `free` is the root
+    answers them and the vanes read them. `left_over` holds the same for sizes that null flights
+    still seem to have when wander and fluctuation are eliminated, the largest first, each beside
+    those before it. `free` is the root
     mean square of each free parameter, in deviations of its prior: the scale of a vane that reads
     gusts may come out at five of them on every flight. No other spread is below 1.
     """

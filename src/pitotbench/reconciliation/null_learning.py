@@ -1,7 +1,7 @@
 """Learn the null distribution from null flights: noise, scores, gusts, spectral lines, wander."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,9 +10,11 @@ from scipy.special import ndtri
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whitened_equations
 from pitotbench.reconciliation.evidence import (
+    SMALLEST,
     Evidence,
     floored,
     significance,
+    without_score,
 )
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel, autocovariance, learned
@@ -271,9 +273,10 @@ def learn_null_distribution(
     noises = [learned(names, _all_but(data, i)) for i in range(len(layouts))]
     flights = (each or _in_turn)(scores_of, list(zip(layouts, noises, strict=True)))
     scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
-    scale = _scale_of(flights)
     seen = (each or _in_turn)(evidence_of, list(zip(layouts, noises, scales, strict=True)))
     labels = seen[0][0]
+    apart, left = left_over(labels, [evidence for names, evidence in seen if names == labels])
+    scale = replace(_scale_of(flights), left_over=apart)
     largest = [
         flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
     ]
@@ -294,7 +297,7 @@ def learn_null_distribution(
         spectral_lines=lines_over(
             [spectral_lines(*each) for each in zip(layouts, noises, strict=True)]
         ),
-        evidence=NullEvidence(labels, np.stack([e.inner for names, e in seen if names == labels])),
+        evidence=NullEvidence(labels, np.stack([evidence.inner for evidence in left])),
     )
 
 
@@ -341,6 +344,28 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
     kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
     labels = [size_label(s.effect, s.parameter) for s in layout.signatures]
     return tuple(labels[i] for i in kept), beyond.given((), (), kept)[0]
+
+
+def left_over(
+    labels: tuple[str, ...], flights: Sequence[Evidence]
+) -> tuple[dict[str, float], list[Evidence]]:
+    """Return the sizes that null flights still seem to have, with the root mean square of their
+    scores, and the flights without them.
+
+    The largest comes first. It is eliminated before the next one is looked for, because one cause
+    of such scores gives them to all effects that are like it.
+    """
+    found, each = dict[str, float](), list(flights)
+    for _ in range(THRESHOLDS.left_over_most):
+        powers = np.array([np.diag(e.inner)[:-1] for e in each])
+        scores = np.array([e.inner[:-1, -1] for e in each]) / np.sqrt(np.maximum(powers, SMALLEST))
+        square = np.where(powers.min(axis=0) > SMALLEST, np.mean(scores**2, axis=0), 0.0)
+        worst = int(np.argmax(square))
+        if labels[worst] in found or square[worst] <= THRESHOLDS.left_over_from**2:
+            break
+        found[labels[worst]] = float(np.sqrt(square[worst]))
+        each = [without_score(e, worst, found[labels[worst]]) for e in each]
+    return found, each
 
 
 def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:

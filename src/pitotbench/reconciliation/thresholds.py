@@ -118,6 +118,12 @@ class Thresholds:
     free_told_from: float = 3.0  # σ of its prior, from which an unknown of the log is told
 
     # The floor of null flights.
+    left_over_from: float = (
+        2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
+    )
+    left_over_most: int = (
+        12  # sizes that null flights may still seem to have, so that the search ends
+    )
     null_size_margin: float = (
         2.0  # sizes of vane effects on null flights of this card, for one of another day
     )

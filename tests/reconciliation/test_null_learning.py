@@ -1,0 +1,36 @@
+"""Sizes that null flights still seem to have are found in white noise, and none where there is none."""
+
+import numpy as np
+import pytest
+
+from pitotbench.reconciliation.evidence import Evidence
+from pitotbench.reconciliation.null_learning import (
+    left_over,
+)
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+
+
+def test_a_size_that_null_flights_still_seem_to_have_is_found_and_becomes_usual() -> None:
+    """Eight flights of white noise, in which one size of four stands at about 5σ and one like it
+    follows it.
+    """
+    random = np.random.default_rng(4)
+    columns = random.normal(size=(200, 4)) / np.sqrt(200.0)
+    columns[:, 3] = 0.9 * columns[:, 2] + 0.3 * columns[:, 3]
+    logs = [random.normal(size=200) + 5.0 * random.normal() * columns[:, 2] for _ in range(8)]
+    every = [np.concatenate([columns, log[:, None]], axis=1) for log in logs]
+    flights = [Evidence(each.T @ each) for each in every]
+    found, after = left_over(("a", "b", "c", "d"), flights)
+    assert list(found) == ["c"]
+    scores = np.array([each.inner[2, -1] / np.sqrt(each.inner[2, 2]) for each in flights])
+    assert found["c"] == pytest.approx(np.sqrt(np.mean(scores**2)))
+    usual = np.array([each.inner[:-1, -1] / np.sqrt(np.diag(each.inner)[:-1]) for each in after])
+    assert usual[:, 2] == pytest.approx(scores / found["c"])
+    assert np.all(np.sqrt(np.mean(usual**2, axis=0)) < THRESHOLDS.left_over_from)
+
+
+def test_flights_of_white_noise_leave_nothing_over() -> None:
+    random = np.random.default_rng(5)
+    every = random.normal(size=(8, 300, 40))
+    flights = [Evidence(each.T @ each) for each in every]
+    assert not left_over(tuple(map(str, range(39))), flights)[0]

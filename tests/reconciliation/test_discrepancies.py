@@ -24,7 +24,7 @@ def test_the_turned_cells_give_the_evidence_of_the_whole_matrix(
     evidence = Evidence(every @ every.T)
     found = discrepancy_of("all", CELLS, evidence, 0.25)
     chosen, deviations = MEMBERS[:members], DEVIATIONS[:members]
-    beside = evidence.beside(chosen, deviations, np.zeros((0, 8, 8))).tempered(power)
+    beside = evidence.beside(chosen, deviations).tempered(power)
     further, wide = OWN[:own], DEVIATIONS[2 : 2 + own]
 
     whole = evidence.given(chosen, deviations)[0].tempered(power).given(further, wide)[0]

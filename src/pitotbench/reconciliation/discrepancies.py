@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
-from pitotbench.reconciliation.evidence import Beside, Evidence, log_evidence_of
+from pitotbench.reconciliation.evidence import Beside, Evidence
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -55,8 +55,8 @@ class Discrepancy:
         fall = across.T @ (across * weight)
         fall = fall + np.swapaxes(between, 1, 2) @ np.linalg.solve(members, between)
         occam = np.log(spread).sum(axis=1) + np.linalg.slogdet(members)[1]
-        with_cells = log_evidence_of(own - fall) + 0.5 * (fall[:, -1, -1] - occam)
-        return float(self.log_prior + logsumexp(with_cells) - log_evidence_of(own))
+        with_cells = _log_evidence(own - fall) + 0.5 * (fall[:, -1, -1] - occam)
+        return float(self.log_prior + logsumexp(with_cells) - _log_evidence(own))
 
 
 def discrepancy_of(
@@ -71,3 +71,12 @@ def discrepancy_of(
     powers, axes = np.linalg.eigh(own * np.outer(unit, unit))
     log_prior = float(np.log(prior / len(THRESHOLDS.rest_sizes)))
     return Discrepancy(place, tuple(cells), axes.T * unit, np.maximum(powers, 0.0), log_prior)
+
+
+def _log_evidence(inner: Array) -> Array:
+    """The logarithm of the evidence of columns in units of their deviations, with the residual
+    last, by inner products (..., q + 1, q + 1).
+    """
+    normal, right = inner[..., :-1, :-1] + np.eye(inner.shape[-1] - 1), inner[..., :-1, -1:]
+    fall = np.sum(right * np.linalg.solve(normal, right), axis=(-2, -1))
+    return np.asarray(0.5 * (fall - np.linalg.slogdet(normal)[1]))

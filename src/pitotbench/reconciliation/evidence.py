@@ -92,19 +92,14 @@ class Evidence:
         removed = across.T @ _solved(factor, across)
         return Evidence(whole - removed), _log_evidence(factor, float(removed[-1, -1]))
 
-    def beside(self, columns: Sequence[int], deviations: Array, on_null: Array) -> "Beside":
-        """Return the evidence with some columns in the fit, on which other columns are judged.
-
-        `on_null`, (f, n + 1, n + 1), are the inner products of the first n columns on null flights.
-        """
+    def beside(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> "Beside":
+        """Return the evidence with some columns in the fit, the members of which stay in it."""
         if not len(columns):
-            return Beside(self, np.zeros((len(self.inner), 0)), on_null)
+            return Beside(self, np.zeros((len(self.inner), 0)))
         factor, _, scale = self._factored(columns, deviations)
         across = self.inner[np.asarray(columns, dtype=np.intp)] * scale[:, None]
         lost = solve_triangular(factor, across, lower=True).T
-        across, solved = posterior_scores(on_null, columns, scale)
-        left = on_null - np.swapaxes(across, 1, 2) @ solved
-        return Beside(Evidence(self.inner - lost @ lost.T), lost, left)
+        return Beside(Evidence(self.inner - lost @ lost.T), lost)
 
     def tempered(self, power: float) -> "Evidence":
         """Return the evidence of the likelihood to some power: that of noise 1/√power times as
@@ -118,53 +113,17 @@ class Beside:
     """The evidence beside the members of a fit, of the likelihood to some `power`.
 
     `lost`, (m + 1, k), is what k sizes of the members take from it: inner + lost lostᵀ are the
-    inner products without members. `on_null`, (f, n + 1, n + 1), are the inner products of n sizes
-    on f null flights, beside the same members.
+    inner products without members.
     """
 
     evidence: Evidence
     lost: Array
-    on_null: Array
     power: float = 1.0
 
     def tempered(self, power: float) -> "Beside":
         """Return the same of the likelihood to a further power."""
-        return Beside(
-            self.evidence.tempered(power),
-            np.sqrt(power) * self.lost,
-            power * self.on_null,
-            power * self.power,
-        )
-
-    def log_evidence_on_null(self, columns: Sequence[int], deviations: Array) -> float:
-        """Return the largest logarithm of the evidence that any null flight has for some columns
-        with these prior deviations, (k,); 0 where none has any.
-        """
-        rows, scale = [*columns, -1], np.array([*deviations, 1.0])
-        inner = self.on_null[:, rows][:, :, rows] * np.outer(scale, scale)
-        return float(log_evidence_of(inner).max(initial=0.0))
-
-
-# Inner products of several flights at once, (..., m + 1, m + 1): columns in units of the noise, and
-# the residual last.
-
-
-def log_evidence_of(inner: Array) -> Array:
-    """Return the logarithm of the evidence of all columns, in units of their prior deviations."""
-    normal, right = inner[..., :-1, :-1] + np.eye(inner.shape[-1] - 1), inner[..., :-1, -1:]
-    fall = np.sum(right * np.linalg.solve(normal, right), axis=(-2, -1))
-    return np.asarray(0.5 * (fall - np.linalg.slogdet(normal)[1]))
-
-
-def posterior_scores(
-    inner: Array, columns: Sequence[int], deviations: Array
-) -> tuple[Array, Array]:
-    """Return what some columns, k of them in units of their prior deviations, say of every column,
-    (..., k, m + 1), and the same solved for their sizes.
-    """
-    across = inner[..., list(columns), :] * deviations[:, None]
-    normal = across[..., list(columns)] * deviations + np.eye(len(deviations))
-    return across, np.asarray(np.linalg.solve(normal, across))
+        lost = np.sqrt(power) * self.lost
+        return Beside(self.evidence.tempered(power), lost, power * self.power)
 
 
 # LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the

@@ -1,8 +1,7 @@
 """Fit all gaps of some logs at once: which effects act, how probable each is, and how large."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -22,7 +21,6 @@ from pitotbench.reconciliation.evidence import (
     Evidence,
     floored,
     merit,
-    posterior_scores,
     prior_of,
     significance,
     weigh,
@@ -31,7 +29,7 @@ from pitotbench.reconciliation.evidence import (
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import Layout, without_vane_errors
 from pitotbench.reconciliation.noise import NoiseModel
-from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
+from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import wander_of
 from pitotbench.reconciliation.renewal import (
     Entries,
@@ -204,7 +202,7 @@ class Regression:
             for name, own in self.columns.items()
         }
         self._log_priors = _log_priors(list(self.columns))
-        self._null = self._on_null_flights()
+        self._discrepancies = list(self._all_discrepancies())
 
     def _joined(self) -> tuple[list[list[int]], Evidence]:
         """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
@@ -220,28 +218,11 @@ class Regression:
             inner[np.ix_(rows, rows)] += block.beyond.inner
         return places, Evidence(inner)
 
-    def _on_null_flights(self) -> Array:
-        """The inner products of all sizes on null flights, (f, k + 1, k + 1), those of the logs
-        together.
-        """
-        flights = [block.null.evidence for block in self.blocks]
-        found = np.zeros(
-            (max(len(f.inner) for f in flights), len(self.keys) + 1, len(self.keys) + 1)
-        )
-        for block, own in zip(self.blocks, flights, strict=True):
-            labels = [
-                size_label(*key) if key in block.keys and key[0] in FITTED else ""
-                for key in self.keys
-            ]
-            found[: len(own.inner)] += own.of(labels)
-        return found
-
-    @cached_property
-    def _discrepancies(self) -> list[Discrepancy]:
+    def _all_discrepancies(self) -> Iterator[Discrepancy]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
         log.
         """
-        power, found = np.diag(self.evidence.inner), list[Discrepancy]()
+        power = np.diag(self.evidence.inner)
         for own, block in zip(self._of_block, self.blocks, strict=True):
             cells: dict[str, list[int]] = {}
             by_group: dict[str, list[int]] = {}
@@ -254,48 +235,43 @@ class Regression:
             groups = [(c, own, 0.5 / len(cells)) for c, own in cells.items()]
             groups += [(group, own, 0.25 / len(shown)) for group, own in shown.items()]
             for place, columns, prior in [*groups, ("all", whole, 0.25)]:
-                own_prior = prior / len(self.blocks)
-                found.append(discrepancy_of(place, columns, self.evidence, own_prior))
-        return found
+                yield discrepancy_of(place, columns, self.evidence, prior / len(self.blocks))
 
-    def fit(self, without: frozenset[str] = frozenset()) -> tuple[list[Found], Found]:
+    def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
         """Return the gaps that the logs show, and what is left beside them.
 
         The best hypothesis beside all others is added; then each is weighed again given the others,
-        and left out where it is not needed, until the gaps stay. Hypotheses `without` which to do
-        take no part.
+        and left out where it is not needed. Hypotheses `without` which to do take no part.
         """
-        gaps = list[Found]()
-        for _ in range(THRESHOLDS.searches_most):
-            known = len(gaps)
-            new, taken = self._next(gaps, without)
-            while taken and len(gaps) < THRESHOLDS.gaps_most:
-                gaps.append(new)
-                new, taken = self._next(gaps, without)
-            if len(gaps) == known:
-                break
+        gaps, refused = list[Found](), set(without)
+        for _ in range(THRESHOLDS.gaps_most):
+            found = self.beside([gap.member for gap in gaps], refused)
+            if not self._is_taken(found):
+                if not self.shows(found) or found.unknown > THRESHOLDS.likely:
+                    break
+                refused.add(found.member.name)
+                continue
+            gaps.append(found)
+        for _ in range(THRESHOLDS.weighings_most):
+            before = [gap.member.name for gap in gaps]
             for gap in list(gaps):
                 others = [each for each in gaps if each is not gap]
-                again, taken = self._next(others, without)
-                gaps = [again if each is gap else each for each in gaps] if taken else others
-        return gaps, self._next(gaps, without)[0]
-
-    def _next(self, gaps: Sequence[Found], without: frozenset[str]) -> tuple[Found, bool]:
-        """The gap beside some others by the best hypothesis that parts of the logs left out do not
-        contradict, and whether it is explained: by posterior odds, and in these parts as well.
-        """
-        members, refused = [gap.member for gap in gaps], set(without)
-        new = self.beside(members, refused)
-        while self.shows(new) and new.unknown <= THRESHOLDS.likely:
-            if new.held_out >= THRESHOLDS.held_out_least:
-                return new, True
-            refused.add(new.member.name)
-            new = self.beside(members, refused)
-        return new, False
+                again = self.beside([each.member for each in others], refused)
+                gaps = [again if each is gap else each for each in gaps]
+                if not self._is_taken(again):
+                    gaps = others
+            if [gap.member.name for gap in gaps] == before:
+                break
+        return gaps, self.beside([gap.member for gap in gaps], refused)
 
     def shows(self, found: Found) -> bool:
         """Whether a gap is beyond what null flights show."""
         return found.log_bayes_factor >= self.least_bayes_factor
+
+    def _is_taken(self, found: Found) -> bool:
+        """Whether a gap is explained: by posterior odds, and in parts of the logs left out."""
+        known = self.shows(found) and found.unknown <= THRESHOLDS.likely
+        return known and found.held_out >= THRESHOLDS.held_out_least
 
     @property
     def least_bayes_factor(self) -> float:
@@ -312,7 +288,7 @@ class Regression:
         it is.
         """
         columns = [c for member in members for c in member.columns]
-        beside = self.evidence.beside(columns, _deviations(members), self._null)
+        beside = self.evidence.beside(columns, _deviations(members))
         taken = {_cause(member.name) for member in members}
         names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
         prior_none = np.log(THRESHOLDS.prior_of_none)
@@ -338,19 +314,14 @@ class Regression:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
         together with the best of them, and of these alone by their places; and the hypotheses as
         members of a fit.
-
-        Evidence counts beyond what null flights have for the same hypothesis beside the same
-        members. Errors in measured angles and rates pull all coefficients of a moment toward zero
-        at once, on every flight (Fuller 1987), although none of them alone shows it.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
         values, members = dict[str, float](), dict[str, Member]()
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
-            weighed, member = self._member(beside.evidence, name)
-            shown = beside.log_evidence_on_null(member.columns, member.deviations)
-            values[name], members[name] = float(prior + weighed - shown), member
+            weighed, members[name] = self._member(beside.evidence, name)
+            values[name] = float(prior + weighed)
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
             left = logsumexp([*self._of_discrepancies(beside, members[name]).values()])
             values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))
@@ -413,11 +384,13 @@ class Regression:
         forms leave open; a size that is both is the sum.
         """
         columns = [c for member in members for c in member.columns]
-        mean, covariance = self._beyond_null(columns, _deviations(members))
+        found = self.evidence.of(columns, _deviations(members))
         own = [c for member in members for c in self.columns[member.name]]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
-        return Sizes(tuple(self.keys[c] for c in kept), sums @ mean, sums @ covariance @ sums.T)
+        return Sizes(
+            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ found.covariance @ sums.T
+        )
 
     def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.
@@ -427,21 +400,9 @@ class Regression:
         """
         kept = Regression([self.blocks[i] for i in numbers])
         keys = [k for m in members for k in keys_of(m.name, kept.keys)]
-        wide = np.array([widest(key) for key in keys])
-        found = kept._beyond_null([kept.keys.index(key) for key in keys], wide)
-        return Sizes(tuple(keys), *found)
-
-    def _beyond_null(self, columns: Sequence[int], deviations: Array) -> tuple[Array, Array]:
-        """The mean and the covariance of some sizes with these prior deviations, (k,).
-
-        What the same fit finds on null flights is taken off, and its spread is in the covariance.
-        """
-        found = self.evidence.of(columns, deviations)
-        if not (len(self._null) and len(columns)):
-            return found.mean, found.covariance
-        seeming = deviations * posterior_scores(self._null, columns, deviations)[1][..., -1]
-        spread = np.atleast_2d(np.cov(seeming, rowvar=False)) * (1.0 + 1.0 / len(seeming))
-        return found.mean - seeming.mean(axis=0), found.covariance + spread
+        wide = [widest(key) for key in keys]
+        found = kept.evidence.of([kept.keys.index(key) for key in keys], wide)
+        return Sizes(tuple(keys), found.mean, found.covariance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -636,7 +597,7 @@ def _fitted(
     return fitted_by(Regression(blocks))
 
 
-def fitted_by(regression: Regression, without: frozenset[str] = frozenset()) -> Fitted:
+def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
     """Return the gaps of a regression, those with the most evidence first, with their sizes."""
     gaps, left = regression.fit(without)
     ranked = sorted(gaps, key=lambda gap: -gap.log_bayes_factor)

@@ -91,7 +91,7 @@ class Thresholds:
     )
     likely: float = 0.5  # probability from which a gap has no cause in the table
     gaps_most: int = 8  # gaps of one answer, so that the search ends
-    searches_most: int = 4  # times gaps are added and weighed again given the others
+    weighings_most: int = 2  # times each gap is weighed again given the others
     linearized_most: int = 5  # times the signatures are computed at the sizes that were found
 
     # The gate and the map: limits of a name, and what is told of a probability. Fitted to sets 7 to

@@ -160,7 +160,7 @@ def judge(
         refused, told = set(), []  # of the largest gap: an objection tells it
     refused |= set(_impossible(fitted))
     if refused:  # what flights do not share, or what cannot be, is no gap of them all
-        fitted = fitted_by(fitted.regression, frozenset(refused))
+        fitted = fitted_by(fitted.regression, refused)
         shown, flights = _all_flights(names, fitted)
     held = held_out(fitted) if held_out is not None and fitted.gaps else None
     objections = list(_objections(fitted, shown, flights, held))

@@ -7,13 +7,11 @@ from functools import lru_cache
 import numpy as np
 
 from pitotbench.bench.gusts import MEAN_LENGTH, gust_deviation, with_gusts
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibration.fit_checks import FLY_HEADINGS, USELESS
 from pitotbench.calibration.options import AUTO, CalibrationOptions
-from pitotbench.calibration.reduction import one_thread, reduce_log
-from pitotbench.calibration.result import bound_at
 from pitotbench.campaigns.flights import briefing_of, sense, wind_toward
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem, rates_for
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
@@ -138,7 +136,7 @@ def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = Non
     the answer.
     """
     flight = smooth_flight(request, maneuver, card)
-    bounds = _drawn(request, flight)
+    bounds = np.stack([_drawn(request, flight, seed) for seed in range(1, 1 + request.draws)])
     return Forecast(
         maneuver=maneuver,
         card=dict(card or {}),
@@ -206,15 +204,10 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
     return expected_two_sigma(sense(flight, das), options, wind, noise, request.airspeeds)
 
 
-def _drawn(request: PlanRequest, flight: Flight) -> MetersPerSecond:
-    """Return the calibrator's 2σ [m/s] at the request's airspeeds, (draws, c), for each draw of
-    gusts and sensor noise.
+def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
+    """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor
+    noise. Raises as `calibrate` does.
     """
-    bounds = np.empty((request.draws, len(request.airspeeds)))
-    with one_thread():
-        for seed, bound in enumerate(bounds, start=1):
-            log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
-            bound[:] = bound_at(reduce_log(log, request.options), request.airspeeds)
-    if not np.median(bounds) < USELESS:  # not for NaN
-        raise NoAnswerError(f"the card does not determine the answer; {FLY_HEADINGS}")
-    return bounds
+    log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
+    curve = calibrate(log, request.options).curve
+    return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)

@@ -63,7 +63,10 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         reduction.white,
         reduction.answer,
     )
-    curve, zero = _curve_map(reduction, airspeeds)
+    zero = found_zero(model, answer, reduction.nuisances)
+    if airspeeds is None:
+        airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
+    curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
     stated = accuracies_of(reduction.options.accuracies, {})
@@ -101,25 +104,6 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         place_assumed=assumed,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
-
-
-def _curve_map(
-    reduction: Reduction, airspeeds: MetersPerSecond | None
-) -> tuple[CurveMap, Estimate | None]:
-    zero = found_zero(reduction.model, reduction.answer, reduction.nuisances)
-    if airspeeds is None:
-        airspeeds = curve_airspeeds(air.calibrated_airspeed(reduction.observations.impact_pressure))
-    above = _above_zero(airspeeds, zero)
-    return CurveMap(reduction.model, above, 0.0 if zero is None else zero.value), zero
-
-
-def bound_at(reduction: Reduction, airspeeds: MetersPerSecond) -> MetersPerSecond:
-    """Return 2σ of the curve at indicated airspeeds (c,) [m/s], beyond the flown ones that at
-    their ends.
-    """
-    curve, _ = _curve_map(reduction, None)
-    gradient = correction_gradient(curve, reduction.answer, reduction.nuisances)
-    return np.interp(airspeeds, curve.indicated_airspeed, reduction.answer.two_sigma(gradient))
 
 
 def _place_assumed(reduction: Reduction) -> bool:

@@ -93,7 +93,9 @@ class Evidence:
         return Evidence(whole - removed), _log_evidence(factor, float(removed[-1, -1]))
 
     def beside(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> "Beside":
-        """Return the evidence with some columns in the fit, the members of which stay in it."""
+        """Return the evidence beside a fit whose members have these columns and prior deviations,
+        (k,). All columns stay, so that a member's may be asked for as a further size.
+        """
         if not len(columns):
             return Beside(self, np.zeros((len(self.inner), 0)))
         factor, _, scale = self._factored(columns, deviations)

@@ -1,7 +1,8 @@
 """Fit all gaps of some logs at once: which effects act, how probable each is, and how large."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -202,7 +203,6 @@ class Regression:
             for name, own in self.columns.items()
         }
         self._log_priors = _log_priors(list(self.columns))
-        self._discrepancies = list(self._all_discrepancies())
 
     def _joined(self) -> tuple[list[list[int]], Evidence]:
         """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
@@ -218,11 +218,12 @@ class Regression:
             inner[np.ix_(rows, rows)] += block.beyond.inner
         return places, Evidence(inner)
 
-    def _all_discrepancies(self) -> Iterator[Discrepancy]:
+    @cached_property
+    def _discrepancies(self) -> list[Discrepancy]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
-        log.
+        log. Who asks for sizes alone needs none.
         """
-        power = np.diag(self.evidence.inner)
+        power, found = np.diag(self.evidence.inner), list[Discrepancy]()
         for own, block in zip(self._of_block, self.blocks, strict=True):
             cells: dict[str, list[int]] = {}
             by_group: dict[str, list[int]] = {}
@@ -235,7 +236,9 @@ class Regression:
             groups = [(c, own, 0.5 / len(cells)) for c, own in cells.items()]
             groups += [(group, own, 0.25 / len(shown)) for group, own in shown.items()]
             for place, columns, prior in [*groups, ("all", whole, 0.25)]:
-                yield discrepancy_of(place, columns, self.evidence, prior / len(self.blocks))
+                own_prior = prior / len(self.blocks)
+                found.append(discrepancy_of(place, columns, self.evidence, own_prior))
+        return found
 
     def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
         """Return the gaps that the logs show, and what is left beside them.

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
             "--track-deg, or --sheet"
         )
     for flag_name, (field, kinds, reason) in _ACTS_ON.items():
-        if getattr(options, field) and not asked <= kinds:
+        if getattr(options, field) not in (None, False) and not asked <= kinds:
             raise BadInputError(f"{flag_name} does nothing for {asked.pop()}: {reason}")
     {
         _LOGS: _of_logs,

@@ -418,6 +418,7 @@ def test_the_logs_of_two_airplanes_are_not_joined(above, log, tmp_path, capsys):
     ("flag", "value", "way_out"),
     [
         ("--accuracy", "temperature_k=3", "give a card of legs"),
+        ("--accuracy", "", "give a card of legs"),
         ("--mapping", "g1000", "leave it out"),
         ("--table", "curve.csv", "calibrate LOG --table"),
         ("--set", "gust_mps=1", "points tables"),

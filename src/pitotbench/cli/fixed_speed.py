@@ -56,8 +56,9 @@ def run(options: argparse.Namespace) -> int:
             "give either logs, or points tables, or fly-by cards, or both --ground-speed-kt and "
             "--track-deg, or --sheet"
         )
+    unstated = {each.names[0]: each.settings.get("default") for each in FLAGS}
     for flag_name, (field, kinds, reason) in _ACTS_ON.items():
-        if getattr(options, field) not in (None, False) and not asked <= kinds:
+        if getattr(options, field) not in (unstated[flag_name], False) and not asked <= kinds:
             raise BadInputError(f"{flag_name} does nothing for {asked.pop()}: {reason}")
     {
         _LOGS: _of_logs,

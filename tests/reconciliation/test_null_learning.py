@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.reconciliation.evidence import Evidence, without_score
+from pitotbench.reconciliation.evidence import Evidence
 from pitotbench.reconciliation.null_learning import (
     left_over,
 )
@@ -19,12 +19,11 @@ def test_a_size_that_null_flights_still_seem_to_have_is_found_and_becomes_usual(
     columns[:, 3] = 0.9 * columns[:, 2] + 0.3 * columns[:, 3]
     logs = [random.normal(size=200) + 5.0 * random.normal() * columns[:, 2] for _ in range(8)]
     every = [np.concatenate([columns, log[:, None]], axis=1) for log in logs]
-    flights = [(("a", "b", "c", "d"), Evidence(each.T @ each)) for each in every]
-    found = left_over(flights)
+    flights = [Evidence(each.T @ each) for each in every]
+    found, after = left_over(("a", "b", "c", "d"), flights)
     assert list(found) == ["c"]
-    scores = np.array([each.inner[2, -1] / np.sqrt(each.inner[2, 2]) for _, each in flights])
+    scores = np.array([each.inner[2, -1] / np.sqrt(each.inner[2, 2]) for each in flights])
     assert found["c"] == pytest.approx(np.sqrt(np.mean(scores**2)))
-    after = [without_score(each, 2, found["c"]) for _, each in flights]
     usual = np.array([each.inner[:-1, -1] / np.sqrt(np.diag(each.inner)[:-1]) for each in after])
     assert usual[:, 2] == pytest.approx(scores / found["c"])
     assert np.all(np.sqrt(np.mean(usual**2, axis=0)) < THRESHOLDS.left_over_from)
@@ -33,5 +32,5 @@ def test_a_size_that_null_flights_still_seem_to_have_is_found_and_becomes_usual(
 def test_flights_of_white_noise_leave_nothing_over() -> None:
     random = np.random.default_rng(5)
     every = random.normal(size=(8, 300, 40))
-    flights = [(tuple(map(str, range(39))), Evidence(each.T @ each)) for each in every]
-    assert not left_over(flights)
+    flights = [Evidence(each.T @ each) for each in every]
+    assert not left_over(tuple(map(str, range(39))), flights)[0]

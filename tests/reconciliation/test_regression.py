@@ -21,7 +21,7 @@ from pitotbench.reconciliation.equations import (
 from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.null_distribution import ScoreScale
+from pitotbench.reconciliation.null_distribution import NullEvidence, ScoreScale, size_label
 from pitotbench.reconciliation.regression import Found, Regression, fitted_by
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
@@ -35,8 +35,12 @@ AXES = DRAW.normal(size=(8, ROWS)) / np.sqrt(ROWS)
 NOISE = DRAW.normal(size=ROWS)
 
 
-def block_of(along: Along, residual: Array, cells: Sequence[Array] = ()) -> SimpleNamespace:
-    """A log of whitened columns, each at the typical size of its effect, with one free column."""
+def block_of(
+    along: Along, residual: Array, cells: Sequence[Array] = (), on_null: Sequence[Array] = ()
+) -> SimpleNamespace:
+    """A log of whitened columns, each at the typical size of its effect, with one free column, and
+    null flights with these residuals.
+    """
     typical = np.array([effect_of(e).parameter(name).typical for e, name in along])
     columns = np.array(list(along.values())) / typical[:, None]
     every = np.vstack([np.ones(ROWS), columns, *cells, residual])
@@ -47,7 +51,15 @@ def block_of(along: Along, residual: Array, cells: Sequence[Array] = ()) -> Simp
     return SimpleNamespace(
         keys=tuple(along),
         layout=SimpleNamespace(places=places),
-        null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
+        null=SimpleNamespace(
+            gap_bayes_factor=THRESHOLDS.gap_bayes_factor,
+            evidence=NullEvidence(
+                tuple(size_label(*key) for key in along),
+                np.stack([every @ every.T for every in flights])
+                if (flights := [np.vstack([columns, each]) for each in on_null])
+                else np.zeros((0, len(along) + 1, len(along) + 1)),
+            ),
+        ),
         equations=equations,
         beyond=Evidence(equations.inner),
         stands_out=True,
@@ -215,6 +227,21 @@ def test_an_open_form_costs_an_effect_nothing_against_one_that_acts_alike() -> N
     along = {POD: 60.0 * AXES[0], turn: 60.0 * AXES[0], moment: 2000.0 * AXES[1]}
     (gap,) = fitted(along, along[POD] + NOISE, [AXES[3]])[0]
     assert 0.25 < gap.causes["belly_pod"] < 0.6
+
+
+def test_what_null_flights_show_of_the_same_fit_is_no_gap() -> None:
+    """Errors of a rate and an angle pull both coefficients of a moment toward zero on every flight:
+    their sum is small, so that neither shows it alone.
+    """
+    stiff, damped = ("pitch_stiffness", "change"), ("pitch_damping", "change")
+    along = {stiff: 100.0 * AXES[0], damped: 40.0 * AXES[1] - 100.0 * AXES[0], LAG: 90.0 * AXES[2]}
+    pulled = -1.0 * (along[stiff] + along[damped])
+    flights = [pulled + each for each in DRAW.normal(size=(8, ROWS))]
+    log = along[LAG] + pulled + NOISE
+    assert names(fitted(along, log)[0]) == ["pitot_lag", "pitch_damping", "pitch_stiffness"]
+    one = Regression([block_of(along, log, (), flights)]).fit()
+    assert names(one[0]) == ["pitot_lag"]
+    assert one[1].log_bayes_factor < THRESHOLDS.gap_bayes_factor
 
 
 def test_a_gap_of_one_moment_is_not_taken() -> None:

@@ -92,16 +92,21 @@ class Evidence:
         removed = across.T @ _solved(factor, across)
         return Evidence(whole - removed), _log_evidence(factor, float(removed[-1, -1]))
 
-    def beside(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> "Beside":
+    def beside(
+        self, columns: Sequence[int], deviations: Array, null_flights: Sequence["Evidence"] = ()
+    ) -> "Beside":
         """Return the evidence beside a fit whose members have these columns and prior deviations,
         (k,). All columns stay, so that a member's may be asked for as a further size.
+
+        `null_flights` are the evidence of flights without an effect, for the same columns.
         """
         if not len(columns):
-            return Beside(self, np.zeros((len(self.inner), 0)))
+            return Beside(self, np.zeros((len(self.inner), 0)), tuple(null_flights))
         factor, _, scale = self._factored(columns, deviations)
         across = self.inner[np.asarray(columns, dtype=np.intp)] * scale[:, None]
         lost = solve_triangular(factor, across, lower=True).T
-        return Beside(Evidence(self.inner - lost @ lost.T), lost)
+        others = tuple(flight.given(columns, deviations)[0] for flight in null_flights)
+        return Beside(Evidence(self.inner - lost @ lost.T), lost, others)
 
     def tempered(self, power: float) -> "Evidence":
         """Return the evidence of the likelihood to some power: that of noise 1/√power times as
@@ -115,17 +120,27 @@ class Beside:
     """The evidence beside the members of a fit, of the likelihood to some `power`.
 
     `lost`, (m + 1, k), is what k sizes of the members take from it: inner + lost lostᵀ are the
-    inner products without members.
+    inner products without members. `null_flights` are flights without an effect beside the same
+    members.
     """
 
     evidence: Evidence
     lost: Array
+    null_flights: tuple[Evidence, ...] = ()
     power: float = 1.0
 
     def tempered(self, power: float) -> "Beside":
         """Return the same of the likelihood to a further power."""
+        others = tuple(flight.tempered(power) for flight in self.null_flights)
         lost = np.sqrt(power) * self.lost
-        return Beside(self.evidence.tempered(power), lost, power * self.power)
+        return Beside(self.evidence.tempered(power), lost, others, power * self.power)
+
+    def shown_by_chance(self, columns: Sequence[int], deviations: Array) -> float:
+        """Return the largest logarithm of the evidence that a null flight has for some columns with
+        these prior deviations, (k,); 0 where none has any.
+        """
+        found = [flight.of(columns, deviations).log_evidence for flight in self.null_flights]
+        return max([0.0, *found])
 
 
 # LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the

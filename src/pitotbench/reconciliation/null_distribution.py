@@ -17,6 +17,7 @@ from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.signatures import FITTED, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.units import Array
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -63,9 +64,9 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. `free` is the root mean square of each free parameter, in deviations of its
-    prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
-    other spread is below 1.
+    those before it. `free` is the root
+    mean square of each free parameter, in deviations of its prior: the scale of a vane that reads
+    gusts may come out at five of them on every flight. No other spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]
@@ -90,6 +91,27 @@ class ScoreScale:
 
 
 @dataclass(frozen=True, slots=True)
+class NullEvidence:
+    """What null flights say beyond the floor of the sizes with these labels, (m,): their inner
+    products with the residual last, (f, m + 1, m + 1).
+
+    A fit of a log is held against the same fit of each of them.
+    """
+
+    labels: tuple[str, ...] = ()
+    inner: Array = field(default_factory=lambda: np.zeros((0, 1, 1)))
+
+    def of(self, labels: Sequence[str]) -> Array:
+        """Return the inner products of some sizes, (f, k + 1, k + 1); 0 for an unknown one."""
+        known = [i for i, label in enumerate(labels) if label in self.labels]
+        places = [*(self.labels.index(labels[i]) for i in known), -1]
+        found = np.zeros((len(self.inner), len(labels) + 1, len(labels) + 1))
+        rows = [*known, -1]
+        found[np.ix_(range(len(found)), rows, rows)] = self.inner[:, places][:, :, places]
+        return found
+
+
+@dataclass(frozen=True, slots=True)
 class NullDistribution:
     """What flights of a card without an effect show by chance.
 
@@ -97,6 +119,7 @@ class NullDistribution:
     the cells, both on the scale of `scores`. `gust_level`, `channel_powers` and `spectral_lines`
     hold further measures, see
     `null_learning`, which measures them.
+    `evidence` holds each flight as a log to be fitted.
     """
 
     noise: NoiseModel
@@ -107,6 +130,7 @@ class NullDistribution:
     gust_level: Measure | None = None
     channel_powers: Mapping[str, Measure] = field(default_factory=dict)
     spectral_lines: Mapping[str, Measure] = field(default_factory=dict)
+    evidence: NullEvidence = field(default_factory=NullEvidence)
 
     @property
     def gap_bayes_factor(self) -> float:
@@ -168,6 +192,14 @@ class _Noise:
 
 
 @dataclass(frozen=True, slots=True)
+class _Evidence:
+    """The fields of a NullEvidence, as JSON holds them."""
+
+    labels: tuple[str, ...] = ()
+    inner: list[list[list[Finite]]] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
 class _Text:
     """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
     obey.
@@ -181,6 +213,7 @@ class _Text:
     gust_level: Measure
     channel_powers: dict[str, Measure]
     spectral_lines: dict[str, Measure]
+    evidence: _Evidence = field(default_factory=_Evidence)
 
 
 def text_of(null: NullDistribution) -> str:
@@ -196,7 +229,10 @@ def read_distribution(text: str | bytes) -> NullDistribution:
     """
     checked = TypeAdapter(_Text).validate_json(text, strict=True)
     own = {f.name: getattr(checked, f.name) for f in fields(checked)}
-    return NullDistribution(**own | {"noise": _noise(checked.noise)})
+    labels, inner = checked.evidence.labels, checked.evidence.inner
+    shape = len(inner), len(labels) + 1, len(labels) + 1
+    evidence = NullEvidence(labels, np.array(inner).reshape(shape))
+    return NullDistribution(**own | {"noise": _noise(checked.noise), "evidence": evidence})
 
 
 def _noise(checked: _Noise) -> NoiseModel:

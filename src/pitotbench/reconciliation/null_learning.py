@@ -21,6 +21,7 @@ from pitotbench.reconciliation.noise import NoiseModel, autocovariance, learned
 from pitotbench.reconciliation.null_distribution import (
     Measure,
     NullDistribution,
+    NullEvidence,
     ScoreScale,
     cell_label,
     measures_over,
@@ -272,10 +273,10 @@ def learn_null_distribution(
     noises = [learned(names, _all_but(data, i)) for i in range(len(layouts))]
     flights = (each or _in_turn)(scores_of, list(zip(layouts, noises, strict=True)))
     scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
-    scale = replace(
-        _scale_of(flights),
-        left_over=left_over(_evidence(layouts, noises, scales, each or _in_turn)),
-    )
+    seen = (each or _in_turn)(evidence_of, list(zip(layouts, noises, scales, strict=True)))
+    labels = seen[0][0]
+    apart, left = left_over(labels, [evidence for names, evidence in seen if names == labels])
+    scale = replace(_scale_of(flights), left_over=apart)
     largest = [
         flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
     ]
@@ -296,6 +297,7 @@ def learn_null_distribution(
         spectral_lines=lines_over(
             [spectral_lines(*each) for each in zip(layouts, noises, strict=True)]
         ),
+        evidence=NullEvidence(labels, np.stack([evidence.inner for evidence in left])),
     )
 
 
@@ -332,18 +334,6 @@ def _spreads(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
     return found
 
 
-def _evidence(
-    layouts: Sequence[Layout],
-    noises: Sequence[NoiseModel],
-    scales: Sequence[ScoreScale],
-    each: Perform,
-) -> list[tuple[tuple[str, ...], Evidence]]:
-    """The evidence of each flight for the sizes, with what the others show of wander and
-    fluctuation eliminated.
-    """
-    return each(evidence_of, list(zip(layouts, noises, scales, strict=True)))
-
-
 def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[str, ...], Evidence]:
     """Return the labels of the sizes that are not searched for, and the evidence of one null flight
     for them.
@@ -356,15 +346,16 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
     return tuple(labels[i] for i in kept), beyond.given((), (), kept)[0]
 
 
-def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, float]:
+def left_over(
+    labels: tuple[str, ...], flights: Sequence[Evidence]
+) -> tuple[dict[str, float], list[Evidence]]:
     """Return the sizes that null flights still seem to have, with the root mean square of their
-    scores.
+    scores, and the flights without them.
 
     The largest comes first. It is eliminated before the next one is looked for, because one cause
     of such scores gives them to all effects that are like it.
     """
-    labels, found = flights[0][0], dict[str, float]()
-    each = [evidence for names, evidence in flights if names == labels]
+    found, each = dict[str, float](), list(flights)
     for _ in range(THRESHOLDS.left_over_most):
         powers = np.array([np.diag(e.inner)[:-1] for e in each])
         scores = np.array([e.inner[:-1, -1] for e in each]) / np.sqrt(np.maximum(powers, SMALLEST))
@@ -374,7 +365,7 @@ def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, 
             break
         found[labels[worst]] = float(np.sqrt(square[worst]))
         each = [without_score(e, worst, found[labels[worst]]) for e in each]
-    return found
+    return found, each
 
 
 def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import zip_longest
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -30,7 +31,7 @@ from pitotbench.reconciliation.evidence import (
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import Layout, without_vane_errors
 from pitotbench.reconciliation.noise import NoiseModel
-from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
 from pitotbench.reconciliation.null_learning import wander_of
 from pitotbench.reconciliation.renewal import (
     Entries,
@@ -219,6 +220,17 @@ class Regression:
         return places, Evidence(inner)
 
     @cached_property
+    def _null_flights(self) -> list[Evidence]:
+        """The evidence of null flights for all sizes: of each flight of a log's card, joined with
+        those of the other logs.
+        """
+        every = [
+            block.null.evidence.of([size_label(*k) if k in block.keys else "" for k in self.keys])
+            for block in self.blocks
+        ]
+        return [Evidence(np.asarray(sum(own))) for own in zip_longest(*every, fillvalue=0.0)]
+
+    @cached_property
     def _discrepancies(self) -> list[Discrepancy]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
         log. Who asks for sizes alone needs none.
@@ -291,7 +303,7 @@ class Regression:
         it is.
         """
         columns = [c for member in members for c in member.columns]
-        beside = self.evidence.beside(columns, _deviations(members))
+        beside = self.evidence.beside(columns, _deviations(members), self._null_flights)
         taken = {_cause(member.name) for member in members}
         names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
         prior_none = np.log(THRESHOLDS.prior_of_none)
@@ -317,14 +329,19 @@ class Regression:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
         together with the best of them, and of these alone by their places; and the hypotheses as
         members of a fit.
+
+        Evidence counts beyond what null flights have for the same hypothesis beside the same
+        members. Errors in measured angles and rates pull all coefficients of a moment toward zero
+        at once, on every flight, although none of them alone shows it (Fuller 1987, §1.1).
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
         values, members = dict[str, float](), dict[str, Member]()
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
-            weighed, members[name] = self._member(beside.evidence, name)
-            values[name] = float(prior + weighed)
+            weighed, member = self._member(beside.evidence, name)
+            by_chance = beside.shown_by_chance(member.columns, member.deviations)
+            values[name], members[name] = float(prior + weighed - by_chance), member
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
             left = logsumexp([*self._of_discrepancies(beside, members[name]).values()])
             values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))

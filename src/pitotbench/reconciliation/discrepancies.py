@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
 
 from pitotbench.reconciliation.evidence import Beside, Evidence
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -56,7 +55,7 @@ class Discrepancy:
         fall = fall + np.swapaxes(between, 1, 2) @ np.linalg.solve(members, between)
         occam = np.log(spread).sum(axis=1) + np.linalg.slogdet(members)[1]
         with_cells = _log_evidence(own - fall) + 0.5 * (fall[:, -1, -1] - occam)
-        return float(self.log_prior + logsumexp(with_cells) - _log_evidence(own))
+        return float(self.log_prior + np.logaddexp.reduce(with_cells) - _log_evidence(own))
 
 
 def discrepancy_of(

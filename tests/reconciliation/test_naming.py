@@ -18,10 +18,11 @@ from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.other_flights import hold_out
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.reconciliation.regression import Found, Member, fit_gaps
 from pitotbench.reconciliation.signatures import cause_of, returns
-from pitotbench.reconciliation.verdict import hold_out, judge, may_be_form
+from pitotbench.reconciliation.verdict import judge, may_be_form
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Verdict

@@ -11,8 +11,8 @@ from pitotbench.reconciliation.equations import (
     equations_from,
     inner_products,
 )
+from pitotbench.reconciliation.other_flights import closes, contradiction
 from pitotbench.reconciliation.regression import Sizes
-from pitotbench.reconciliation.verdict import closes, contradiction
 from pitotbench.records.verdict import Closure
 
 

@@ -26,8 +26,10 @@ from pitotbench.bench.workflow import (
 )
 from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
+from pitotbench.reconciliation.other_flights import for_channels
 from pitotbench.reconciliation.regression import parted
-from pitotbench.reconciliation.verdict import Judged, for_channels, largest_gap
+from pitotbench.reconciliation.shown_flight import largest_gap
+from pitotbench.reconciliation.verdict import Judged
 from pitotbench.records.gap import Closing
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuvers

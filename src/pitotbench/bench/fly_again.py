@@ -20,8 +20,8 @@ from pitotbench.reconciliation.card_comparison import (
 from pitotbench.reconciliation.free_parameters import curve_of
 from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, mean_wind_of
 from pitotbench.reconciliation.recording_checks import check_log
+from pitotbench.reconciliation.shown_flight import ShownFlight
 from pitotbench.reconciliation.track import track_of
-from pitotbench.reconciliation.verdict import ShownFlight
 from pitotbench.records import BadInputError
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
 from pitotbench.records.gap import FlownAgain

@@ -24,6 +24,7 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.maneuvers import floor_left_out, lay_out_maneuvers
 from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.other_flights import for_channels, hold_out
 from pitotbench.reconciliation.patches import Patch, maneuver_to_fly, name_in_case, patch_of_effects
 from pitotbench.reconciliation.pictures import (
     calibration_change,
@@ -34,7 +35,8 @@ from pitotbench.reconciliation.pictures import (
 )
 from pitotbench.reconciliation.regression import Fitted, is_term, parted
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.verdict import Judged, ShownFlight, for_channels, hold_out, judge
+from pitotbench.reconciliation.shown_flight import ShownFlight
+from pitotbench.reconciliation.verdict import Judged, judge
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case, EffectSpec

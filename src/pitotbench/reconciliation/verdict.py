@@ -6,36 +6,20 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, ndtri
 
-from pitotbench.catalog import Catalog
 from pitotbench.effects import effect_of
-from pitotbench.effects.effect import AircraftEffect, Effect
 from pitotbench.reconciliation.equations import (
     Fit,
-    NormalEquations,
-    closure_of,
-    scaled_to,
-    whitened_equations,
-    with_form_error,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
-from pitotbench.reconciliation.flight_path import PATH_SCALES
-from pitotbench.reconciliation.formula import signatures_at
-from pitotbench.reconciliation.layout import DAY, Layout
-from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
-from pitotbench.reconciliation.null_learning import (
-    periodic_channels,
-    turbulence_candidates,
-    wandering_channels,
-)
+from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.other_flights import closes, contradictions, flights_of, is_apart
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.regression import (
-    Block,
     Fitted,
     Found,
     Member,
-    Regression,
     Sizes,
     fit_gaps,
     fitted_by,
@@ -44,74 +28,30 @@ from pitotbench.reconciliation.regression import (
     parted,
     with_terms,
 )
-from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
-from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
+from pitotbench.reconciliation.shown_flight import (
+    ShownFlight,
+    free_sizes,
+    joined_closure,
+    joined_detectable,
+    largest_gap,
+    notes_of,
+    show_flight,
+    strongest,
+)
+from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import (
     SURE,
     Candidate,
     Closure,
-    Detectable,
-    FreeSize,
     Gap,
     JoinedFlight,
     Kind,
-    Located,
-    OwnSize,
     Verdict,
 )
 
 LISTED = 10  # candidates in a verdict
-SECONDS_A_MINUTE = 60.0
-
-# What one flight shows with the gaps of all flights in the model.
-
-
-@dataclass(frozen=True, slots=True)
-class ShownFlight:
-    """What one flight shows: the gaps as a fit of it and what they close, what was counted, other
-    gusts than those of the card, and the channels that wander or have a line beside.
-
-    `outweighs`: these are larger than a share of what the gaps explain.
-    """
-
-    block: Block
-    fit: Fit
-    closure: Closure
-    certain: tuple[Candidate, ...]
-    unexplained: tuple[Located, ...]
-    outweighs: bool
-
-    def located(self, given: Sequence[int] = ()) -> list[Located]:
-        """Return the most significant place in every channel, in σ beyond the mean of null flights."""
-        places, best = self.block.layout.places, dict[str, Located]()
-        values = self.block.equations.scores(self.block.layout.examined, given)
-        for (_, cell), value in zip(places, values, strict=True):
-            score = self.block.null.scores.of_cell(cell, float(value))
-            if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
-                best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, score)
-        return list(best.values())
-
-
-def _shown(block: Block, fitted: Fitted) -> ShownFlight:
-    fit, layout, null = fitted.fit_of(block), block.layout, block.null
-    explained = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
-    gusts = turbulence_candidates(explained, null.gust_level)
-
-    def unexplained(by: float) -> tuple[Located, ...]:
-        # Other turbulence than that of the card makes every channel wander.
-        wander = () if gusts else wandering_channels(explained, layout, null, by)
-        return (*wander, *periodic_channels(explained, null, by))
-
-    counted, beside = layout.checked.effects, unexplained(fit.gain)
-    larger = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * fit.gain
-    outweighs = bool(beside) and not counted and (not fit.columns or bool(unexplained(larger)))
-    closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), layout.examined)
-    return ShownFlight(block, fit, closure, (*counted, *gusts), beside, outweighs)
-
-
-# The answer: how surely each gap is told.
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +94,7 @@ def judge(
     if any(each.unexplained for each in shown):  # what no cell shows may follow a formula
         fitted = with_terms(fitted)
         shown, flights = _all_flights(names, fitted)
-    refused = {own.effect for each in flights for own in each.own_sizes if _is_apart(own)}
+    refused = {own.effect for each in flights for own in each.own_sizes if is_apart(own)}
     told = contradictions(flights)
     if fitted.gaps and fitted.gaps[0].member.name in refused:
         refused, told = set(), []  # of the largest gap: an objection tells it
@@ -187,8 +127,8 @@ def judge(
 def _all_flights(
     names: Sequence[str], fitted: Fitted
 ) -> tuple[tuple[ShownFlight, ...], tuple[JoinedFlight, ...]]:
-    shown = tuple(_shown(block, fitted) for block in fitted.regression.blocks)
-    return shown, _flights(names, fitted, shown)
+    shown = tuple(show_flight(block, fitted) for block in fitted.regression.blocks)
+    return shown, flights_of(names, fitted, shown)
 
 
 def _impossible(fitted: Fitted) -> Iterable[str]:
@@ -197,10 +137,6 @@ def _impossible(fitted: Fitted) -> Iterable[str]:
     for (effect, parameter), size in found:
         if not effect_of(effect).parameter(parameter).is_possible(size):
             yield from (m.name for m in fitted.members if keys_of(m.name, [(effect, parameter)]))
-
-
-def _is_apart(own: OwnSize) -> bool:
-    return own.apart is not None and own.apart > THRESHOLDS.contradicted_from
 
 
 def _objections(
@@ -228,7 +164,7 @@ def _objections(
     if held is not None and not closes(held):
         share = max(0.0, held.share)
         yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", alone)
-    closed, names = _whole(each.closure for each in shown), [m.name for m in fitted.members]
+    closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
         told = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
@@ -242,7 +178,7 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     all gaps together leave, where nothing speaks against it and no further gap is seen. What is
     told of a probability are two numbers, one on either side of these limits.
     """
-    closure, main = _whole(each.closure for each in shown), largest_gap(shown)
+    closure, main = joined_closure(each.closure for each in shown), largest_gap(shown)
     doubts = tuple(each.why for each in objections)
     left, unexplained = 1.0 - closure.share, [p for each in shown for p in each.unexplained]
     outweighed = any(each.outweighs for each in shown)
@@ -277,14 +213,14 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
         kind=kind,
         gaps=tuple(gap for gap in (*certain, *gaps) if kind in SURE or not withdrawn),
         candidates=_candidates(fitted, main, probabilities),
-        located=(*unexplained, *_strongest(located)),
+        located=(*unexplained, *strongest(located)),
         checks=(),
         closure=closure,
-        smallest_detectable=_joined_detectable(shown),
+        smallest_detectable=joined_detectable(shown),
         advice=(),
         notes=tuple(
             dict.fromkeys(
-                note for each in shown for note in _notes(each.block, known, fitted.left, quiet)
+                note for each in shown for note in notes_of(each.block, known, fitted.left, quiet)
             )
         ),
         probabilities=dict(sorted(probabilities.items(), key=lambda item: -item[1])),
@@ -293,7 +229,7 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
         ),
         remains=remains,
         doubts=doubts,
-        free=tuple(free for each in shown for free in _free(each)),
+        free=tuple(free for each in shown for free in free_sizes(each)),
     )
 
 
@@ -401,41 +337,6 @@ def _beside(each: Candidate) -> tuple[Candidate, ...]:
     return (Candidate("turbulence_scale", (), each.score, 0.0),) if other else ()
 
 
-def _whole(closures: Iterable[Closure]) -> Closure:
-    every = list(closures)
-    return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
-
-
-def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:
-    """Return the flight with the largest gap."""
-    return max(shown, key=lambda each: each.closure.before - each.closure.noise)
-
-
-def _strongest(places: Sequence[Located]) -> list[Located]:
-    best: dict[str, Located] = {}
-    for place in sorted(places, key=lambda each: -abs(each.significance)):
-        best.setdefault(place.channel, place)
-    return list(best.values())
-
-
-def _free(each: ShownFlight) -> Iterable[FreeSize]:
-    """The log's own unknowns that lie beyond a bound of their priors, and of what null flights
-    show. What these show adds to the bound of the size: a vane reads gusts whole, and on flights
-    without an error seems to have a wrong scale.
-    """
-    free, on_null = each.block.layout.free, each.block.null.scores.free
-    sizes, deviations = each.block.equations.free_estimates(each.fit.columns)
-    for name, size, deviation, prior in zip(
-        free.names, sizes.tolist(), deviations.tolist(), free.deviations.tolist(), strict=True
-    ):
-        seeming = prior * on_null.get(name, 0.0)
-        usual = max(prior, seeming)
-        if abs(size) > THRESHOLDS.free_told_from * usual:
-            known = np.array([[deviation**2 + seeming**2]])
-            with_form = float(np.sqrt(with_form_error(known, [size])[0, 0]))
-            yield FreeSize(name, size, 2.0 * with_form, usual)
-
-
 def _candidates(
     fitted: Fitted, main: ShownFlight, probabilities: dict[str, float]
 ) -> tuple[Candidate, ...]:
@@ -461,288 +362,3 @@ def _candidates(
         )
         for name in ranked[:LISTED]
     )
-
-
-def _joined_detectable(shown: Sequence[ShownFlight]) -> tuple[Detectable, ...]:
-    """The smallest size that all flights together show: the squares of the reciprocals add up."""
-    found: dict[tuple[str, str], float] = {}
-    for each in shown:
-        block = each.block
-        for one in smallest_detectable(block.equations, block.layout, block.null, each.fit.columns):
-            key = (one.effect, one.parameter)
-            found[key] = found.get(key, 0.0) + one.size**-2.0
-    return tuple(Detectable(*key, total**-0.5) for key, total in found.items())
-
-
-def smallest_detectable(
-    equations: NormalEquations, layout: Layout, null: NullDistribution, given: Sequence[int] = ()
-) -> tuple[Detectable, ...]:
-    """Return the size of each effect that would reach its threshold half of the time.
-
-    The columns `given` are those of the gaps, which are fitted together with each size.
-    """
-    sizes = []
-    for index, signature in enumerate(layout.signatures):
-        if index in given or signature.effect not in FITTED or FITTED[signature.effect].variant_of:
-            continue
-        deviation = float(equations.fit([index], given).deviations[0])
-        parameter = FITTED[signature.effect].parameter(signature.parameter)
-        size = null.threshold_of(signature.effect) * deviation
-        if 0.0 < size <= max(abs(parameter.low), abs(parameter.high)):
-            sizes.append(Detectable(signature.effect, signature.parameter, size))
-    return tuple(sizes)
-
-
-def _notes(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> Iterable[str]:
-    """Sentences on the limits of a verdict."""
-    layout, null = block.layout, block.null
-    if quiet and left.log_bayes_factor >= null.gap_bayes_factor:
-        yield "no place and no effect stands out of what flights without an effect show"
-    if null.flights == 0:
-        yield (
-            "no null flights of this card: the noise is judged by this log alone, and a gap is "
-            f"told from a Bayes factor of e^{null.gap_bayes_factor:.0f} on"
-        )
-    flies = layout.reference.force_model is not None
-    if not flies:
-        yield "no aircraft model: sensors and air alone are judged, and no card is flown"
-    if PATH_SCALES[0] in layout.track:
-        yield (
-            "no vanes: the flow angles are those of the path through the mean wind; their scale is "
-            "free, so an equal change of all coefficients of one angle cannot be seen"
-        )
-    shown = {s.effect for s in layout.signatures}
-    if not layout.setting.day_known:
-        shown.add(DAY)
-        if flies:
-            yield "the header does not tell the temperature of the day: another one is no gap"
-    plain = {
-        n: e for n, e in FITTED.items() if not e.variant_of and (flies or e.acts_on != "aircraft")
-    }
-    hidden = [n for n in plain if n not in shown]
-    lacking = _without_the_parts(hidden, layout)
-    if lacking:
-        yield (
-            "left out, because the model of the aircraft lacks what they change: "
-            + ", ".join(lacking)
-        )
-    unseen = [n for n in hidden if n not in lacking]
-    if unseen:
-        seen = {e.part for n, e in plain.items() if n not in unseen}
-        told = dict.fromkeys(
-            n if plain[n].part in seen else f"all of {plain[n].part}" for n in unseen
-        )
-        yield "cannot be seen in the channels of this log: " + ", ".join(told)
-    causes = [cause_of(found.member.name) for found in known]
-    for other, effect in FITTED.items():
-        if effect.one_model_with in causes:
-            same = f"{other} is one model with {effect.one_model_with}"
-            yield f"{same}: it has the same terms in every channel"
-    ratios = block.noise.deviations / null.noise.deviations
-    noisy = [
-        f"{n} ({r:.1f} times)"
-        for n, r in zip(null.noise.names, ratios, strict=True)
-        if r > THRESHOLDS.noise_noted
-    ]
-    if noisy and null.flights:
-        yield "more noise than on null flights: " + ", ".join(noisy)
-
-
-def _without_the_parts(names: Sequence[str], layout: Layout) -> list[str]:
-    """Return those of the effects that the aircraft cannot take at all."""
-    model = layout.reference.force_model
-    acting = [(n, effect) for n in names if isinstance(effect := FITTED[n], AircraftEffect)]
-    return (
-        []
-        if model is None
-        else [n for n, effect in acting if not effect.fitting(model.aircraft.baseline)]
-    )
-
-
-# Several flights: what each says alone, and whether it agrees with the others. A flight that shows
-# another size than the others do contradicts the cause.
-
-FARTHEST = 1e-300  # smallest probability that is turned into a distance
-
-
-def _flights(
-    names: Sequence[str], fitted: Fitted, shown: Sequence[ShownFlight]
-) -> tuple[JoinedFlight, ...]:
-    """What each flight says; of several, what it says alone and beside the others."""
-    several, found = len(shown) > 1, []
-    for number, (name, each) in enumerate(zip(names, shown, strict=True)):
-        gaps, left = [*fitted.gaps], fitted.left
-        own: tuple[OwnSize, ...] = ()
-        left_out: Closure | None = None
-        if several:
-            gaps, left = Regression([each.block]).fit()
-            members = fitted.members or [gap.member for gap in gaps]
-            lasting = [m for m in members if not is_term(m.name) and returns(m.name)]
-            rest = [i for i in range(len(shown)) if i != number]
-            mine = fitted.regression.shown_alone([number], lasting).widened()
-            theirs = fitted.regression.shown_alone(rest, lasting).widened()
-            own = tuple(_own_sizes(lasting, mine, theirs))
-            shared = fitted.regression.shown_columns(each.block, fitted.members)
-            left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None
-        shows = gaps or fitted.regression.shows(left)
-        known = [gap for gap in gaps if not is_term(gap.member.name)]
-        sure = all(max(g.causes.values()) > THRESHOLDS.named_from for g in known)
-        kind: Kind = "no_gap" if not shows else "unknown"
-        if known:
-            kind = "named" if sure else "one_of"
-        time = each.block.layout.track.time
-        found.append(
-            JoinedFlight(
-                log=name,
-                maneuver="",
-                minutes=float(time[-1] - time[0]) / SECONDS_A_MINUTE,
-                alone=kind,
-                causes=tuple(tuple(_holding(gap.causes)) for gap in known),
-                log_bayes_factor=max(
-                    (g.log_bayes_factor for g in gaps), default=left.log_bayes_factor
-                ),
-                closure=each.closure,
-                left_out=left_out,
-                own_sizes=own,
-                null_flights=each.block.null.flights,
-            )
-        )
-    return tuple(found)
-
-
-def _holding(causes: dict[str, float]) -> Iterable[str]:
-    """The causes of the smallest set that holds a gap."""
-    held, whole = 0.0, sum(causes.values())
-    for cause, p in causes.items():
-        if held < THRESHOLDS.set_holds * whole:
-            yield cause
-        held += p
-
-
-def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:
-    """The closure of a flight by the sizes that the other flights show; None where they show none.
-
-    Of the columns of all `gaps`, effects for a part of one flight, and events, are fitted to that
-    flight: another flight does not have them.
-    """
-    here = sizes.among(block.keys)
-    columns = [block.keys.index(key) for key in here.keys]
-    once = [c for c in gaps if c not in columns]
-    if not columns:
-        return None
-    values, cells = here.values.tolist(), block.layout.examined
-    return closure_of(block.equations, columns, values, cells, here.covariance, once)
-
-
-def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
-    """The largest size of each effect that a flight shows, with the distance of all from those of
-    the others.
-    """
-    for member in members:
-        own = mine.among(keys_of(member.name, mine.keys))
-        other = theirs.among(own.keys)
-        if not own.keys:
-            continue
-        spread = np.sqrt(np.diag(own.covariance))
-        place = int(np.argmax(np.abs(own.values) / spread))
-        size = Estimate(own.keys[place][1], float(own.values[place]), 2.0 * float(spread[place]))
-        yield OwnSize(member.name, size, contradiction(own, other) if other.keys else None)
-
-
-def contradiction(own: Sizes, others: Sizes) -> float:
-    """Return the distance [σ] of the sizes that one flight shows from those that the other flights
-    show.
-
-    It is that of a normal number as improbable as the squared distance of the sizes, which is
-    χ²-distributed.
-    """
-    mine, theirs = own.among(others.keys), others.among(own.keys)
-    theirs = theirs.among(mine.keys)
-    difference = mine.values - theirs.values
-    square = float(difference @ np.linalg.solve(mine.covariance + theirs.covariance, difference))
-    chance = float(chdtrc(len(difference), square))
-    return float(-ndtri(0.5 * max(chance, FARTHEST)))
-
-
-def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
-    """Return a sentence for each effect that a flight contradicts, with the flight that does so
-    most.
-
-    Two flights are equally far apart: the one that shows less of the effect is the one that
-    contradicts it.
-    """
-    lines = []
-    for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
-        found = [
-            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
-            for flight in flights
-            for own in flight.own_sizes
-            if own.effect == effect
-        ]
-        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
-        if _is_apart(own):
-            size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
-            lines.append(
-                f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights"
-            )
-    return lines
-
-
-# A log without null flights, and one that is held out.
-
-
-def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
-    """Return the null distribution of a card if it has the channels of a log; else one from the log
-    itself.
-    """
-    if of_card is not None and of_card.noise.names == layout.residuals.names:
-        return of_card
-    return theoretical_distribution(layout)
-
-
-def hold_out(
-    lay: Callable[[Catalog[Effect]], Layout], null: NullDistribution, fitted: Fitted
-) -> Closure | None:
-    """Return the closure of all gaps on another log, with the sizes fitted before; None where no
-    gap is to be seen there. `lay` lays the log out with some effects as its hypotheses.
-
-    Events and effects for a part of one flight are left out: the other flight has them at other
-    times, or not at all. So are sizes that the other log cannot show. The noise is that of the
-    other log alone where it has other channels.
-    """
-    lasting = [m.name for m in fitted.members if not is_term(m.name) and returns(m.name)]
-    chosen: Catalog[Effect] = Catalog(
-        "effect", {n: FITTED[n] for name in lasting for n in (name, *FITTED[name].left_open)}
-    )
-    sizes, shapes = fitted.sizes.by_key(), dict[str, dict[str, float]]()
-    for block in fitted.regression.blocks:
-        for signature in block.layout.signatures:
-            shapes.setdefault(signature.effect, dict(signature.shapes))
-    entries = {n: dict(shapes.get(n, {})) for n in chosen}
-    for (effect, parameter), size in sizes.items():
-        if effect in entries:
-            entries[effect][parameter] = size
-    layout = without_sensor_effects(lay(chosen), entries)
-    layout = at_sizes(layout, sizes, shapes)
-    terms = {key: size for key, size in sizes.items() if key[0] not in FITTED}
-    layout = replace(
-        layout, signatures=(*layout.signatures, *signatures_at(layout.reference, terms))
-    )
-    keys = [(s.effect, s.parameter) for s in layout.signatures]
-    own = fitted.sizes.among(keys)
-    if not own.keys:
-        return None
-    equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
-    columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
-    errors = with_form_error(own.covariance, values)
-    return closure_of(equations, columns, values, layout.examined, errors)
-
-
-def closes(held: Closure) -> bool:
-    """Whether effects close enough of the gap of a log that their sizes were not fitted to.
-
-    They do where what is left of the gap is within chance: a log that shows little of an effect
-    says little of it, and so do sizes that are hardly known.
-    """
-    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
-    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance

@@ -11,7 +11,7 @@ from tests.reconciliation.test_formula import SETTING, judged
 from pitotbench.bench.workflow import formula_of, patch_of
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.verdict import hold_out
+from pitotbench.reconciliation.other_flights import hold_out
 from pitotbench.show.gap_words import formula_sentences
 
 

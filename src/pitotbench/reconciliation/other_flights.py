@@ -1,0 +1,228 @@
+"""What another flight says of the gaps: each of several flights, alone and left out, and a log that
+is held out.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import chdtrc, ndtri
+
+from pitotbench.catalog import Catalog
+from pitotbench.effects.effect import Effect
+from pitotbench.reconciliation.equations import (
+    closure_of,
+    scaled_to,
+    whitened_equations,
+    with_form_error,
+)
+from pitotbench.reconciliation.formula import signatures_at
+from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
+from pitotbench.reconciliation.regression import (
+    Block,
+    Fitted,
+    Member,
+    Regression,
+    Sizes,
+    is_term,
+    keys_of,
+)
+from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
+from pitotbench.reconciliation.shown_flight import ShownFlight
+from pitotbench.reconciliation.signatures import FITTED, returns
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.verdict import (
+    Closure,
+    JoinedFlight,
+    Kind,
+    OwnSize,
+)
+
+FARTHEST = 1e-300  # smallest probability that is turned into a distance
+SECONDS_A_MINUTE = 60.0
+
+
+def is_apart(own: OwnSize) -> bool:
+    return own.apart is not None and own.apart > THRESHOLDS.contradicted_from
+
+
+def flights_of(
+    names: Sequence[str], fitted: Fitted, shown: Sequence[ShownFlight]
+) -> tuple[JoinedFlight, ...]:
+    """What each flight says; of several, what it says alone and beside the others."""
+    several, found = len(shown) > 1, []
+    for number, (name, each) in enumerate(zip(names, shown, strict=True)):
+        gaps, left = [*fitted.gaps], fitted.left
+        own: tuple[OwnSize, ...] = ()
+        left_out: Closure | None = None
+        if several:
+            gaps, left = Regression([each.block]).fit()
+            members = fitted.members or [gap.member for gap in gaps]
+            lasting = [m for m in members if not is_term(m.name) and returns(m.name)]
+            rest = [i for i in range(len(shown)) if i != number]
+            mine = fitted.regression.shown_alone([number], lasting).widened()
+            theirs = fitted.regression.shown_alone(rest, lasting).widened()
+            own = tuple(_own_sizes(lasting, mine, theirs))
+            shared = fitted.regression.shown_columns(each.block, fitted.members)
+            left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None
+        shows = gaps or fitted.regression.shows(left)
+        known = [gap for gap in gaps if not is_term(gap.member.name)]
+        sure = all(max(g.causes.values()) > THRESHOLDS.named_from for g in known)
+        kind: Kind = "no_gap" if not shows else "unknown"
+        if known:
+            kind = "named" if sure else "one_of"
+        time = each.block.layout.track.time
+        found.append(
+            JoinedFlight(
+                log=name,
+                maneuver="",
+                minutes=float(time[-1] - time[0]) / SECONDS_A_MINUTE,
+                alone=kind,
+                causes=tuple(tuple(_holding(gap.causes)) for gap in known),
+                log_bayes_factor=max(
+                    (g.log_bayes_factor for g in gaps), default=left.log_bayes_factor
+                ),
+                closure=each.closure,
+                left_out=left_out,
+                own_sizes=own,
+                null_flights=each.block.null.flights,
+            )
+        )
+    return tuple(found)
+
+
+def _holding(causes: dict[str, float]) -> Iterable[str]:
+    """The causes of the smallest set that holds a gap."""
+    held, whole = 0.0, sum(causes.values())
+    for cause, p in causes.items():
+        if held < THRESHOLDS.set_holds * whole:
+            yield cause
+        held += p
+
+
+def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:
+    """The closure of a flight by the sizes that the other flights show; None where they show none.
+
+    Of the columns of all `gaps`, effects for a part of one flight, and events, are fitted to that
+    flight: another flight does not have them.
+    """
+    here = sizes.among(block.keys)
+    columns = [block.keys.index(key) for key in here.keys]
+    once = [c for c in gaps if c not in columns]
+    if not columns:
+        return None
+    values, cells = here.values.tolist(), block.layout.examined
+    return closure_of(block.equations, columns, values, cells, here.covariance, once)
+
+
+def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
+    """The largest size of each effect that a flight shows, with the distance of all from those of
+    the others.
+    """
+    for member in members:
+        own = mine.among(keys_of(member.name, mine.keys))
+        other = theirs.among(own.keys)
+        if not own.keys:
+            continue
+        spread = np.sqrt(np.diag(own.covariance))
+        place = int(np.argmax(np.abs(own.values) / spread))
+        size = Estimate(own.keys[place][1], float(own.values[place]), 2.0 * float(spread[place]))
+        yield OwnSize(member.name, size, contradiction(own, other) if other.keys else None)
+
+
+def contradiction(own: Sizes, others: Sizes) -> float:
+    """Return the distance [σ] of the sizes that one flight shows from those that the other flights
+    show.
+
+    It is that of a normal number as improbable as the squared distance of the sizes, which is
+    χ²-distributed.
+    """
+    mine, theirs = own.among(others.keys), others.among(own.keys)
+    theirs = theirs.among(mine.keys)
+    difference = mine.values - theirs.values
+    square = float(difference @ np.linalg.solve(mine.covariance + theirs.covariance, difference))
+    chance = float(chdtrc(len(difference), square))
+    return float(-ndtri(0.5 * max(chance, FARTHEST)))
+
+
+def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
+    """Return a sentence for each effect that a flight contradicts, with the flight that does so
+    most.
+
+    Two flights are equally far apart: the one that shows less of the effect is the one that
+    contradicts it.
+    """
+    lines = []
+    for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
+        found = [
+            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
+            for flight in flights
+            for own in flight.own_sizes
+            if own.effect == effect
+        ]
+        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
+        if is_apart(own):
+            size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
+            lines.append(
+                f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights"
+            )
+    return lines
+
+
+def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
+    """Return the null distribution of a card if it has the channels of a log; else one from the log
+    itself.
+    """
+    if of_card is not None and of_card.noise.names == layout.residuals.names:
+        return of_card
+    return theoretical_distribution(layout)
+
+
+def hold_out(
+    lay: Callable[[Catalog[Effect]], Layout], null: NullDistribution, fitted: Fitted
+) -> Closure | None:
+    """Return the closure of all gaps on another log, with the sizes fitted before; None where no
+    gap is to be seen there. `lay` lays the log out with some effects as its hypotheses.
+
+    Events and effects for a part of one flight are left out: the other flight has them at other
+    times, or not at all. So are sizes that the other log cannot show. The noise is that of the
+    other log alone where it has other channels.
+    """
+    lasting = [m.name for m in fitted.members if not is_term(m.name) and returns(m.name)]
+    chosen: Catalog[Effect] = Catalog(
+        "effect", {n: FITTED[n] for name in lasting for n in (name, *FITTED[name].left_open)}
+    )
+    sizes, shapes = fitted.sizes.by_key(), dict[str, dict[str, float]]()
+    for block in fitted.regression.blocks:
+        for signature in block.layout.signatures:
+            shapes.setdefault(signature.effect, dict(signature.shapes))
+    entries = {n: dict(shapes.get(n, {})) for n in chosen}
+    for (effect, parameter), size in sizes.items():
+        if effect in entries:
+            entries[effect][parameter] = size
+    layout = without_sensor_effects(lay(chosen), entries)
+    layout = at_sizes(layout, sizes, shapes)
+    terms = {key: size for key, size in sizes.items() if key[0] not in FITTED}
+    layout = replace(
+        layout, signatures=(*layout.signatures, *signatures_at(layout.reference, terms))
+    )
+    keys = [(s.effect, s.parameter) for s in layout.signatures]
+    own = fitted.sizes.among(keys)
+    if not own.keys:
+        return None
+    equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
+    columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
+    errors = with_form_error(own.covariance, values)
+    return closure_of(equations, columns, values, layout.examined, errors)
+
+
+def closes(held: Closure) -> bool:
+    """Whether effects close enough of the gap of a log that their sizes were not fitted to.
+
+    They do where what is left of the gap is within chance: a log that shows little of an effect
+    says little of it, and so do sizes that are hardly known.
+    """
+    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
+    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance

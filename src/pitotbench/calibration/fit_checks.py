@@ -171,7 +171,8 @@ _BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
 _MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
-# probability of so much disagreement by chance: below it two equations are not averaged
+# probability of so much disagreement by chance: below it triangle and height are not averaged, but
+# mixed (`location`)
 DISAGREE = 0.001
 _CLEAR = 3.0  # standard errors beyond which samples disagree
 _BOUNDS = 1.5  # times 2σ, likewise

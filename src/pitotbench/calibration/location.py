@@ -156,17 +156,10 @@ def _with_height(
     wide = rows.with_probe(probe)
     joint, gain, chance = _with_rows(near, bare, wide)
     moved = _at(bare, True, rows)
-
-    def held(fit: CoveringFit) -> Posterior:
-        """The answer of triangle and height together; where they disagree, the mixture with the
-        triangle's own.
-        """
-        answers = [fit, final_pass(_at(bare, True), obs, near)] if chance < DISAGREE else [fit]
-        return mixed([(1.0, posterior_of(each)) for each in answers])
-
     if stated is not None:
         fit = final_pass(moved, obs, joint)
-        return ErrorPlace(stated, None, moved, fit, held(fit), chance)
+        answer = _of_triangle_and_height(fit, chance, bare, obs, near)
+        return ErrorPlace(stated, None, moved, fit, answer, chance)
     noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
     odds = gain - without
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
@@ -181,11 +174,33 @@ def _with_height(
     }
     best = max(fits, key=lambda name: shares[name])
     answer = mixed(
-        [(shares[n], held(fit) if n == STATIC else posterior_of(fit)) for n, fit in fits.items()]
+        [
+            (
+                shares[name],
+                _of_triangle_and_height(fit, chance, bare, obs, near)
+                if name == STATIC
+                else posterior_of(fit),
+            )
+            for name, fit in fits.items()
+        ]
     )
     return ErrorPlace(
         best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None
     )
+
+
+def _of_triangle_and_height(
+    fit: CoveringFit, chance: float, bare: Structure, obs: Observations, near: FirstPass
+) -> Posterior:
+    """The answer for a static source: the `fit` of triangle and height together.
+
+    Where they differ more than by chance, neither is known to be the wrong one. The bound is then
+    widened by no factor: the answer is the mixture of this fit and of the triangle's own (`bare`,
+    without the height), one as probable as the other.
+    """
+    disagree = chance < DISAGREE
+    fits = [fit, final_pass(_at(bare, True), obs, near)] if disagree else [fit]
+    return mixed([(1.0, posterior_of(each)) for each in fits])
 
 
 _OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear

@@ -237,7 +237,10 @@ def _curve(
     curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances: Sequence[Nuisance]
 ) -> ErrorCurve:
     k = answer.mean[: curve.model.error_count]
-    gradient, basis = correction_gradient(curve, answer, nuisances), widened(curve.basis(), answer)
+    gradient, basis = (
+        correction_gradient(curve, answer, nuisances),
+        over_all_parameters(curve.basis(), answer),
+    )
     bounds = answer.two_sigma(gradient)
     part = gradient[:, : curve.model.count]
     white_variance = np.einsum("cp,pq,cq->c", part, white.covariance, part)
@@ -271,7 +274,7 @@ def with_altitude(
         return curve
     pressure = float(np.median(obs.static_pressure))
     k = answer.mean[: of.model.error_count]
-    gradient = widened(of.altitude_gradient(k, pressure), answer)
+    gradient = over_all_parameters(of.altitude_gradient(k, pressure), answer)
     correction = of.altitude(k, pressure)
     bound = np.hypot(answer.two_sigma(gradient), of.altitude_by_total(k, pressure, total_source))
     if assumed:
@@ -291,7 +294,7 @@ def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[
     """
     k = answer.mean[: curve.model.error_count]
     gradient, place = (
-        widened(curve.correction_gradient(k), answer),
+        over_all_parameters(curve.correction_gradient(k), answer),
         _zero_place(curve.model, nuisances),
     )
     if place is not None:
@@ -299,7 +302,7 @@ def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[
     return gradient
 
 
-def widened(gradient: Array, answer: Posterior) -> Array:
+def over_all_parameters(gradient: Array, answer: Posterior) -> Array:
     """Extend a gradient (c, K) over the error parameters with zeros to one over all of θ, (c, p)."""
     wide = np.zeros((len(gradient), len(answer.mean)))
     wide[:, : gradient.shape[1]] = gradient

@@ -80,7 +80,7 @@ def flights_of(
                 maneuver="",
                 minutes=float(time[-1] - time[0]) / SECONDS_A_MINUTE,
                 alone=kind,
-                causes=tuple(tuple(_holding(gap.causes)) for gap in known),
+                causes=tuple(holding(gap.causes) for gap in known),
                 log_bayes_factor=max(
                     (g.log_bayes_factor for g in gaps), default=left.log_bayes_factor
                 ),
@@ -93,13 +93,12 @@ def flights_of(
     return tuple(found)
 
 
-def _holding(causes: dict[str, float]) -> Iterable[str]:
-    """The causes of the smallest set that holds a gap."""
-    held, whole = 0.0, sum(causes.values())
-    for cause, p in causes.items():
-        if held < THRESHOLDS.set_holds * whole:
-            yield cause
-        held += p
+def holding(causes: dict[str, float]) -> tuple[str, ...]:
+    """Return the causes of the smallest set that holds a gap, of causes with the most probable
+    first.
+    """
+    held = np.cumsum([*causes.values()])
+    return tuple(causes)[: 1 + int(np.searchsorted(held, THRESHOLDS.set_holds * held[-1]))]
 
 
 def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:

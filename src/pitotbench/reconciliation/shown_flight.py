@@ -54,7 +54,7 @@ class ShownFlight:
     outweighs: bool
 
     def located(self, given: Sequence[int] = ()) -> list[Located]:
-        """Return the most significant place in every channel, in σ beyond the mean of null flights."""
+        """Return the most significant place in every channel, in σ beyond that of null flights."""
         places, best = self.block.layout.places, dict[str, Located]()
         values = self.block.equations.scores(self.block.layout.examined, given)
         for (_, cell), value in zip(places, values, strict=True):
@@ -65,6 +65,7 @@ class ShownFlight:
 
 
 def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
+    """Return what a flight shows with all gaps of a fit in the model."""
     fit, layout, null = fitted.fit_of(block), block.layout, block.null
     explained = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
     gusts = turbulence_candidates(explained, null.gust_level)
@@ -82,6 +83,7 @@ def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
 
 
 def joined_closure(closures: Iterable[Closure]) -> Closure:
+    """Return the closure of several flights together: their sums of squares add up."""
     every = list(closures)
     return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
 
@@ -92,6 +94,7 @@ def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:
 
 
 def strongest(places: Sequence[Located]) -> list[Located]:
+    """Return the most significant place of each channel, the most significant first."""
     best: dict[str, Located] = {}
     for place in sorted(places, key=lambda each: -abs(each.significance)):
         best.setdefault(place.channel, place)

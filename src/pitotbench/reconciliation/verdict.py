@@ -14,7 +14,13 @@ from pitotbench.reconciliation.equations import (
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
-from pitotbench.reconciliation.other_flights import closes, contradictions, flights_of, is_apart
+from pitotbench.reconciliation.other_flights import (
+    closes,
+    contradictions,
+    flights_of,
+    holding,
+    is_apart,
+)
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.regression import (
     Fitted,
@@ -104,7 +110,7 @@ def judge(
         shown, flights = _all_flights(names, fitted)
     held = held_out(fitted) if held_out is not None and fitted.gaps else None
     objections = list(_objections(fitted, shown, flights, held))
-    verdict = _told(fitted, shown, objections)
+    verdict = _answer(fitted, shown, objections)
     groups = [tuple(c.name for c in gap.causes) for gap in verdict.explained]
     return Judged(
         replace(
@@ -171,12 +177,15 @@ def _objections(
         yield Objection(f"{told} of the gap", withdraws=alone)
 
 
-def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Objection]) -> Verdict:
+def _answer(
+    fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Objection]
+) -> Verdict:
     """The verdict: what every gap is, and how surely. Nothing else sets the kind of a verdict.
 
-    A cause or a part is named at two limits, of its probability and of the share of the gap that
-    all gaps together leave, where nothing speaks against it and no further gap is seen. What is
-    told of a probability are two numbers, one on either side of these limits.
+    The probability of a cause is its share of a gap (`Found.causes`) times what a share is worth
+    (`_worth`); that of a part is the sum of its causes. A cause or a part is named at two limits:
+    of its share, and of what all gaps together leave of the sum of squares. Where an objection
+    speaks against the names, or a further gap is seen, all counts as left.
     """
     closure, main = joined_closure(each.closure for each in shown), largest_gap(shown)
     doubts = tuple(each.why for each in objections)
@@ -196,10 +205,9 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     gaps, probabilities = list[Gap](), dict[str, float]()
     for found in fitted.gaps:
         own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
-        trusted = THRESHOLDS.told_near if own < THRESHOLDS.told_left else THRESHOLDS.told_far
-        gaps.append(_gap(fitted, main, found, own, trusted))
-        _tell(probabilities, found, trusted)
-    _tell(probabilities, fitted.left, THRESHOLDS.told_far * fitted.left.probability)
+        gaps.append(_gap(fitted, main, found, own))
+        _raise_to(probabilities, found, _worth(own))
+    _raise_to(probabilities, fitted.left, THRESHOLDS.told_far * fitted.left.probability)
     gaps.sort(key=lambda gap: -gap.closes_held_out)
     if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
         kind = "one_of"
@@ -233,10 +241,17 @@ def _told(fitted: Fitted, shown: Sequence[ShownFlight], objections: Sequence[Obj
     )
 
 
-def _tell(probabilities: dict[str, float], found: Found, trusted: float) -> None:
-    """Raise the probability of each cause to that which a gap tells of it."""
-    for cause, p in found.causes.items():
-        probabilities[cause] = max(probabilities.get(cause, 0.0), trusted * p)
+def _worth(left: float) -> float:
+    """What a share of a gap is worth as a probability, by what all gaps leave: right names leave
+    little, wrong ones seldom.
+    """
+    return THRESHOLDS.told_near if left < THRESHOLDS.told_left else THRESHOLDS.told_far
+
+
+def _raise_to(probabilities: dict[str, float], found: Found, worth: float) -> None:
+    """Raise the probability of each cause to that which a gap gives it: the largest of all gaps."""
+    for cause, share in found.causes.items():
+        probabilities[cause] = max(probabilities.get(cause, 0.0), worth * share)
 
 
 def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
@@ -251,8 +266,10 @@ def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
     )
 
 
-def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float, trusted: float) -> Gap:
-    """A gap as it is told, with `left` the share of all gaps that is left."""
+def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
+    """A gap as it is reported, where all gaps together leave the share `left` of what is
+    explainable. One that is not named has at least two causes: the smallest set that holds it.
+    """
     closure = main.closure
     given = [m for m in fitted.members if m is not found.member]
     own, beside = (fitted.regression.shown_columns(main.block, m) for m in ([found.member], given))
@@ -263,20 +280,18 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float, trusted: 
         chosen = (_candidate(fitted, main, found, found.member.name, 1.0 - found.unknown),)
         return Gap("", 1.0 - found.unknown, chosen, False, False, closed, closed * found.held_out)
     named = found.causes[ranked[0]] > THRESHOLDS.named_from and left < THRESHOLDS.named_left
-    held = np.cumsum([found.causes[cause] for cause in ranked])
-    enough = THRESHOLDS.set_holds * float(held[-1])
-    count = 1 if named else max(2, 1 + int(np.searchsorted(held, enough)))
+    count = 1 if named else max(2, len(holding(found.causes)))
     parts: dict[str, float] = {}
     for cause, p in found.causes.items():
         parts[effect_of(cause).part] = parts.get(effect_of(cause).part, 0.0) + p
     part = effect_of(ranked[0]).part
     causes = tuple(
-        _candidate(fitted, main, found, _form(found, cause), trusted * found.causes[cause])
+        _candidate(fitted, main, found, _form(found, cause), _worth(left) * found.causes[cause])
         for cause in ranked[:count]
     )
     return Gap(
         part,
-        trusted * parts[part],
+        _worth(left) * parts[part],
         causes,
         named,
         parts[part] > THRESHOLDS.part_named_from and left < THRESHOLDS.told_left,

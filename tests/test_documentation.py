@@ -3,12 +3,14 @@
 import re
 import runpy
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pitotbench import Case, __version__
+from pitotbench.reconciliation.thresholds import Thresholds
 from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.records.case_file import case_table
 from pitotbench.simulation.card import Card
@@ -77,6 +79,17 @@ def test_the_page_for_contributors_names_every_package() -> None:
     )
     packages = {part.name for part in PACKAGE.iterdir() if (part / "__init__.py").exists()}
     assert packages <= set(re.findall(r"`(\w+)`", inside))
+
+
+def test_each_step_to_a_probability_stands_where_the_page_says() -> None:
+    page = (DOCS / "howto" / "extend.md").read_text(encoding="utf-8")
+    steps = re.findall(r"^\| [^|]+ \| ([^|]+) \| `([\w/]+\.py)` \|([^|]*)\|", page, re.MULTILINE)
+    assert steps
+    for functions, file, numbers in steps:
+        code = (PACKAGE / file).read_text(encoding="utf-8")
+        for name in re.findall(r"`(\w+)`", functions):
+            assert f"def {name}(" in code, (name, file)
+        assert set(re.findall(r"`(\w+)`", numbers)) <= {each.name for each in fields(Thresholds)}
 
 
 def test_the_glossary_explains_each_term_once() -> None:

@@ -55,9 +55,8 @@ class BrokenLimits:
     before: float = 60.0  # s that a system has worked before it fails
     after: float = 30.0  # s that it has failed
     looks: int = 40  # for the moment of a failure, and then one by one
-    strange: float = (
-        0.1  # of the impact pressure, the misfit of a reading that is none of the speed
-    )
+    # of the impact pressure, the misfit of a reading that is none of the speed
+    strange: float = 0.1
     fails: float = 6.0  # times the usual misfit by which a reading leaves what it followed
     far: float = 0.2  # of the expected impact pressure, the same
     gone: float = 0.1  # of the usual impact pressure, the median that is left of one that died

@@ -21,19 +21,15 @@ from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
 
-MISSING = (
-    1.5  # sample intervals, midway between a step with every sample and one with a sample missing
-)
-PAUSE_SAMPLES = (
-    5.0  # sample intervals: four lost samples in a row are still a fault of the recorder
-)
-PAUSE_SECONDS = (
-    2.0  # s: at a high rate five samples pass before the airplane has moved from a smooth curve
-)
+# sample intervals, midway between a step with every sample and one with a sample missing
+MISSING = 1.5
+# sample intervals: four lost samples in a row are still a fault of the recorder
+PAUSE_SAMPLES = 5.0
+# s: at a high rate five samples pass before the airplane has moved from a smooth curve
+PAUSE_SECONDS = 2.0
 OUTAGE_SAMPLES = 2.5  # usual holds of the sensor: one lost sample is no outage, two in a row are
-OUTAGE_SECONDS = (
-    0.5  # s: a spline through noisy samples at a high rate leaves the flight path after more
-)
+# s: a spline through noisy samples at a high rate leaves the flight path after more
+OUTAGE_SECONDS = 0.5
 NEARLY_ALL = 0.95  # of the samples: for how long these are held is usual
 
 

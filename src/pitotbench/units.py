@@ -25,12 +25,10 @@ NAUTICAL_MILE = 1852.0  # m, exact by definition
 FOOT = 0.3048  # m, exact
 MILE = 1609.344  # m, exact: the international mile of 5280 ft
 INCH_OF_MERCURY = 3386.389  # Pa, conventional at 0 °C
-MILLIMETER_OF_MERCURY = (
-    133.322387415  # Pa, conventional: 13595.1 kg/m³ × 9.80665 m/s² × 1 mm, exact
-)
-INCH_OF_WATER = (
-    249.08891  # Pa, conventional: 1000 kg/m³ × 9.80665 m/s² × 25.4 mm, exact to the digits given
-)
+# Pa, conventional: 13595.1 kg/m³ × 9.80665 m/s² × 1 mm, exact
+MILLIMETER_OF_MERCURY = 133.322387415
+# Pa, conventional: 1000 kg/m³ × 9.80665 m/s² × 25.4 mm, exact to the digits given
+INCH_OF_WATER = 249.08891
 PSI = 6894.757293168  # Pa
 PSF = PSI / 144.0  # Pa
 POUND = 0.45359237  # kg, exact

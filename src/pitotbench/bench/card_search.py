@@ -35,12 +35,10 @@ _FREE = {
     "step_time": (3.0, 20.0),
     "bank": (15.0 * DEGREE, 45.0 * DEGREE),  # 45° is the steep turn that pilots train
 }
-_OVERTIME = (
-    1.0  # times ln(minutes over the limit): twice the gain of flying longer, since 2σ falls as 1/√t
-)
-_FIRST_STEP = (
-    0.35  # of a number's logarithm; up and down in turn, so that the first cards take similar times
-)
+# times ln(minutes over the limit): twice the gain of flying longer, since 2σ falls as 1/√t
+_OVERTIME = 1.0
+# of a number's logarithm; up and down in turn, so that the first cards take similar times
+_FIRST_STEP = 0.35
 _UNFLYABLE = 50.0
 
 

@@ -34,9 +34,8 @@ if TYPE_CHECKING:
 
 # Difference from which another pilot is tried: two flights of one pilot differ by some 0.15.
 OTHER_PILOT = 0.3
-SAME_GUSTS = (
-    0.25  # difference of the logarithms below which other gusts are no reason for another motion
-)
+# difference of the logarithms below which other gusts are no reason for another motion
+SAME_GUSTS = 0.25
 # Of each airplane, unpatched and patched, so that the differences between flights show chance.
 FLIGHTS = 3
 # The free parameters of the temperature, where no header states it: by its effect on the airplane,

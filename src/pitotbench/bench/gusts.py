@@ -21,9 +21,8 @@ from pitotbench.timeline import interval
 from pitotbench.units import FOOT, Array
 
 LENGTH = LENGTH_FT * FOOT  # of the Dryden spectra, above 2,000 ft
-MEAN_LENGTH = (
-    0.75 * LENGTH
-)  # of one isotropic process with the mean low-frequency power of both components
+# of one isotropic process with the mean low-frequency power of both components
+MEAN_LENGTH = 0.75 * LENGTH
 # MIL-F-8785C, Fig. 7: standard deviation [ft/s] at heights [ft], by severity.
 _HEIGHTS = (500.0, 1750.0, 3750.0, 7500.0, 15000.0)
 _DEVIATIONS = {0: (0.0,) * 5, 1: (3.2, 2.2, 1.5, 0.0, 0.0), 2: (4.2, 3.6, 3.3, 1.6, 0.0)}

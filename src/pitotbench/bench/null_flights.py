@@ -17,9 +17,8 @@ from pitotbench.records.case import Case
 from pitotbench.sensing.recorder import record
 from pitotbench.simulation.sortie import fly
 
-NULL_FLIGHTS = (
-    8  # one or two minutes on two cores; the thresholds include the error of so small a number
-)
+# one or two minutes on two cores; the thresholds include the error of so small a number
+NULL_FLIGHTS = 8
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
 
 

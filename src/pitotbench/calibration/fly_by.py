@@ -70,9 +70,8 @@ def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyB
             "tower_pressure is "
             "what the barometer reads at its height, not the altimeter setting"
         )
-    right = max(
-        impact + error, 0.5 * impact
-    )  # readings too coarse for the airspeed have a bound beyond that
+    # readings too coarse for the airspeed have a bound beyond that
+    right = max(impact + error, 0.5 * impact)
     slope = float(air.calibrated_airspeed_slope(right))
     by_airspeed = 1.0 / float(air.calibrated_airspeed_slope(impact))  # Pa per m/s
     read = steps["indicated_airspeed"] / np.sqrt(3.0)  # 2σ of a reading

@@ -395,9 +395,8 @@ def answer_variances(group: SolvedGroup, noises: Array) -> Array:
     deviation, length, white = np.exp(noises.T)
     a = SECOND * float(group.answer[0]) / length
     same, other = 2.0 * (a - 1.0 + np.exp(-a)) / a**2, 2.0 * (np.cosh(a) - 1.0) / a**2
-    seen = (
-        group.gain[:, :, None] * group.along[:, None, :]
-    )  # (n, 3, 2): change of the answer per gust component
+    # (n, 3, 2): change of the answer per gust component
+    seen = group.gain[:, :, None] * group.along[:, None, :]
     earlier = _remembered(
         seen, np.exp(-a * np.diff(group.group.time, prepend=group.group.time[0])[:, None] / SECOND)
     )

@@ -35,9 +35,8 @@ from pitotbench.units import Array, MetersPerSecond, Seconds
 # Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
 DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
 _TEN_MINUTES = 600.0  # s
-_STRAIGHT = np.radians(
-    1.0
-)  # rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
+# rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
+_STRAIGHT = np.radians(1.0)
 _FEWEST = 10  # straight blocks
 _WANDER = 0.2  # m/s, least level of the wander of heading and path
 _WANDER_TIME = 20.0  # s, its correlation time

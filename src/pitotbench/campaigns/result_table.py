@@ -265,9 +265,8 @@ _ALLOWED = (
     ast.BitAnd, ast.BitOr, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Compare, ast.cmpop, ast.Name, ast.Load,
     ast.Constant, ast.List, ast.Tuple,
 )  # fmt: skip
-_QUOTED_NAME = re.compile(
-    r"`[\w. +-]*`"
-)  # of a column that is no name in Python, such as `das.gps_rate_hz`
+# of a column that is no name in Python, such as `das.gps_rate_hz`
+_QUOTED_NAME = re.compile(r"`[\w. +-]*`")
 
 
 def _require_comparison(where: str) -> None:

@@ -282,9 +282,8 @@ class AirEffect(AircraftEffect):
 # Time since the first recorded sample, in a log and as an expression of JSBSim.
 
 MINUTE = 60.0  # s
-RECORDING_START = (
-    "bench/recording-start-s"  # simulator's time of the first recorded sample; far ahead until then
-)
+# simulator's time of the first recorded sample; far ahead until then
+RECORDING_START = "bench/recording-start-s"
 ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_START))
 
 

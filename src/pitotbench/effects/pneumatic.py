@@ -325,9 +325,8 @@ LOCAL_STATIC_BUMP = SensorEffect(
 # The slipstream at the static port: an error that grows with engine power and falls with airspeed.
 
 ENGINES = ("left", "right")
-FULL = (
-    40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor
-)  # Pa rad/s, rated power of the class
+# Pa rad/s, rated power of the class
+FULL = 40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor
 REFERENCE_SPEED = 130.0 * KNOT
 SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow without limit
 

@@ -210,9 +210,8 @@ class MarkovNoise:
     def weigh(self, data: Array) -> Array:
         """Return C⁻¹ times data of shape (n, k), or (o n, k) for o outputs; (b, n, k) of a stack."""
         (stack, outputs, cells), columns = self._variance.shape, data.shape[1]
-        scaled = np.zeros(
-            (stack, outputs, columns, cells)
-        )  # transposed: as the banded solver wants it
+        # transposed: as the banded solver wants it
+        scaled = np.zeros((stack, outputs, columns, cells))
         scaled[..., self._rows] = np.swapaxes(data.reshape(outputs, -1, columns), 1, 2)
         scaled /= self._variance[:, :, None, :]
         if self._factored[1]:

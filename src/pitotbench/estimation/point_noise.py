@@ -174,9 +174,8 @@ class PointNoise:
             data.shape[1],
             self._precision.shape,
         )
-        scaled = np.zeros(
-            (stack, outputs, columns, points)
-        )  # transposed, as the banded solver wants it
+        # transposed, as the banded solver wants it
+        scaled = np.zeros((stack, outputs, columns, points))
         right = np.zeros((stack, columns, m * points))
         for output, rows in enumerate(self._rows):
             part, precision = scaled[:, output], self._precision[:, None, output]

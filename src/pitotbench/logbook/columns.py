@@ -160,9 +160,8 @@ def texts(name: str, column: Column) -> NDArray[np.str_]:
     """
     if column.dtype.kind == "U":
         return column
-    first = np.flatnonzero(
-        np.r_[True, column[1:] != column[:-1]][: len(column)]
-    )  # labels come in long runs
+    # labels come in long runs
+    first = np.flatnonzero(np.r_[True, column[1:] != column[:-1]][: len(column)])
     cells = ["" if cell is None else str(cell) for cell in column[first]]
     longest = max(map(len, cells), default=0)
     if longest > _LONGEST_TEXT:
@@ -299,9 +298,8 @@ def impossible(quantity: Channel, values: Array) -> Booleans:
 
 
 _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
-_TOML_LINE = re.compile(
-    r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE
-)  # a table, or an entry of one
+# a table, or an entry of one
+_TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)
 CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the log's mapping advises
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated

@@ -33,9 +33,8 @@ _EMPTY = [
 ]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_VALUE = re.compile(
-    r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d"
-)  # a number, a clock time or a date
+# a number, a clock time or a date
+_VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")
 _MOST_UNPACKED = 400 << 20  # bytes: a day at 10 Hz in text
 _PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names

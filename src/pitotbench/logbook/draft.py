@@ -297,9 +297,8 @@ def check_numbers(draft: Draft) -> None:
     Raises BadInputError where more than half of the rows would be skipped, or where the clock often
     stands blank.
     """
-    quantities = sorted(
-        draft.numeric(), key=lambda q: not q.essential
-    )  # rows skipped may be those of the others
+    # rows skipped may be those of the others
+    quantities = sorted(draft.numeric(), key=lambda q: not q.essential)
     for quantity in quantities:
         bad = ~np.isfinite(draft.channels[quantity.name])
         if not bad.any():

@@ -23,26 +23,21 @@ class Limits:
     # Height. Sea-level pressure lies between 970 and 1050 hPa nearly always: 350 m of pressure
     # altitude.
     height_doubted: float = 350.0  # m
-    height_share: float = (
-        0.03  # of the height: the air below is not as warm as the probe at height says
-    )
-    sea_level_band: float = (
-        5000.0  # Pa about 1013.25 hPa in which a pressure reduced to sea level lies
-    )
-    sea_level_height: float = (
-        600.0  # m, above which no such pressure is that of the height: 7 % less
-    )
-    total_slope: float = (
-        0.5  # dp_s/dq_c: midway between a static source (below 0.1 in size) and a total tube (1)
-    )
+    # of the height: the air below is not as warm as the probe at height says
+    height_share: float = 0.03
+    # Pa about 1013.25 hPa in which a pressure reduced to sea level lies
+    sea_level_band: float = 5000.0
+    # m, above which no such pressure is that of the height: 7 % less
+    sea_level_height: float = 600.0
+    # dp_s/dq_c: midway between a static source (below 0.1 in size) and a total tube (1)
+    total_slope: float = 0.5
 
     # Temperature. Between a polar winter and a desert in summer the standard day is 60 K off at
     # most.
     temperature_doubted: float = 30.0  # K
     temperature_refused: float = 60.0  # K
-    rise_low: float = (
-        0.7  # of the adiabatic rise: a total-temperature probe recovers 0.9 of it or more
-    )
+    # of the adiabatic rise: a total-temperature probe recovers 0.9 of it or more
+    rise_low: float = 0.7
     rise_high: float = 1.4
     rise_of_air: float = 0.4  # an air temperature should not rise with speed at all
     rise_known: float = 0.1  # standard error of the rise above which nothing is said
@@ -52,42 +47,33 @@ class Limits:
     curve_doubted: float = 0.1  # 5 kt at 100 kt: the largest error that FAR 23.1323 accepts
     curve_refused: float = 0.2  # no source errs by a fifth of the impact pressure
     scale_refused: float = 3.0  # of the airspeed: no gauge's gain is, a unit of pressure is
-    zero_allowed: float = (
-        150.0  # Pa: a cheap differential gauge may have this zero, and it may be taken off later
-    )
+    # Pa: a cheap differential gauge may have this zero, and it may be taken off later
+    zero_allowed: float = 150.0
     zero_spread: float = 100.0  # Pa, 1σ of the zero before the log is looked at
-    wind_spread: float = (
-        12.0  # m/s, 1σ of a component of the wind before the log is looked at, low down
-    )
-    wind_share: float = (
-        0.1  # of the airspeed, added to it: who flies fast flies high, where winds are strong
-    )
+    # m/s, 1σ of a component of the wind before the log is looked at, low down
+    wind_spread: float = 12.0
+    # of the airspeed, added to it: who flies fast flies high, where winds are strong
+    wind_share: float = 0.1
     change_doubted: float = 0.13  # of q_c, from one part of the log to the next
     change_refused: float = 0.5
     misfit_doubted: float = 0.15  # rms of ground speed less wind against airspeed, over airspeed
     misfit_refused: float = 0.3  # gusts of 3 m/s about an airplane of 10 m/s
     axes_misfit: float = 0.1  # above which a unit of one component alone is tried
-    axes_better: float = (
-        0.4  # share of the misfit that must remain with it: gusts and the curve remain
-    )
-    unit_fits: float = (
-        0.15  # of q_c, that may remain after a unit is corrected: the error of the system itself
-    )
+    # share of the misfit that must remain with it: gusts and the curve remain
+    axes_better: float = 0.4
+    # of q_c, that may remain after a unit is corrected: the error of the system itself
+    unit_fits: float = 0.15
     sigmas: float = 3.0  # standard errors by which a limit must be passed
 
     # Direction.
-    angle_doubted: float = (
-        5.0  # degrees between heading and velocity less wind: above an attitude system's error
-    )
-    headings_spread: float = (
-        0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns or out and back
-    )
-    mirror_better: float = (
-        0.5  # share of the misfit that a mirrored velocity may have to be believed
-    )
-    wiggles_apart: float = (
-        0.2  # of the airspeed's second differences: two sensors have 0.37 or more in real logs
-    )
+    # degrees between heading and velocity less wind: above an attitude system's error
+    angle_doubted: float = 5.0
+    # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns or out and back
+    headings_spread: float = 0.3
+    # share of the misfit that a mirrored velocity may have to be believed
+    mirror_better: float = 0.5
+    # of the airspeed's second differences: two sensors have 0.37 or more in real logs
+    wiggles_apart: float = 0.2
     track_equal: float = 1.0  # degrees rms: a heading so near the track in a wind is the track
 
     # Attitude.

@@ -27,9 +27,8 @@ SHORTEST = 5.0  # s of a segment that is summed up
 
 HAND = ("bank", "pitch", "heading")  # what a pilot's hand moves to and fro
 STILL = 0.01  # ° or m/s²; less than this is the noise of a sensor
-CURVED = (
-    3  # degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
-)
+# degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
+CURVED = 3
 
 Parts = Mapping[str, FlightLog]  # the segments of a log by their labels
 

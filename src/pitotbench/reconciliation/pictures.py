@@ -88,9 +88,8 @@ def _moved(layout: Layout, fit: Fit) -> Array:
 
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.
 
-AVERAGED = (
-    4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
-)
+# s: long enough to average the sensor noise, short enough for the phases of a maneuver
+AVERAGED = 4.0
 INSTANTS = 8  # the same, where they are close
 MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation

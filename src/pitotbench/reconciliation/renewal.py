@@ -40,22 +40,19 @@ from pitotbench.units import Array, Seconds
 # Renew signatures at the size that was fitted, and at the time when the effect happened.
 
 EVENT_TRIALS = 14  # times over the log at which an event is tried first: one every 10 to 30 s
-TRIAL_FACTORS = np.array(
-    [0.6, 0.8, 1.2, 1.4]
-)  # times the typical value of a shape that is not a time
+# times the typical value of a shape that is not a time
+TRIAL_FACTORS = np.array([0.6, 0.8, 1.2, 1.4])
 HALVINGS = 3  # of the steps around the best shape
 LINEAR_WITHIN = {
     "sensors": 0.1,
     "air": 0.1,
     "aircraft": 0.6,
 }  # change of a size, as a share, without a new signature
-SMALLEST = (
-    0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
-)
+# of the typical size; signatures of smaller sizes would be differences of rounded numbers
+SMALLEST = 0.05
 
-UNDOINGS = (
-    2  # rounds of taking effects out of a track: what they add depends on the track without them
-)
+# rounds of taking effects out of a track: what they add depends on the track without them
+UNDOINGS = 2
 
 Shapes = dict[str, float]
 Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
@@ -304,9 +301,8 @@ class Trials:
         new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))
         across = self._known.reshape(len(new), -1).T @ new
         free, k = self._layout.free, len(columns)
-        first = len(
-            free.names
-        )  # of the new columns, which stand between the free parameters and the residual
+        # of the new columns, which stand between the free parameters and the residual
+        first = len(free.names)
         order = [*range(first), *range(first + 1, first + 1 + k), first]
         products = np.block([[self._products, across], [across.T, new.T @ new]])[
             np.ix_(order, order)
@@ -323,9 +319,8 @@ APART = 10.0  # s between the times that are tried; the whitening looks back by 
 MOST_TIMES = 30  # of them: pairs grow with the square
 WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
 PROMISING = 3  # effects that become hypotheses
-LEAST_GAIN = (
-    100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
-)
+# fall of the SS; the wander of null flights gives the best of all times up to 60
+LEAST_GAIN = 100.0
 
 Indices = NDArray[np.intp]
 
@@ -418,9 +413,8 @@ class _Scan:
         )
         columns = whiten(values)
         time = layout.track.time[grid.rows] - layout.track.time[0]
-        apart = max(
-            APART, (ORDER + 2) * grid.step
-        )  # with a fix a second the whitening looks back by 12 s
+        # with a fix a second the whitening looks back by 12 s
+        apart = max(APART, (ORDER + 2) * grid.step)
         count = int(np.clip((time[-1] - time[0]) / apart, 2, MOST_TIMES))
         starts = np.searchsorted(time, time[0] + (time[-1] - time[0]) * np.arange(1, count) / count)
         self.starts: Indices = starts[np.diff(starts, append=len(time)) > ORDER]

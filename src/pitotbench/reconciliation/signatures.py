@@ -217,9 +217,8 @@ def _warmed(reference: ReferenceState, warmer: float) -> Array | None:
     )
     moved = reference.blank()
     moved[:, height] = -lower
-    mach = reference.grid.smooth(
-        mach_number(reference.clean)
-    )  # the rise of temperature at the probe grows with Mach
+    # the rise of temperature at the probe grows with Mach
+    mach = reference.grid.smooth(mach_number(reference.clean))
     moved[:, temperature] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
     return moved
 

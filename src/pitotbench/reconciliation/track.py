@@ -161,9 +161,8 @@ def _rows_of(time: Seconds, wanted: Seconds, period: float) -> Indices:
 
 
 STEP = 0.5  # s between instants; the period of the GPS fixes where it is longer
-MARGIN = (
-    1.0  # s at both ends of a stretch that are not used: the filter and the smoothing end there
-)
+# s at both ends of a stretch that are not used: the filter and the smoothing end there
+MARGIN = 1.0
 
 
 @dataclass(frozen=True, slots=True)

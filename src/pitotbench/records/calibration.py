@@ -158,9 +158,8 @@ class ErrorCurve:
     # True minus indicated pressure altitude; None where the static source is taken to be right.
     altitude_correction: Meters | None = None
     altitude_two_sigma: Meters | None = None
-    correlation: Array | None = (
-        None  # (n, n), of the errors of the correction; None where it is not known
-    )
+    # (n, n), of the errors of the correction; None where it is not known
+    correlation: Array | None = None
     altitude_assumed: bool = False
     highest: float = inf
     published: tuple[PublishedCurve, ...] = ()

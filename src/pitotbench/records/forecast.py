@@ -10,9 +10,8 @@ import numpy as np
 from pitotbench.records import Shown
 from pitotbench.units import Array, MetersPerSecond
 
-COMPARED_MINUTES = (
-    6.0  # without minutes in the request, maneuvers are compared for this flight time
-)
+# without minutes in the request, maneuvers are compared for this flight time
+COMPARED_MINUTES = 6.0
 _SLACK = 1e-9  # of a count of whole flights: what rounding may take from it
 
 

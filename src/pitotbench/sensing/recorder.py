@@ -41,9 +41,8 @@ from pitotbench.units import Array, Meters, Pascal, Seconds
 
 Curve = PressureErrorCurve | TableCurve
 
-PLAIN = tuple(
-    c for c in CHANNELS.values() if c.noise is not None
-)  # sensors that only add noise and round
+# sensors that only add noise and round
+PLAIN = tuple(c for c in CHANNELS.values() if c.noise is not None)
 
 
 def known_curve(spec: PressureErrorSpec) -> Curve:

@@ -29,9 +29,8 @@ _CONTROLS = (
     "Zl",
     "Zp",
 )  # control codes, lone surrogates, line and paragraph separators
-_DIRECTIONS = frozenset(
-    "\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
-)  # turn text around
+# turn text around
+_DIRECTIONS = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
 def printable(text: str, keep: str = "") -> str:

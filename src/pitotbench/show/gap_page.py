@@ -121,9 +121,8 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
             axes.add_patch(
                 Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8)
             )
-            color = (
-                "white" if abs(float(norm(value)) - 0.5) > 0.33 else INK
-            )  # light on a dark shade
+            # light on a dark shade
+            color = "white" if abs(float(norm(value)) - 0.5) > 0.33 else INK
             axes.text(
                 column, row, f"{value:+.0f}", ha="center", va="center", fontsize=9, color=color
             )

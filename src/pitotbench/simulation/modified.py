@@ -160,9 +160,8 @@ def mark_recording(plant: Plant) -> None:
 # Load an aircraft to a mass: with fuel in its tanks and, where fuel is not enough, ballast.
 
 TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
-LEAST_FUEL = (
-    0.1  # of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
-)
+# of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
+LEAST_FUEL = 0.1
 MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or in another unit
 
 

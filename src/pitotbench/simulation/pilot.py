@@ -23,9 +23,8 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVI
 # the paper's tolerances most of the time in smooth air, a busy one does not.
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
-PURSUED = (
-    5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
-)
+# thresholds; a larger deviation is a commanded change under way, not an error to correct
+PURSUED = 5.0
 # The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
 COMMANDED_IN_MODE = {
     "airspeed": (("throttle_mode", 1), ("pitch_mode", 2)),
@@ -138,9 +137,8 @@ INSTRUMENTS = (
 )
 
 LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
-POWER_SPAN = (
-    25.0 * INCH_OF_MERCURY
-)  # of the bench's own aircraft, from 160 KCAS with power to spare down to idle
+# of the bench's own aircraft, from 160 KCAS with power to spare down to idle
+POWER_SPAN = 25.0 * INCH_OF_MERCURY
 HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
 DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
 ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
@@ -332,17 +330,14 @@ class Cockpit:
 Ticks = Iterator[None]
 SET_UP_LIMIT = 240.0  # s, to reach a speed; idle 160 to 100 kt takes half a minute
 SET_UP_HOLD = 5.0  # s, on speed before a set-up is over
-SET_UP_AIRSPEED = (
-    0.4 * KNOT
-)  # m/s: largest deviation during the patience; tighter than any card's tolerance
+# m/s: largest deviation during the patience; tighter than any card's tolerance
+SET_UP_AIRSPEED = 0.4 * KNOT
 SET_UP_PATIENCE = 60.0  # s; after it the card's tolerance is enough
-SET_UP_WORST = (
-    4.0 * KNOT
-)  # m/s: largest deviation at the limit that turbulence may explain; more is an error
+# m/s: largest deviation at the limit that turbulence may explain; more is an error
+SET_UP_WORST = 4.0 * KNOT
 ROLL_OUT_LIMIT = 40.0  # s
-THERE = (
-    5.0 * DEGREE
-)  # an airplane past its new heading by less does not turn a full circle to reach it
+# an airplane past its new heading by less does not turn a full circle to reach it
+THERE = 5.0 * DEGREE
 LEVEL = 3.0 * DEGREE  # bank below which a turn is over
 ALL = ("airspeed", "heading", "altitude")
 ACCELERATION_LIMIT = 180.0  # s, for either change of speed

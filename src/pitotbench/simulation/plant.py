@@ -105,9 +105,8 @@ TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust fil
 LOWEST_HEIGHT = 10.0  # ft above ground
 LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
 LARGEST_ROLL = 85.0 * DEGREE
-EFFECT_SIZE = re.compile(
-    rf"{ROOT}(-\d+)?/[^/]+/[^/]+"
-)  # the branch of an overlay, its effect, the parameter
+# the branch of an overlay, its effect, the parameter
+EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")
 
 
 class Plant:

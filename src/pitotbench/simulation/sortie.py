@@ -25,9 +25,8 @@ from pitotbench.units import KNOT, Array
 # Record every channel at the simulator's rate: one packed row a step, converted to SI block by
 # block.
 
-BLOCK = (
-    1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
-)
+# rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
+BLOCK = 1000
 _ALWAYS = ("time", "mass")  # the mass divides the forces
 
 

@@ -6,9 +6,9 @@ from typing import get_args
 import pytest
 
 from pitotbench.channels import CHANNELS, Channel, Source, numbers_from
-from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import DataSystem
 from pitotbench.records.log import FlightLog
+from pitotbench.records.motion import Motion, Reaction
 from pitotbench.sensing.recorder import PLAIN
 from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.units import SUFFIXES

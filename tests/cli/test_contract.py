@@ -11,7 +11,7 @@ import pitotbench
 from pitotbench import write_log
 from pitotbench.cli import shared_flags
 from pitotbench.cli.app import main
-from pitotbench.records.aircraft import Performance
+from pitotbench.records.performance import Performance
 from pitotbench.show.inspection import performance_json
 
 # Several voices of one answer are looked at: each log is fitted once.

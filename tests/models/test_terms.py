@@ -19,8 +19,8 @@ from pitotbench.effects.overlay import FunctionScaling, Overlay, product
 from pitotbench.models.identification import align_vane, maneuvers_of
 from pitotbench.models.maneuver_model import in_place_of_log
 from pitotbench.models.sidpac import read_identification
-from pitotbench.records.aircraft import Motion
 from pitotbench.records.maneuver import Maneuver
+from pitotbench.records.motion import Motion
 from pitotbench.simulation.modified import overlay_of
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import POUND_FORCE

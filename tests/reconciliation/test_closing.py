@@ -13,10 +13,10 @@ from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.reconciliation.equations import whitened_equations
 from pitotbench.reconciliation.layout import lay_out, of_patch
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import FlightLog
+from pitotbench.records.motion import PatchErrors
 from pitotbench.records.verdict import Candidate, Gap
 from pitotbench.simulation import variant
 from pitotbench.simulation.modified import FORM, install_variant, loaded_mass, patch_errors

@@ -28,7 +28,7 @@ from pitotbench.reconciliation.replay import (
 )
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import Track, grid_of, track_of
-from pitotbench.records.aircraft import Motion, UnitForces
+from pitotbench.records.motion import Motion, UnitForces
 from pitotbench.units import Array
 
 PERIOD = 7.0  # s

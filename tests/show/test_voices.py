@@ -15,14 +15,9 @@ from tests.show.voices import BENCH_UNIT, METRIC, contradictions, left_in_knots,
 from pitotbench.bench.questions import inspect
 from pitotbench.calibration.hand_card import reduce_card
 from pitotbench.logbook.points_table import read_points
-from pitotbench.records.aircraft import (
-    ChannelChange,
-    ModelComparison,
-    Performance,
-    PerformanceFigure,
-    TermChange,
-)
+from pitotbench.records.comparison import ChannelChange, ModelComparison, TermChange
 from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree

@@ -11,8 +11,8 @@ from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
 from pitotbench.models.aircraft_model import aircraft_model
-from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import EffectSpec
+from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulation import force_meter
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline

@@ -16,9 +16,9 @@ from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptio
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.aircraft import CONTROLS, STATES
 from pitotbench.records.case import Case
 from pitotbench.records.log import Caution, FlightLog, HeldChannel, LogInspection, Question
+from pitotbench.records.motion import CONTROLS, STATES
 from pitotbench.timeline import interval, pauses
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench.effects.overlay import Overlay
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.records.aircraft import CONTROLS, Motion, Reaction, UnitForces
+from pitotbench.records.motion import CONTROLS, Motion, Reaction, UnitForces
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.baseline import read_baseline

@@ -9,10 +9,10 @@ from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.own_terms import AXIS_CHANNEL, NAMES, Term, terms_of
 from pitotbench.effects.stability import CHANGE
-from pitotbench.records.aircraft import ModelForces, Motion
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Coefficient
 from pitotbench.records.maneuver import CHANNELS
+from pitotbench.records.motion import ModelForces, Motion
 from pitotbench.records.verdict import Gap
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline

@@ -23,17 +23,11 @@ from pitotbench.effects.own_terms import terms_of
 from pitotbench.models.coefficients import coefficient, coefficient_units, values_of
 from pitotbench.models.file_edits import Edit, apply_edits, content, edits_between, token
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import (
-    CONTROLS,
-    ChannelChange,
-    ModelComparison,
-    ModelForces,
-    Motion,
-    TermChange,
-)
 from pitotbench.records.case import Case
+from pitotbench.records.comparison import ChannelChange, ModelComparison, TermChange
 from pitotbench.records.flight import Flight
 from pitotbench.records.maneuver import CHANNELS
+from pitotbench.records.motion import CONTROLS, ModelForces, Motion
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.aircraft_files import SimulationError, parse_xml, read_record
 from pitotbench.simulation.aircraft_import import aircraft_name, import_aircraft

@@ -25,7 +25,7 @@ from pitotbench.models.steady_flight import (
 )
 from pitotbench.pressure_error.published import is_published
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import PerformanceFigure
+from pitotbench.records.performance import PerformanceFigure
 from pitotbench.simulation.autopilot.frozen_aircraft import State
 from pitotbench.units import DEGREE, FOOT, KNOT
 

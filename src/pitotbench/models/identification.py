@@ -7,9 +7,9 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import Motion
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import CHANNELS, Maneuver
+from pitotbench.records.motion import Motion
 from pitotbench.timeline import fresh_fixes, minutes_text, pauses, stretches
 from pitotbench.units import DEGREE, Array, Booleans
 

@@ -10,8 +10,8 @@ from pitotbench.effects.overlay import Overlay
 from pitotbench.models.aircraft_model import FINE_RATE
 from pitotbench.models.identification import align_vane
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.records.maneuver import Maneuver, Maneuvers
+from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.modified import loaded_mass, patch_errors

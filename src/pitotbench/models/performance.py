@@ -21,7 +21,7 @@ from pitotbench.models.steady_flight import (
     steady_speeds,
     true_airspeed,
 )
-from pitotbench.records.aircraft import Performance, PerformanceFigure
+from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 

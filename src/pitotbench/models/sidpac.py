@@ -13,8 +13,8 @@ from pitotbench import air
 from pitotbench.logbook.matlab import read_mat
 from pitotbench.models.identification import IDLE, NOISY, roughness, temperature_offset
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import Motion
 from pitotbench.records.maneuver import Maneuver
+from pitotbench.records.motion import Motion
 from pitotbench.units import DEGREE, FOOT, POUND_FORCE, PSF, SLUG, STANDARD_GRAVITY, Array
 
 COLUMNS = 90

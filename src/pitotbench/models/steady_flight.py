@@ -17,7 +17,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import PerformanceFigure
+from pitotbench.records.performance import PerformanceFigure
 from pitotbench.simulation.aircraft import original
 from pitotbench.simulation.aircraft_files import SimulationError, parse_xml
 from pitotbench.simulation.aircraft_import import aircraft_name, import_aircraft

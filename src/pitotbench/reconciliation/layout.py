@@ -41,8 +41,8 @@ from pitotbench.reconciliation.residuals import (
 from pitotbench.reconciliation.signatures import WHOLE_FLIGHT, Signature, signatures_of
 from pitotbench.reconciliation.track import MARGIN, Grid, Track, mach_number, track_of
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.log import FlightLog
+from pitotbench.records.motion import PatchErrors
 from pitotbench.units import DEGREE, Array, Booleans
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded

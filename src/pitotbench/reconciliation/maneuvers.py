@@ -37,8 +37,8 @@ from pitotbench.reconciliation.residuals import (
 from pitotbench.reconciliation.signatures import FITTED, Signature, signatures_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import FORCES, Grid, Track
-from pitotbench.records.aircraft import Motion
 from pitotbench.records.maneuver import CHANNELS, Maneuver
+from pitotbench.records.motion import Motion
 from pitotbench.units import DEGREE, Array
 
 # A maneuver is laid out as a log is, in instants five times as close, for a short period takes a

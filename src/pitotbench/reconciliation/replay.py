@@ -15,7 +15,7 @@ from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
 from pitotbench.reconciliation.flight_path import flow_angles
 from pitotbench.reconciliation.track import Track, mach_number, outside_temperature
-from pitotbench.records.aircraft import CONTROLS, STATES, Motion, Reaction, UnitForces
+from pitotbench.records.motion import CONTROLS, STATES, Motion, Reaction, UnitForces
 from pitotbench.units import Array
 
 React = Callable[[Motion], Reaction]

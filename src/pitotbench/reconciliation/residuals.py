@@ -31,7 +31,7 @@ from pitotbench.reconciliation.replay import (
     properties_of_forces,
 )
 from pitotbench.reconciliation.track import FORCES, Grid, Track, grid_of, mach_number
-from pitotbench.records.aircraft import CONTROLS, Motion, PatchErrors, Reaction, UnitForces
+from pitotbench.records.motion import CONTROLS, Motion, PatchErrors, Reaction, UnitForces
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench.records import check_lengths, freeze
-from pitotbench.records.aircraft import Motion
+from pitotbench.records.motion import Motion
 from pitotbench.units import Array
 
 CHANNELS = ("drag", "side force", "lift", "roll moment", "pitch moment", "yaw moment")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pitotbench.records.aircraft import ChannelChange, ModelComparison, TermChange
+from pitotbench.records.comparison import ChannelChange, ModelComparison, TermChange
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import WIDE, Panel, broken, drawing, frame, level, line, panel

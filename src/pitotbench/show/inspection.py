@@ -5,15 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.records.aircraft import (
-    AircraftCheck,
-    Attached,
-    ManeuverCheck,
-    Performance,
-    PerformanceFigure,
-    StepResponse,
-)
+from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
 from pitotbench.records.log import FlightLog, HeldChannel, HeldFlight, LogInspection, Question
+from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.show.calibration import is_doubt
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.tree import Doubt, Figure, Heading, Node, Notice, Sentence, Table

@@ -9,7 +9,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.axes import flow_direction
-from pitotbench.records.aircraft import Motion, Reaction
+from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.modified import tanks
 from pitotbench.simulation.plant import Air, Plant

@@ -15,8 +15,8 @@ from pitotbench.effects import chosen, effect_of
 from pitotbench.effects.effect import RECORDING_START, AircraftEffect, Choice
 from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import PatchErrors
 from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.motion import PatchErrors
 from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft
 from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.plant import Plant

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
-from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, UnitForces
+from pitotbench.records.motion import AeroTerms, ModelForces, Motion, UnitForces
 from pitotbench.simulation.force_meter import CALLS, Rig, read_zero, visit_states
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.variant import on_branch

@@ -1,0 +1,33 @@
+"""The performance of a model in steady flight, beside a handbook."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PerformanceFigure:
+    """One figure of a model's performance [`unit`] in a condition, and the published one where
+    there is any.
+    """
+
+    name: str
+    condition: str
+    model: float
+    unit: str
+    published: float | None = None
+
+    @property
+    def difference(self) -> float | None:
+        """The model's figure less the published one [`unit`]."""
+        return None if self.published is None else self.model - self.published
+
+
+@dataclass(frozen=True, slots=True)
+class Performance:
+    """The performance of an aircraft at a mass [kg]; `skipped` holds what it lacks: name and
+    reason.
+    """
+
+    aircraft: str
+    mass: float
+    figures: tuple[PerformanceFigure, ...]
+    skipped: tuple[tuple[str, str], ...]

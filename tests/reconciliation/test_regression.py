@@ -11,8 +11,8 @@ import pytest
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.reconciliation.cells import Cell
+from pitotbench.reconciliation.closure import closure_of
 from pitotbench.reconciliation.equations import (
-    closure_of,
     equations_from,
     noise_of_log,
     whitened_columns,

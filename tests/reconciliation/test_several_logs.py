@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from pitotbench.reconciliation.closure import closes, closure_of
 from pitotbench.reconciliation.equations import (
-    closure_of,
     equations_from,
     inner_products,
 )
-from pitotbench.reconciliation.other_flights import closes, contradiction
+from pitotbench.reconciliation.other_flights import contradiction
 from pitotbench.reconciliation.regression import Sizes
 from pitotbench.records.verdict import Closure
 

@@ -10,8 +10,8 @@ from scipy.special import chdtrc, ndtri
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects.effect import Effect
+from pitotbench.reconciliation.closure import closure_of
 from pitotbench.reconciliation.equations import (
-    closure_of,
     scaled_to,
     whitened_equations,
     with_form_error,
@@ -215,13 +215,3 @@ def hold_out(
     columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
     errors = with_form_error(own.covariance, values)
     return closure_of(equations, columns, values, layout.examined, errors)
-
-
-def closes(held: Closure) -> bool:
-    """Whether effects close enough of the gap of a log that their sizes were not fitted to.
-
-    They do where what is left of the gap is within chance: a log that shows little of an effect
-    says little of it, and so do sizes that are hardly known.
-    """
-    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
-    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.effects.effect import AircraftEffect
+from pitotbench.reconciliation.closure import closure_of
 from pitotbench.reconciliation.equations import (
     Fit,
     NormalEquations,
-    closure_of,
     with_form_error,
 )
 from pitotbench.reconciliation.flight_path import PATH_SCALES
@@ -80,12 +80,6 @@ def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
     outweighs = bool(beside) and not counted and (not fit.columns or bool(unexplained(larger)))
     closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), layout.examined)
     return ShownFlight(block, fit, closure, (*counted, *gusts), beside, outweighs)
-
-
-def joined_closure(closures: Iterable[Closure]) -> Closure:
-    """Return the closure of several flights together: their sums of squares add up."""
-    every = list(closures)
-    return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
 
 
 def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.effects import effect_of
+from pitotbench.reconciliation.closure import closes, joined_closure
 from pitotbench.reconciliation.equations import (
     Fit,
 )
@@ -15,7 +16,6 @@ from pitotbench.reconciliation.evidence import estimates, merit, significance, s
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.other_flights import (
-    closes,
     contradictions,
     flights_of,
     holding,
@@ -37,7 +37,6 @@ from pitotbench.reconciliation.regression import (
 from pitotbench.reconciliation.shown_flight import (
     ShownFlight,
     free_sizes,
-    joined_closure,
     joined_detectable,
     largest_gap,
     notes_of,

@@ -7,10 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from pitotbench.reconciliation.closure import closes, closure_of
-from pitotbench.reconciliation.equations import (
-    equations_from,
-    inner_products,
-)
+from pitotbench.reconciliation.equations import equations_from, inner_products
 from pitotbench.reconciliation.other_flights import contradiction
 from pitotbench.reconciliation.regression import Sizes
 from pitotbench.records.verdict import Closure

@@ -5,9 +5,7 @@ import pytest
 from pitotbench import Case, FlightLog, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconciliation.equations import (
-    noise_of_log,
-)
+from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale

@@ -1,5 +1,13 @@
 """The altitude equation: indicated static pressure against GPS height gives the static source's
 error directly.
+
+p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci) with Δp = q_c − q_ci, which is p_i − p where the total
+pressure is right. It needs neither the wind nor, to first order, the temperature. Its noise does
+not grow with the gusts: it is the error of the receiver's height, which has a white and a slow
+part. Where the log has the vertical velocity, its integral is the height between fixes, and the
+receiver's height only removes the drift of the integral. All these signals are slow, so means over
+two to four seconds are enough. They are a few hundred rows, in meters. Background: Gracey, NASA
+RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 """
 
 from collections.abc import Sequence
@@ -32,14 +40,6 @@ from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval
 from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, Pascal, Seconds
-
-# p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci) with Δp = q_c − q_ci, which is p_i − p where the total
-# pressure is right. It needs neither the wind nor, to first order, the temperature. Its noise does
-# not grow with the gusts: it is the error of the receiver's height, which has a white and a slow
-# part. Where the log has the vertical velocity, its integral is the height between fixes, and the
-# receiver's height only removes the drift of the integral. All these signals are slow, so means
-# over two to four seconds are enough. They are a few hundred rows, in meters. Background: Gracey,
-# NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
 _LONG_BLOCK = 4.0  # s: such blocks

@@ -1,4 +1,8 @@
-"""Plan a card to be flown by hand for a wanted bound."""
+"""Plan a card to be flown by hand for a wanted bound.
+
+The card's own model, before a leg is flown. The bound of a curve depends on speeds, tracks and
+reading steps alone, and on how much the wind wanders: as much as on a usual day.
+"""
 
 from itertools import product
 
@@ -8,9 +12,6 @@ from pitotbench.calibration.card_model import CardModel
 from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.records.legs import CardLeg, HandPlan, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, KNOT
-
-# The card's own model, before a leg is flown. The bound of a curve depends on speeds, tracks and
-# reading steps alone, and on how much the wind wanders: as much as on a usual day.
 
 DISPLAY = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 LEG_MINUTES = 1.5  # 30 s on the leg, and the turn to the next

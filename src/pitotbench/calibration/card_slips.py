@@ -1,4 +1,10 @@
-"""Find slips of the pencil on a card: legs that cannot be, and what was probably meant."""
+"""Find slips of the pencil on a card: legs that cannot be, and what was probably meant.
+
+A leg is right or a slip, and a slip is one of those that a hand makes, or of no known kind. Each
+leg is judged by the odds of these hypotheses: by what all other legs predict for its equation, and
+by the airspeed and the tracks that are usual on the card. Legs are struck out until no other is
+more probably a slip than not; one that the others then predict comes back.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,11 +19,6 @@ from pitotbench.calibration.options import PRIORS, Accuracies, Priors
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, ReadingSteps, Slip
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
-
-# A leg is right or a slip, and a slip is one of those that a hand makes, or of no known kind. Each
-# leg is judged by the odds of these hypotheses: by what all other legs predict for its equation,
-# and by the airspeed and the tracks that are usual on the card. Legs are struck out until no other
-# is more probably a slip than not; one that the others then predict comes back.
 
 _SLIPS = 0.03  # of the legs of a card
 _KINDS = 5.0  # alike likely: three columns with a wrong digit, a reciprocal or exchanged, unknown

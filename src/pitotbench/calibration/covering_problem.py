@@ -1,4 +1,10 @@
-"""The covering estimator's problem at one point: block means, their regressors and their noise."""
+"""The covering estimator's problem at one point: block means, their regressors and their noise.
+
+The residual of the block means is white sensor noise plus the gust along the flight path. The gust
+is a horizontal vector. Its two components are first-order Gauss-Markov processes with the length of
+the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In a turn the flight
+path points along one component, then along the other.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -33,12 +39,6 @@ from pitotbench.estimation.noise import (
 from pitotbench.estimation.restricted_likelihood import LogPrior, Regression
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
-
-# The covering estimator's problem at one point: block means, their regressors and the family of
-# their noise. The residual of the block means is white sensor noise plus the gust along the flight
-# path. The gust is a horizontal vector. Its two components are first-order Gauss-Markov processes
-# with the length of the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In
-# a turn the flight path points along one component, then along the other.
 
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level

@@ -1,5 +1,10 @@
 """Output error as in the paper: maximum likelihood with white residuals whose covariance is
 re-estimated.
+
+Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified
+Newton-Raphson information matrix); Martos, Kiszely and Foster (2011) used the routine of the same
+name from their toolbox. Its bound is the Cramér-Rao bound for white residuals. It is far too small
+in real air, where gusts are correlated.
 """
 
 from collections.abc import Callable
@@ -12,11 +17,6 @@ from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.records import NoAnswerError, UndeterminedError
 from pitotbench.units import Array
-
-# Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified
-# Newton-Raphson information matrix); Martos, Kiszely and Foster (2011) used the routine of the same
-# name from their toolbox. Its bound is the Cramér-Rao bound for white residuals. It is far too
-# small in real air, where gusts are correlated.
 
 # standard errors: remaining step at convergence, in the metric of the information matrix
 _DECREMENT = 0.02

@@ -1,4 +1,12 @@
-"""Faulty rows: spikes, dropouts, stuck samples and typing errors are found, left out and listed."""
+"""Faulty rows: spikes, dropouts, stuck samples and typing errors are found, left out and listed.
+
+A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) gives a row at z
+standard deviations the weight 5/(4 + z²). Rows with a weight below a tenth (|z| > 6.8) are left
+out. All others have full weight, because block means are nearly Gaussian and the bound needs a
+Gaussian likelihood. There are two kinds of z: of a row against its two neighbors (spikes), and of
+the median of a second against all others (longer faults). A burst of gusts makes all seconds around
+scatter more, and a fault does not: a longer fault has to stand out of that.
+"""
 
 from dataclasses import dataclass
 
@@ -13,14 +21,6 @@ from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import Array, Booleans
-
-# Faulty rows: spikes, dropouts, stuck samples and typing errors. They are found, left out and
-# listed. A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) gives a
-# row at z standard deviations the weight 5/(4 + z²). Rows with a weight below a tenth (|z| > 6.8)
-# are left out. All others have full weight, because block means are nearly Gaussian and the bound
-# needs a Gaussian likelihood. There are two kinds of z: of a row against its two neighbors
-# (spikes), and of the median of a second against all others (longer faults). A burst of gusts makes
-# all seconds around scatter more, and a fault does not: a longer fault has to stand out of that.
 
 _FREEDOM = 4.0  # degrees of freedom of the Student's t that weighs the residuals
 _LEAST_WEIGHT = 0.1

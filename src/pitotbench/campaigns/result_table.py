@@ -1,4 +1,10 @@
-"""The results of campaigns as a table, the files made of them, and one stored result flown again."""
+"""The results of campaigns as a table, the files made of them, and one stored result flown again.
+
+`results.parquet` holds the rows of one plan, in its order, with the logs and cases of the folder
+next to it. The index of a store holds the rows of all its results, with all fields of their cases:
+DuckDB, Polars and pandas open it. It is made again where it is missing or cut, or lacks a part; a
+part that is replaced removes it.
+"""
 
 import ast
 import json
@@ -39,12 +45,6 @@ from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_of_table, write_case
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
-
-# The results of campaigns as tables, made from the parts of a store. `results.parquet` holds the
-# rows of one plan, in its order, with the logs and cases of the folder next to it. The index of a
-# store holds the rows of all its results, with all fields of their cases: DuckDB, Polars and pandas
-# open it. It is made again where it is missing or cut, or lacks a part; a part that is replaced
-# removes it.
 
 RESULTS, STORE = "results.parquet", "store"
 SEAL = "index.sha256"  # next to the index: the digest of its file

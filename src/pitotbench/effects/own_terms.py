@@ -1,5 +1,10 @@
 """Terms of an aircraft's own file as effects: any aerodynamic function of it may be larger or
 smaller.
+
+The table has the terms that every airplane has. A file may have others: side force by the roll
+rate, yaw moment by the ailerons. Each is an effect that goes by its name in the field and by its
+function, `yaw_moment_by_roll_rate/aero/coefficient/Cnp`: the name alone says all that the effect
+is, so that a case, a patch and a report may hold it as they hold any other.
 """
 
 from collections.abc import Iterable, Iterator
@@ -12,11 +17,6 @@ from pitotbench.effects.overlay import (
     Baseline,
 )
 from pitotbench.effects.stability import CHANGE, SOURCE, relative_change
-
-# The table has the terms that every airplane has. A file may have others: side force by the roll
-# rate, yaw moment by the ailerons. Each is an effect that goes by its name in the field and by its
-# function, `yaw_moment_by_roll_rate/aero/coefficient/Cnp`: the name alone says all that the effect
-# is, so that a case, a patch and a report may hold it as they hold any other.
 
 AXIS_CHANNEL = {
     "DRAG": "drag",

@@ -1,5 +1,10 @@
 """Effects of lift, stability and damping: an aerodynamic term of the aircraft's own file, larger or
 smaller.
+
+A term is every aerodynamic function of an axis in one variable of the motion: the lift in the angle
+of attack, the rolling moment in the sideslip. Its change is a share of the aircraft's own function,
+so that a table keeps its shape. What changes with the angle of attack has a zero near it: a slope
+that was measured about the trim point says nothing about the value at zero.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,11 +33,6 @@ from pitotbench.effects.overlay import (
     total,
 )
 from pitotbench.records import BadInputError
-
-# A term is every aerodynamic function of an axis in one variable of the motion: the lift in the
-# angle of attack, the rolling moment in the sideslip. Its change is a share of the aircraft's own
-# function, so that a table keeps its shape. What changes with the angle of attack has a zero near
-# it: a slope that was measured about the trim point says nothing about the value at zero.
 
 CHANGE, ZERO = "change", "zero_coefficient"
 SOURCE = (

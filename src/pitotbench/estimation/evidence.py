@@ -1,4 +1,11 @@
-"""Compare linear models by the evidence for further columns."""
+"""Compare linear models by the evidence for further columns.
+
+The columns' coefficients have a normal prior around zero. With the other coefficients integrated
+out, the ratio of the evidences with and without them needs only products of the columns with the
+whitened rows (the Schur complement of the normal equations; the evidence of a linear model: Bishop,
+Pattern Recognition and Machine Learning, 2006, §3.5), so that many sets of columns and many sizes
+of a prior cost one solution with the covariance.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +15,6 @@ from numpy.typing import NDArray
 
 from pitotbench.estimation.noise import Noise
 from pitotbench.units import Array
-
-# The evidence for further columns beside a fitted problem, without a fit of them. The columns'
-# coefficients have a normal prior around zero. With the other coefficients integrated out, the
-# ratio of the evidences with and without them needs only products of the columns with the whitened
-# rows (the Schur complement of the normal equations; the evidence of a linear model: Bishop,
-# Pattern Recognition and Machine Learning, 2006, §3.5), so that many sets of columns and many sizes
-# of a prior cost one solution with the covariance.
 
 _REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on each other
 

@@ -1,4 +1,9 @@
-"""The bounds of a mixture of Gaussians, one for each plausible set of noise parameters."""
+"""The bounds of a mixture of Gaussians, one for each plausible set of noise parameters.
+
+The noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian;
+the weighted mixture of these is the answer with the noise marginalized (integrated nested Laplace
+approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
+"""
 
 from dataclasses import dataclass
 
@@ -6,11 +11,6 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from pitotbench.units import Array
-
-# Compute bounds from a mixture of Gaussians, one for each plausible set of noise parameters. The
-# noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian; the
-# weighted mixture of these is the answer with the noise marginalized (integrated nested Laplace
-# approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
 _DRAWS = 15000  # of the whole mixture: they give the factor to about half a percent

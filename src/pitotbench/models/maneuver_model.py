@@ -1,4 +1,8 @@
-"""The forces of the air alone, as the model of maneuvers, and the maneuvers of a file."""
+"""The forces of the air alone, as the model of maneuvers, and the maneuvers of a file.
+
+What an engine does in a maneuver is measured or free: the model's thrust, which depends on the
+seconds before, stays out. Mass and inertia are measured, else the model's.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,9 +22,6 @@ from pitotbench.simulation.modified import loaded_mass, patch_errors
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.unit_forces import AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.units import FOOT, POUND_FORCE, Array
-
-# What an engine does in a maneuver is measured or free: the model's thrust, which depends on the
-# seconds before, stays out. Mass and inertia are measured, else the model's.
 
 LEAST_RATE = 1e-4  # rad/s of the angle of attack from which a function over its rate is scaled
 MOST_RATIO = 5.0  # of the measured rate over the model's

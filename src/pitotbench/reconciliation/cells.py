@@ -1,4 +1,10 @@
-"""The cells in which a gap is located: a channel, and a phase of flight or a variable."""
+"""The cells in which a gap is located: a channel, and a phase of flight or a variable.
+
+They are columns without physics, fitted as the effects are, so that both have significances in the
+same units: a gap that cells show and no effect explains is real, with an unknown cause. Phases and
+variables come from the clean track, because a variable that contains the gusts, such as the angle
+of attack, is correlated with the residuals by its noise.
+"""
 
 from dataclasses import dataclass
 
@@ -14,12 +20,6 @@ from pitotbench.reconciliation.residuals import (
 from pitotbench.reconciliation.track import Grid, Track
 from pitotbench.records.verdict import where
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, Array
-
-# Locate the gap: cells, which are columns without physics, one a channel and phase of flight or
-# variable. They are fitted as the effects are, so that both have significances in the same units: a
-# gap that cells show and no effect explains is real, with an unknown cause. Phases and variables
-# come from the clean track, because a variable that contains the gusts, such as the angle of
-# attack, is correlated with the residuals by its noise.
 
 TURN = 12.0 * DEGREE  # bank from which the airplane turns; gusts bank it by less
 VERTICAL = 2.0  # m/s of climb or descent

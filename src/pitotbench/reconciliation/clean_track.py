@@ -1,4 +1,14 @@
-"""The clean track: a track without noise and without gusts, on which signatures are computed."""
+"""The clean track: a track without noise and without gusts, on which signatures are computed.
+
+A signature made of noisy signals would carry their noise. The residuals carry the same noise, so
+that the two would correlate: a lag of this noise looks like a lag of the airplane. Noise in a
+signature also counts as knowledge: on a circle at a constant airspeed, which cannot show a lag, one
+of 0.25 s seemed to be worth 6σ. Therefore only the slow changes of a channel come from its own
+sensor, and the quick ones from the sensors that feel them best (complementary filters: Higgins
+1975). Those of the ground velocity come from the accelerometers, those of the two heights from the
+vertical speed, those of the temperature from height and airspeed. Impact pressure is that of ground
+velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay 1964).
+"""
 
 from collections.abc import Mapping
 
@@ -22,17 +32,6 @@ from pitotbench.reconciliation.track import (
     outside_temperature,
 )
 from pitotbench.units import Array
-
-# The clean track: a track without noise and without gusts, on which signatures are computed. A
-# signature made of noisy signals would carry their noise. The residuals carry the same noise, so
-# that the two would correlate: a lag of this noise looks like a lag of the airplane. Noise in a
-# signature also counts as knowledge: on a circle at a constant airspeed, which cannot show a lag,
-# one of 0.25 s seemed to be worth 6σ. Therefore only the slow changes of a channel come from its
-# own sensor, and the quick ones from the sensors that feel them best (complementary filters:
-# Higgins 1975). Those of the ground velocity come from the accelerometers, those of the two heights
-# from the vertical speed, those of the temperature from height and airspeed. Impact pressure is
-# that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay
-# 1964).
 
 # s, for a GPS without accelerometers: with 3 s its noise made a latency of 0.30 s come out as 0.24
 # s.

@@ -1,4 +1,9 @@
-"""The free parameters of every log: wind, error curve, sensor biases and the day's air."""
+"""The free parameters of every log: wind, error curve, sensor biases and the day's air.
+
+They are unknown in every log and must not pass for an effect. Each is a column of the regression
+with a prior standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and
+temperature), the accuracy class of the usual instrument for a bias.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,10 +17,6 @@ from pitotbench.reconciliation.flight_path import PATH_SCALES, WIND
 from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans
-
-# They are unknown in every log and must not pass for an effect. Each is a column of the regression
-# with a prior standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and
-# temperature), the accuracy class of the usual instrument for a bias.
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
 CURVE = MODELS["inverse+"]  # the error curve that every log may have

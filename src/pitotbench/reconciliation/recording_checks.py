@@ -1,4 +1,8 @@
-"""Check the recording of a log, without a model: repeats, gaps, clock, quantization, ceilings."""
+"""Check the recording of a log, without a model: repeats, gaps, clock, quantization, ceilings.
+
+A recording fault that is found here is named here and does not enter the comparison: repeated
+samples are not new ones, and rows at the ceiling hold no measurement.
+"""
 
 from dataclasses import dataclass
 
@@ -12,10 +16,6 @@ from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check
 from pitotbench.timeline import gaps, in_outage, interval
 from pitotbench.units import Array, Booleans
-
-# Check a log without a model: repeated samples, gaps, clock, quantization, ceilings. A recording
-# fault that is found here is named here and does not enter the comparison: repeated samples are not
-# new ones, and rows at the ceiling hold no measurement.
 
 AIR_DATA = numbers_from("air")
 PRESSURES = ("impact_pressure", "static_pressure")

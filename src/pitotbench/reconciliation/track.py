@@ -1,4 +1,10 @@
-"""The track: a measured log on uniform rows, and the filter of all channels at its instants."""
+"""The track: a measured log on uniform rows, and the filter of all channels at its instants.
+
+A track has stretches between pauses and outages, in which the GPS is interpolated. Both sides of
+every comparison pass the same symmetric filter at the same instants. A comparison must not contain
+a hold of the last fix, a window that is not symmetric, or a rectangle rule: each looks like a delay
+of half a sample interval.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -14,11 +20,6 @@ from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import Indices, in_outage, interval, pauses, stretches
 from pitotbench.units import Array, Booleans, Kelvin, Seconds
-
-# The track: a measured log on uniform rows, in stretches between pauses and outages, with the GPS
-# interpolated. Both sides of every comparison pass the same symmetric filter at the same instants.
-# A comparison must not contain a hold of the last fix, a window that is not symmetric, or a
-# rectangle rule: each looks like a delay of half a sample interval.
 
 FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")

@@ -1,5 +1,11 @@
 """Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the
 model there.
+
+At each state the initial conditions are set anew. The model therefore cannot drift, and no
+autopilot can hide a force. Between two states the engines, governors and turbochargers run on at
+the measured throttles, because their power depends on the seconds before. The result is the
+right-hand side of the equation-error method (Klein and Morelli, Aircraft System Identification,
+2006, ch. 5).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,12 +22,6 @@ from pitotbench.simulation.plant import Air, Plant
 from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, POUND, Array
-
-# At each state the initial conditions are set anew. The model therefore cannot drift, and no
-# autopilot can hide a force. Between two states the engines, governors and turbochargers run on at
-# the measured throttles, because their power depends on the seconds before. The result is the
-# right-hand side of the equation-error method (Klein and Morelli, Aircraft System Identification,
-# 2006, ch. 5).
 
 TENTH = 0.1  # s
 INSTANT = 1e-6  # s, of a step in which nothing moves

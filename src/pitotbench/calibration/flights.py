@@ -212,10 +212,11 @@ def reduce_flights(
     there. Raises as `reduce_log` does.
     """
     require_one_airplane(logs)
-    scale = scale_of([observe(log, options) for log in logs])
+    rows = {id(log): observe(log, options) for log in logs}
+    scale = scale_of([*rows.values()])
 
     def reduce(log: FlightLog) -> tuple[Reduction, Calibration]:
-        reduction = reduce_log(log, options, scale)
+        reduction = reduce_log(log, options, scale, rows.pop(id(log), None))
         alone = assemble(reduction)
         require_useful(alone)
         return reduction, alone

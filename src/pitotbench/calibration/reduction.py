@@ -188,15 +188,19 @@ class CurveScale:
 
 
 def reduce_log(
-    log: FlightLog, options: CalibrationOptions, scale: CurveScale | None = None
+    log: FlightLog,
+    options: CalibrationOptions,
+    scale: CurveScale | None = None,
+    rows: Observations | None = None,
 ) -> Reduction:
     """Reduce a log.
 
-    `scale` is that of the curve; None takes the log's own. Raises BadInputError for a log that
+    `scale` is that of the curve; None takes the log's own. `rows` are those of the log with these
+    options, where it was read before. Raises BadInputError for a log that
     cannot be used, NoAnswerError for one that does not determine the answer.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
-    obs = observe(log, used)
+    obs = observe(log, used) if rows is None else rows
     model, usable = model_of(used, scale or scale_of([obs])), obs.usable
     _require_observable(model, obs, log)
     near = _along_path(model, used, obs)

@@ -154,7 +154,7 @@ def _objections(
     little that is closed.
 
     Where all terms of the model's file compete, a gap that stays is one of a further term, and
-    takes no name back.
+    withdraws no name.
     """
     alone = not any(each.block.layout.setting.terms for each in shown)
     for flight in flights:
@@ -212,7 +212,7 @@ def _answer(
         kind = "one_of"
     if withdrawn and doubts:
         told = ", ".join(m.name for m in fitted.members)
-        doubts = (*doubts, f"the name {told} is taken back")
+        doubts = (*doubts, f"the name {told} is withdrawn")
     remains = kind in SURE and (shows_more or bool(unexplained) or len(known) < len(fitted.gaps))
     given = main.fit.columns if remains else ()
     located = [place for each in shown for place in each.located(given if each is main else ())]

@@ -82,7 +82,7 @@ def test_a_cause_that_a_flight_does_not_show_is_not_named_and_the_flight_is(flig
     told = " ".join(joint.verdict.doubts)
     assert "flight 2 contradicts gps_latency" in told
     assert "σ from the other flights" in told
-    assert "is taken back" in told
+    assert "is withdrawn" in told
 
 
 def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> None:

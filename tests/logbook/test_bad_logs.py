@@ -538,3 +538,28 @@ def test_a_small_file_of_version_7_3_that_fills_the_memory_is_refused(tmp_path, 
         write(file)
     with pytest.raises(BadInputError, match=words):
         read_log(tmp_path / "log.mat")
+
+
+def _ulog(formats: list[str], announcements: int) -> bytes:
+    messages = [(b"B", bytes(40)), *((b"F", text.encode()) for text in formats)]
+    messages += [
+        (b"A", struct.pack("<BH", 0, number) + b"sensor_gps") for number in range(announcements)
+    ]
+    parts = [struct.pack("<H", len(body)) + kind + body for kind, body in messages]
+    return b"ULog\x01\x12\x35\x01" + bytes(8) + b"".join(parts)
+
+
+@pytest.mark.parametrize(
+    ("formats", "announcements"),
+    [
+        (["a:uint8_t[65535] x", "sensor_gps:uint64_t timestamp;a[65535] b"], 1),
+        (["float:", "a:float[65535] x", "sensor_gps:uint64_t timestamp;a[65535] b"], 1),
+        (["sensor_gps:uint64_t timestamp;float[6000] x"], 200),
+    ],
+    ids=["formats within one another", "a format with the name of a type", "many instances"],
+)
+def test_a_small_ulog_that_fills_the_memory_is_refused(tmp_path, formats, announcements):
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
+    (tmp_path / "log.ulg").write_bytes(_ulog(formats, announcements))
+    with pytest.raises(BadInputError, match="more than 1,000,000 fields of its topic"):
+        read_log(tmp_path / "log.ulg")

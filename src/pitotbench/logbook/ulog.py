@@ -1,7 +1,7 @@
 """Read the topics of a PX4 ULog. Needs pyulog, of the extra pitotbench[logs]."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
@@ -12,13 +12,16 @@ from pitotbench.logbook.columns import Table
 from pitotbench.logbook.damage import complete, damage, heard
 from pitotbench.records import BadInputError
 
+_MOST_FIELDS = 1_000_000  # of all instances of a topic; one of PX4 has some hundred
+
 
 def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], dict[str, Any]]:
     """Return the tables of some topics and the log's parameters; topics that the log lacks are left
     out.
 
     Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
-    Raises BadInputError where pyulog is not installed or the file is not a ULog.
+    Raises BadInputError where pyulog is not installed, the file is not a ULog, or its topics have
+    more fields than the memory holds.
     """
     try:
         from pyulog import ULog  # an extra: most users never read a ULog
@@ -30,6 +33,10 @@ def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], di
     said: list[str] = []
     # pyulog lets struct, index and key errors out of a broken file.
     with complete("ULog", Exception), _Watched(FileIO(path)) as file, heard(said):
+        with heard([]):
+            _require_few_fields(
+                ULog(str(path), parse_header_only=True).message_formats, path, wanted
+            )
         log = ULog(file, message_name_filter_list=wanted)
     if log.file_corruption and not said:
         said.append("a message of the wrong length")
@@ -42,6 +49,28 @@ def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], di
     }
     changed = {name: value for _, name, value in log.changed_parameters}
     return tables, {**log.initial_parameters, **changed}
+
+
+def _require_few_fields(formats: Mapping[str, Any], path: Path, topics: Sequence[str]) -> None:
+    """Raise BadInputError for a file that announces topics of very many fields: of formats within
+    one another 200 bytes state billions, and pyulog keeps a record of each.
+    """
+    counts: dict[str, int] = {}
+
+    def count(kind: str) -> int:
+        if kind not in counts:
+            fields = formats[kind].fields if kind in formats else ()
+            counts[kind] = max(1, sum(max(1, length) * count(inner) for inner, length, _ in fields))
+        return counts[kind]
+
+    data = path.read_bytes()
+    for name in formats:
+        instances = data.count(name.encode()) if name in topics else 1  # or more: also in a text
+        if count(name) * instances > _MOST_FIELDS:
+            raise BadInputError(
+                f"the ULog states more than {_MOST_FIELDS:,} fields of its topic {name[:60]!r}: no "
+                "autopilot writes such a log; export the topics as tables (CSV)"
+            )
 
 
 class _Watched(BufferedReader):

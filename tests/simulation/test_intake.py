@@ -4,7 +4,7 @@ import jsbsim
 import pytest
 
 from pitotbench.records import BadInputError
-from pitotbench.simulation.aircraft_files import library_aircraft
+from pitotbench.simulation.aircraft_files import SimulationError, library_aircraft, load_fdm
 from pitotbench.simulation.aircraft_import import (
     DEEPEST,
     LARGEST_FILE,
@@ -124,6 +124,24 @@ def test_a_property_that_commands_the_simulator_is_refused(tmp_path, name):
     inside = f'<system name="a"><channel name="c"><pure_gain name="g"><output>{name}</output></pure_gain></channel></system>'
     with pytest.raises(BadInputError, match="commands the simulator"):
         taken(tmp_path, aircraft(tmp_path / "mine", inside))
+
+
+@pytest.mark.parametrize("text", ["1e12", "-5", "nan", "fcs/delay", ""])
+def test_a_delay_that_ends_the_program_is_refused(tmp_path, text):
+    actuator = f'<actuator name="fcs/a"><input>fcs/b</input><delay>{text}</delay></actuator>'
+    inside = f'<system name="a"><channel name="c">{actuator}</channel></system>'
+    with pytest.raises(BadInputError, match=r"kite\.xml: a delay of"):
+        taken(tmp_path, aircraft(tmp_path / "mine", inside))
+
+
+def test_a_name_that_jsbsim_cannot_read_is_refused_in_its_words(tmp_path):
+    system = '<system name="a"><property value="1">a/b[-1]</property></system>'
+    text = library_aircraft()["ball"].read_text().replace("</fdm_config>", f"{system}</fdm_config>")
+    file = aircraft(tmp_path / "mine")
+    file.write_text(text)
+    copy = taken(tmp_path, file)
+    with pytest.raises(SimulationError, match=r"cannot load aircraft 'kite'.*a/b\[-1\]"):
+        load_fdm("kite", copy.parent, 120.0)
 
 
 def test_sizes_and_depths_are_limited(tmp_path):

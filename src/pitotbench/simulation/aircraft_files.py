@@ -162,14 +162,14 @@ def load_fdm(
         loaded = fdm.load_model_with_paths(
             folder.name, str(folder.parent), str(engines), str(systems)
         )
-    except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
-        loaded, said = False, transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
-    else:
-        said = transcript.said()
+    except RuntimeError as error:  # what JSBSim throws for a file or a name that it cannot read
+        loaded, words = False, " ".join(str(error).split())
+        if words not in transcript.said():
+            transcript.lines.append(words)
     if not loaded:
         if lost := [str(file) for file in files if not file.is_file()]:
             raise FileNotFoundError(ENOENT, "deleted while it was read", lost[0])
-        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}")
+        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{transcript.said()}")
     return fdm, transcript
 
 

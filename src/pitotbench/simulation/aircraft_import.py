@@ -31,6 +31,8 @@ from pitotbench.units import DEGREE, Array
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
 MOST_FILES = 100
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
+# s or frames, that a part of a control law waits; JSBSim keeps a number for each frame of it.
+LONGEST_DELAY = 1000.0
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
 SIBLINGS = ("engine", "engines", "systems")  # folders of parts next to that of the aircraft
 # Elements below a root through which JSBSim writes files, opens sockets or loads further airplanes.
@@ -211,6 +213,7 @@ class _Import:
             raise BadInputError(f"aircraft file {file.name}: not valid XML: {error}") from error
         root.attrib = {key: value for key, value in root.attrib.items() if not key.startswith("{")}
         _require_no_command(file.name, root)
+        _require_short_delays(file.name, root)
         return root
 
     def parts(self, root: ET.Element, folder: Path, above: tuple[str, ...] = ()) -> None:
@@ -277,6 +280,20 @@ def _require_no_command(name: str, root: ET.Element) -> None:
                 f"{name}: the property {word[:60]!r} commands the simulator; take it out of the "
                 "aircraft's file"
             )
+
+
+def _require_short_delays(name: str, root: ET.Element) -> None:
+    """Raise BadInputError for a delay that fills the memory, or is no number: JSBSim then ends the
+    program.
+    """
+    for delay in root.iter("delay"):
+        with suppress(ValueError):
+            if 0.0 <= float(delay.text or "") <= LONGEST_DELAY:
+                continue
+        raise BadInputError(
+            f"{name}: a delay of {(delay.text or '').strip()[:60]!r}: a number from 0 to "
+            f"{LONGEST_DELAY:g} is allowed"
+        )
 
 
 class _Builder(ET.TreeBuilder):

@@ -211,7 +211,7 @@ def second_driver(folder: Path) -> Iterator[str]:
 def full_disks(folder: Path) -> Iterator[str]:
     """Fly into a disk that is full, then make room; fly into one that cannot be written."""
     plan = drivers.write_plan_file(folder, "30")
-    with _disk(folder / "disk", "size=300k") as disk:
+    with _disk(folder / "disk", "size=100k") as disk:
         ended = drivers.fly_campaign(plan, disk / "out", "--jobs", "2")
         yield f"disk full: exit code {ended.code}, {drivers.parts(disk / 'out')} stored: {ended.said[:150]}"
         kept = drivers.parts(disk / "out")

@@ -89,6 +89,15 @@ def test_a_cluster_that_does_not_say_why_a_worker_died_is_asked_again_in_a_proce
         assert_quarantined(failure, stub.deed)
 
 
+def test_what_shared_a_call_with_a_task_that_crashes_is_performed_alone_and_is_no_failure():
+    tasks = [Stub("1"), Stub("2"), Stub("3"), Stub("crash", "crash"), Stub("4")]
+    with ClusterOfThreads(2) as cluster:
+        fleet = Fleet(cluster, LIMITS, window=1, own_process=True, bundle=1e3)
+        *done, crash, last = fleet.perform(act, tasks)
+    assert [*done, last] == ["1", "2", "3", "4"]
+    assert_quarantined(crash, "crash")
+
+
 def test_the_limits_do_not_hold_in_the_process_of_the_driver():
     with open_fleet(1, limits=Limits(seconds=0.05)) as fleet:
         assert fleet.perform(act, [Stub("slow", "sleep 0.2")]) == ["slow"]

@@ -181,7 +181,7 @@ class Fleet:
         """
         lost: list[T] = []
         ended, failed_in_a_row = False, 0
-        for task, result in self._attempts(attempt, work, tasks, self.window):
+        for task, result in self._attempts(attempt, work, tasks, self.window, self.bundle):
             by_machine = isinstance(result, Failure) and result.kind is MachineError
             failed_in_a_row = failed_in_a_row + 1 if by_machine else 0
             if by_machine or isinstance(result, LostWorkError):
@@ -193,7 +193,8 @@ class Fleet:
             ended = True
             yield task, result
         again = attempt_in_own_process if self.own_process else attempt
-        for task, result in self._attempts(again, work, lost, 1):
+        # Each in a call of its own: one that dies again takes no other with it.
+        for task, result in self._attempts(again, work, lost, window=1, bundle=0.0):
             if isinstance(result, LostWorkError):
                 yield task, Failure(f"{result}, twice", LostWorkError, result.log, quarantined=True)
             else:
@@ -220,6 +221,7 @@ class Fleet:
         work: Callable[[T], R],
         tasks: Iterable[T],
         window: int,
+        bundle: float,
     ) -> Iterator[tuple[T, R | Failure | LostWorkError]]:
         if self.executor is None:
             for task in tasks:
@@ -245,9 +247,7 @@ class Fleet:
                 continue
             results, seconds = outcome
             done, spent = done + len(results), spent + seconds
-            size = (
-                max(1, min(MOST_IN_BUNDLE, int(self.bundle * done / spent))) if spent > 0.0 else 1
-            )
+            size = max(1, min(MOST_IN_BUNDLE, int(bundle * done / spent))) if spent > 0.0 else 1
             yield from zip(several, results, strict=True)
 
 

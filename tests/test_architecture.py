@@ -103,6 +103,12 @@ def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
     assert [name for name in loaded if name.startswith("pitotbench.reconciliation")] == []
 
 
+def test_the_driver_of_a_campaign_holds_no_tables_while_it_flies():
+    """Pandas and Arrow are half of its memory, and its tables are made at the end."""
+    loaded = loaded_after("import pitotbench.campaigns.campaign")
+    assert {"pandas", "pyarrow"} & loaded == set()
+
+
 @pytest.mark.parametrize("package", ["pitotbench", "pitotlab"])
 def test_no_files_import_one_another_in_a_circle(package):
     """Imports inside functions and for type checkers count: who reads a file reads them as well."""

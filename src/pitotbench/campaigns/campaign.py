@@ -14,9 +14,7 @@ from functools import partial
 from pathlib import Path
 from threading import current_thread, main_thread
 from types import FrameType
-from typing import Any, Protocol, TypeVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.campaigns.digests import code_digest
@@ -47,6 +45,9 @@ from pitotbench.records.case import Case
 from pitotbench.show.calibration import ShortAnswer
 from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 _ASKED = tuple(
     number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None
@@ -319,7 +320,7 @@ class CampaignResult:
     the first short answers, one a flight and data system.
     """
 
-    table: pd.DataFrame
+    table: "DataFrame"
     failures: tuple[str, ...]
     folder: Path
     found: int = 0
@@ -428,6 +429,8 @@ class _Campaign:
         self, store: ResultStore, watch: Watch, not_stored: tuple[str, ...]
     ) -> CampaignResult:
         """Make the files of the folder, and return the result."""
+        from pandas import read_parquet  # large: a driver that flies does without
+
         folder = self.request.out
         found = gather(folder, store, self.tasks(), self.plan.varied)
         failures = (*not_stored, *found.failures)
@@ -437,7 +440,7 @@ class _Campaign:
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
         if self.request.keep_logs != "none":
             publish_files(folder, store, self.tasks())
-        table = pd.read_parquet(folder / RESULTS)
+        table = read_parquet(folder / RESULTS)
         if self.request.report:
             case = next(self.tasks()).case
             page = page_of(case, table, found.sections, failures, self.units)

@@ -16,11 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.calibration.options import options_from
 from pitotbench.campaigns.digests import file_sha256
@@ -46,11 +42,13 @@ from pitotbench.records.case_file import case_of_table, write_case
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from pyarrow import Table
+
 RESULTS, STORE = "results.parquet", "store"
 SEAL = "index.sha256"  # next to the index: the digest of its file
-_EMPTY = pa.table(
-    {name: pa.array([], pa.string()) for name in ("flight", "name", "state", "reason")}
-)
+_OF_ALL = ("flight", "name", "state", "reason")  # the columns of an index, whatever is stored
 _GROUP = 10_000  # flights whose rows are in memory at a time
 _MOST_ANSWERS = 100  # short answers that a page shows; the table of results holds all
 _MOST_FAILURES = 1_000  # sentences that are printed and shown; the store holds all
@@ -88,6 +86,8 @@ def gather(
     An earlier table is replaced only where there is a row. The table of one plan is the same bit
     for bit, however often it was interrupted and however many processes flew it.
     """
+    from pyarrow.parquet import ParquetWriter
+
     found = Gathered()
     groups = _groups(store, tasks, varied, found)
     first = next(groups, None)
@@ -95,15 +95,19 @@ def gather(
         return found
     with atomic(folder / RESULTS) as scratch:
         table = _table(first)
-        with pq.ParquetWriter(scratch, table.schema) as writer:
+        with ParquetWriter(scratch, table.schema) as writer:
             writer.write_table(table)
             for rows in groups:
                 writer.write_table(_table(rows).cast(table.schema))
     return found
 
 
-def _table(rows: list[dict[str, Any]]) -> pa.Table:
-    return pa.Table.from_pandas(pd.DataFrame(rows), preserve_index=False)
+def _table(rows: list[dict[str, Any]]) -> "Table":
+    # Large, as pandas is everywhere here: a driver that flies does without.
+    from pandas import DataFrame
+    from pyarrow import Table
+
+    return Table.from_pandas(DataFrame(rows), preserve_index=False)
 
 
 def _groups(
@@ -179,12 +183,14 @@ def _link(source: Path, target: Path) -> None:
             shutil.copyfile(source, target)
 
 
-def result_table(folders: Sequence[Path]) -> pd.DataFrame:
+def result_table(folders: Sequence[Path]) -> "DataFrame":
     """Return the rows of all results of campaigns, failures included, each flight once.
 
     The columns are those of results.parquet, all fields of the cases, the state and what made the
     result. Raises BadInputError for a folder without a store.
     """
+    import pandas as pd
+
     for folder in folders:
         if not (folder / STORE / PARTS).is_dir():
             raise BadInputError(f"{folder}: holds no stored results of a campaign")
@@ -202,6 +208,9 @@ def _indexed(store: ResultStore) -> Path:
     """Return the index of a store, brought up to date. Raises BadInputError where it cannot be
     written.
     """
+    import pyarrow as pa
+    from pyarrow.parquet import write_table as write_parquet_table
+
     path, seal = store.folder / INDEX, store.folder / SEAL
     keys = [*store.keys()]
     if not _is_of(path, seal, keys):
@@ -210,21 +219,24 @@ def _indexed(store: ResultStore) -> Path:
             for at in range(0, len(keys), _GROUP)
         ]
         # A field that only some flights have is empty for the others.
-        table = pa.concat_tables(groups or [_EMPTY], promote_options="permissive")
+        empty = pa.table({name: pa.array([], pa.string()) for name in _OF_ALL})
+        table = pa.concat_tables(groups or [empty], promote_options="permissive")
         with atomic(path) as scratch:
-            pq.write_table(table, scratch, row_group_size=_GROUP)
+            write_parquet_table(table, scratch, row_group_size=_GROUP)
         write_text(seal, file_sha256(path))
     return path
 
 
 def _is_of(path: Path, seal: Path, keys: list[str]) -> bool:
     """Return whether the index is as it was written, and holds these parts."""
+    from pandas import read_parquet
+
     if not path.is_file():
         return False
     if not seal.is_file() or seal.read_bytes() != file_sha256(path).encode():
         say(f"{path}: cut, changed or old; it is made again from the {len(keys):,} parts")
         return False
-    return set(pd.read_parquet(path, columns=["flight"]).flight) == set(keys)
+    return set(read_parquet(path, columns=["flight"]).flight) == set(keys)
 
 
 def _indexed_rows(store: ResultStore, keys: list[str]) -> Iterator[dict[str, Any]]:
@@ -280,7 +292,7 @@ def _require_comparison(where: str) -> None:
             )
 
 
-def chosen_rows(table: pd.DataFrame, where: str | None, state: str | None) -> pd.DataFrame:
+def chosen_rows(table: "DataFrame", where: str | None, state: str | None) -> "DataFrame":
     """Return the rows of a state for which an expression of pandas holds. Raises BadInputError for
     a wrong one.
     """
@@ -297,7 +309,7 @@ def chosen_rows(table: pd.DataFrame, where: str | None, state: str | None) -> pd
         raise BadInputError(f"--where {where!r}: {error}") from error
 
 
-def means(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
+def means(table: "DataFrame", by: Sequence[str]) -> "DataFrame":
     """Return the means of the numbers over all rows with the same values in the columns `by`, and
     their count.
     """
@@ -315,14 +327,14 @@ def means(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
     return groups[numbers].mean().assign(rows=groups.size()).reset_index()
 
 
-def require_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
+def require_columns(table: "DataFrame", names: Sequence[str]) -> None:
     """Raise BadInputError for a name that is no column."""
     for name in names:
         if name not in table.columns:
             raise BadInputError(explain("column", name, list(table.columns)))
 
 
-def write_table(table: pd.DataFrame, path: Path) -> None:
+def write_table(table: "DataFrame", path: Path) -> None:
     """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another
     ending.
 
@@ -370,20 +382,22 @@ def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]
     for each number that differs from the stored one. Raises BadInputError where there is no such
     result, and NoAnswerError for a flight that has none.
     """
+    from pandas import DataFrame
+
     document = _document(result)
     task = replace(_task(document), draw=BENCH.words)
     again, _ = stored(task, perform_task(task))
     if not again["rows"]:
         raise NoAnswerError("; ".join(again["failures"]))
     rows, path = rows_of(again), target or result.with_name(f"{result.name}.html")
-    table = pd.DataFrame([row_columns(row) for row in rows])
+    table = DataFrame([row_columns(row) for row in rows])
     write_text(path, page_of(task.case, table, sections_of(again), document["failures"]))
     return path, tuple(_differences(rows_of(document), rows))
 
 
 def page_of(
     first: Case,
-    table: pd.DataFrame,
+    table: "DataFrame",
     sections: Sequence[Section],
     failures: Sequence[str],
     units: Units = BENCH,

@@ -55,9 +55,10 @@ def block_of(
             gap_bayes_factor=THRESHOLDS.gap_bayes_factor,
             evidence=NullEvidence(
                 tuple(size_label(*key) for key in along),
-                np.stack([every @ every.T for every in flights])
-                if (flights := [np.vstack([columns, each]) for each in on_null])
-                else np.zeros((0, len(along) + 1, len(along) + 1)),
+                [
+                    (own @ own.T).tolist()
+                    for own in (np.vstack([columns, each]) for each in on_null)
+                ],
             ),
         ),
         equations=equations,

@@ -99,16 +99,17 @@ class NullEvidence:
     """
 
     labels: tuple[str, ...] = ()
-    inner: Array = field(default_factory=lambda: np.zeros((0, 1, 1)))
+    inner: list[list[list[Finite]]] = field(default_factory=list)
 
     def of(self, labels: Sequence[str]) -> Array:
-        """Return the inner products of some sizes, (f, k + 1, k + 1); 0 for an unknown one."""
-        known = [i for i, label in enumerate(labels) if label in self.labels]
-        places = [*(self.labels.index(labels[i]) for i in known), -1]
-        found = np.zeros((len(self.inner), len(labels) + 1, len(labels) + 1))
-        rows = [*known, -1]
-        found[np.ix_(range(len(found)), rows, rows)] = self.inner[:, places][:, :, places]
-        return found
+        """Return the inner products of some sizes, (f, k + 1, k + 1); 0 for an unknown one. Raises
+        ValueError where the inner products are not those of the labels.
+        """
+        own, size = list(self.labels), len(self.labels) + 1
+        # Unknown sizes take the row of zeros that is added behind the residual.
+        every = np.pad(np.reshape(self.inner, (-1, size, size)), ((0, 0), (0, 1), (0, 1)))
+        rows = [*(own.index(label) if label in own else size for label in labels), size - 1]
+        return np.asarray(every[:, rows][:, :, rows])
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,14 +193,6 @@ class _Noise:
 
 
 @dataclass(frozen=True, slots=True)
-class _Evidence:
-    """The fields of a NullEvidence, as JSON holds them."""
-
-    labels: tuple[str, ...] = ()
-    inner: list[list[list[Finite]]] = field(default_factory=list)
-
-
-@dataclass(frozen=True, slots=True)
 class _Text:
     """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
     obey.
@@ -213,7 +206,7 @@ class _Text:
     gust_level: Measure
     channel_powers: dict[str, Measure]
     spectral_lines: dict[str, Measure]
-    evidence: _Evidence = field(default_factory=_Evidence)
+    evidence: NullEvidence
 
 
 def text_of(null: NullDistribution) -> str:
@@ -229,10 +222,8 @@ def read_distribution(text: str | bytes) -> NullDistribution:
     """
     checked = TypeAdapter(_Text).validate_json(text, strict=True)
     own = {f.name: getattr(checked, f.name) for f in fields(checked)}
-    labels, inner = checked.evidence.labels, checked.evidence.inner
-    shape = len(inner), len(labels) + 1, len(labels) + 1
-    evidence = NullEvidence(labels, np.array(inner).reshape(shape))
-    return NullDistribution(**own | {"noise": _noise(checked.noise), "evidence": evidence})
+    checked.evidence.of(())
+    return NullDistribution(**own | {"noise": _noise(checked.noise)})
 
 
 def _noise(checked: _Noise) -> NoiseModel:

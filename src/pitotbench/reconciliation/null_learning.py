@@ -297,7 +297,7 @@ def learn_null_distribution(
         spectral_lines=lines_over(
             [spectral_lines(*each) for each in zip(layouts, noises, strict=True)]
         ),
-        evidence=NullEvidence(labels, np.stack([evidence.inner for evidence in left])),
+        evidence=NullEvidence(labels, [evidence.inner.tolist() for evidence in left]),
     )
 
 

@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
@@ -11,8 +12,10 @@ import pitotbench
 from pitotbench import write_log
 from pitotbench.cli import shared_flags
 from pitotbench.cli.app import main
+from pitotbench.records.linear_model import LinearModel, Mode
 from pitotbench.records.performance import Performance
 from pitotbench.show.inspection import performance_json
+from pitotbench.show.linear_model import linear_json
 
 # Several voices of one answer are looked at: each log is fitted once.
 pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
@@ -110,3 +113,24 @@ def test_the_page_lists_the_public_names_and_the_exit_codes():
 
 def test_the_performance_of_an_airplane_has_the_keys():
     require_keys("`aircraft performance`", performance_json(Performance("x", 1.0, (), ())))
+
+
+def test_the_linear_model_of_an_airplane_has_the_keys():
+    told = linear_json(
+        LinearModel(
+            aircraft="x",
+            mass=1.0,
+            height=1.0,
+            calibrated_airspeed=1.0,
+            roll_acceleration=0.0,
+            states={"P": "rad/s"},
+            inputs={"DaCmd": "norm"},
+            trim=np.zeros(1),
+            setting=np.zeros(1),
+            system_matrix=-np.eye(1),
+            input_matrix=np.eye(1),
+            modes=(Mode("roll", -1.0 + 0.0j),),
+        )
+    )
+    require_keys("`aircraft performance --linear`", told)
+    require_keys("`aircraft performance --linear`, in `modes`", *told["modes"])

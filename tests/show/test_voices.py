@@ -17,6 +17,7 @@ from pitotbench.calibration.hand_card import reduce_card
 from pitotbench.logbook.points_table import read_points
 from pitotbench.records.comparison import ChannelChange, ModelComparison, TermChange
 from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.records.linear_model import LinearModel, Mode
 from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.calibration_json import calibration_json
@@ -33,6 +34,7 @@ from pitotbench.show.inspection import (
     performance_tree,
 )
 from pitotbench.show.legs import card_json, card_tree
+from pitotbench.show.linear_model import linear_json, linear_tree
 from pitotbench.show.plan import plan_json, plan_tree
 from pitotbench.show.reader_units import BENCH, QUOTED
 from pitotbench.show.tree import ANSWER, NUMBERS, SOURCES, Doubt, Heading, Sentence
@@ -140,6 +142,24 @@ def performance(_, tmp_path):
     return performance_tree(found), performance_json(found), [2900.0 / POUND]
 
 
+def linear(_, tmp_path):
+    found = LinearModel(
+        aircraft="T37",
+        mass=2900.0,
+        height=2438.4,
+        calibrated_airspeed=103.2,
+        roll_acceleration=-0.1834,
+        states={"Vt": "ft/s", "P": "rad/s"},
+        inputs={"ThtlCmd": "norm"},
+        trim=np.array([379.5, 0.0]),
+        setting=np.array([0.75]),
+        system_matrix=np.array([[-0.0432, 0.0], [0.0051, -3.8531]]),
+        input_matrix=np.array([[10.85], [0.0]]),
+        modes=(Mode("roll", -3.8531 + 0.0j), Mode("Dutch roll", 0.2877 + 1.9281j)),
+    )
+    return linear_tree(found), linear_json(found), []
+
+
 def card(_, tmp_path):
     path = tmp_path / "legs.csv"
     path.write_text(CARD, encoding="utf-8")
@@ -147,7 +167,18 @@ def card(_, tmp_path):
     return card_tree(found), card_json(found), []
 
 
-KINDS = (inspection, calibration, plan, campaign, verdict, curves, airplanes, performance, card)
+KINDS = (
+    inspection,
+    calibration,
+    plan,
+    campaign,
+    verdict,
+    curves,
+    airplanes,
+    performance,
+    linear,
+    card,
+)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=[kind.__name__ for kind in KINDS])

@@ -19,7 +19,7 @@ from pitotbench.records import BadInputError
 # The flags that each action has.
 _FLAGS = {
     "check": ("maneuver", "seed", "report"),
-    "performance": ("handbook", "json"),
+    "performance": ("handbook", "linear", "json"),
     "indicator": ("out", "configuration"),
 }
 
@@ -29,7 +29,7 @@ FLAGS = (
         "action",
         choices=[*_FLAGS],
         help="check: attach the autopilot, and fly what can be flown; "
-        "performance: stall, climb, cruise, glide and ceiling in steady flight; "
+        "performance: stall, climb, cruise, glide and ceiling in steady flight, or its modes; "
         "indicator: make a handbook's table of airspeeds the airspeed indicator of a JSBSim "
         "airplane",
     ),
@@ -47,6 +47,12 @@ FLAGS = (
         type=Path,
         metavar="TABLE.csv",
         help="performance: published figures to show beside the model's",
+    ),
+    flag(
+        "--linear",
+        action="store_true",
+        help="performance: instead of the figures, the linear model dx/dt = A x + B u in cruise, "
+        "and its modes",
     ),
     flag("--json", action="store_true", help="performance: print one JSON document"),
     *shared("units"),
@@ -83,9 +89,17 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _performance(options: argparse.Namespace) -> int:
+    from pitotbench.models.linear import linearize
     from pitotbench.models.performance import find_performance
     from pitotbench.show.inspection import performance_json, performance_tree
+    from pitotbench.show.linear_model import linear_json, linear_tree
 
+    if options.linear:
+        if options.handbook:
+            raise BadInputError("--handbook has no figure of a linear model; leave it out")
+        model = linearize(options.aircraft)
+        tell(options, lambda: linear_json(model), lambda: linear_tree(model))
+        return DONE
     found = find_performance(options.aircraft, options.handbook)
     tell(options, lambda: performance_json(found), lambda: performance_tree(found))
     return DONE if found.figures else NO_ANSWER

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import cos, isfinite, sin
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP
 from pitotbench.simulation.aircraft_files import (
@@ -21,6 +22,9 @@ from pitotbench.simulation.aircraft_files import (
     parse_catalog,
 )
 from pitotbench.units import FOOT, KNOT
+
+if TYPE_CHECKING:
+    from jsbsim import FGLinearization
 
 RATE = 100.0  # Hz
 SLOP = 0.3  # of a control's travel, from which its position is approached
@@ -35,6 +39,7 @@ STEADY, SPOOL_LIMIT = (
 CONTROLS = ("elevator", "aileron", "rudder")
 OWN_LEVER = "ap/throttle-command-norm"  # of the bench's own aircraft
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
+SAME_THRUST = 0.05  # share of the thrust that a linear model's may be off by; 0 to 0.02 is usual
 BEST_POWER = 0.85  # of a rich mixture at the density of the air
 
 
@@ -294,6 +299,33 @@ class FrozenAircraft:
                 f"{self.name}: its accelerations are not numbers at {state.speed / KNOT:.0f} kt"
             )
         return found
+
+    def linearize(self, state: State) -> "FGLinearization":
+        """Return JSBSim's own linear model in a state, at the present lever (J. Goppert, 2011).
+
+        While it moves one state, it keeps engines, propellers and flight controls in their steady
+        state. Raises SimulationError where the engines do not keep their thrust there.
+        """
+        import jsbsim
+
+        self.accelerations(state)
+        thrust = self.set_lever(self.read("fcs/throttle-cmd-norm"))
+        # FGLinearization waits for a steady state many times, which takes minutes in vain where the
+        # engines stop, race or hunt.
+        propulsion = self._fdm.get_propulsion()
+        for engine in range(self.engines):
+            propulsion.get_engine(engine).init_running()
+        for _ in range(CONTROL_STEPS):
+            before = self.thrust()
+            propulsion.get_steady_state()
+            self.run(1)
+        if before != self.thrust() or abs(before - thrust) > SAME_THRUST * abs(thrust):
+            raise SimulationError(
+                f"{self.name}: JSBSim's linearization does not keep the engines running as in "
+                f"level flight (thrust {thrust:,.0f} lb; there {self.thrust():,.0f} lb), so that "
+                "there is no linear model"
+            )
+        return jsbsim.FGLinearization(self._fdm)
 
     def _move(self, state: State, before: float = 0.0) -> None:
         """Set the controls of a state, or a deflection before them."""

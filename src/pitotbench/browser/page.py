@@ -25,10 +25,9 @@ from jinja2 import Template
 
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import MINUTE
 from pitotbench.show.curve_rows import samples_of
 from pitotbench.timeline import minutes_text
-from pitotbench.units import SUFFIXES, SYMBOLS
+from pitotbench.units import MINUTE, SUFFIXES, SYMBOLS
 
 # Okabe and Ito (2008): colors for all kinds of color vision; the kinds of lines differ as well.
 _BLUE = "#0072B2"

@@ -14,11 +14,10 @@ from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, 
 from pitotbench.records.log import FlightLog, HeldFlight
 from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
-from pitotbench.units import Array, Meters, MetersPerSecond
+from pitotbench.units import MINUTE, Array, Meters, MetersPerSecond
 
 Tell = Callable[[str, Any], object]
 Plain = dict[str, Any]
-MINUTE = 60.0  # s
 _MOST_POINTS = 4000  # of a line on the page
 NEEDED = (  # modules that an answer loads, which are slow to load
     "pandas", "pyarrow.compute", "pyarrow.csv", "pydantic", "scipy.interpolate", "scipy.optimize",

@@ -10,10 +10,9 @@ import numpy as np
 
 from pitotbench.calibration.card_model import CardModel
 from pitotbench.calibration.options import USUAL, Accuracies
-from pitotbench.records.legs import CardLeg, HandPlan, ReadingSteps
-from pitotbench.units import DEGREE, FOOT, KNOT
+from pitotbench.records.legs import USUAL_STEPS, CardLeg, HandPlan
+from pitotbench.units import FOOT
 
-DISPLAY = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 LEG_MINUTES = 1.5  # 30 s on the leg, and the turn to the next
 POINT_MINUTES = 1.5  # to set up another airspeed
 _LEGS = (3, 4)  # a point
@@ -55,7 +54,7 @@ def _plan(
         for number, speed in enumerate(order)
         for leg in range(legs)
     ]
-    model = CardModel(card, DISPLAY, stated)
+    model = CardModel(card, USUAL_STEPS, stated)
     variance = model.expected_variance(np.linspace(low, high, _SPEEDS))
     minutes = len(card) * LEG_MINUTES + len(order) * POINT_MINUTES
     return HandPlan(legs, tuple(map(float, speeds)), times, minutes, 2.0 * float(np.sqrt(variance)))

@@ -9,7 +9,6 @@ from pitotbench import air
 from pitotbench.effects.effect import (
     CHANGING_HEIGHT,
     ELAPSED,
-    MINUTE,
     STEADY_LEGS,
     TEMPERATURE,
     TURNING,
@@ -36,7 +35,7 @@ from pitotbench.effects.overlay import (
     total,
 )
 from pitotbench.effects.response import Signals
-from pitotbench.units import FOOT, Array, Kelvin, Pascal
+from pitotbench.units import FOOT, MINUTE, Array, Kelvin, Pascal
 
 # Humid air: it is as light as drier air that is warmer, and the thermometer reads less than that
 # temperature.

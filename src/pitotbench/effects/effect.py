@@ -24,7 +24,7 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.units import Array, Seconds
+from pitotbench.units import FULL_TURN, Array, Seconds
 
 # Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that
 # contain them.
@@ -281,7 +281,6 @@ class AirEffect(AircraftEffect):
 
 # Time since the first recorded sample, in a log and as an expression of JSBSim.
 
-MINUTE = 60.0  # s
 # simulator's time of the first recorded sample; far ahead until then
 RECORDING_START = "bench/recording-start-s"
 ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_START))
@@ -310,7 +309,6 @@ TO = Parameter(
     "to_s", 120.0, 0.0, 1e5, "time since the first sample at which it has ended", shape=True
 )
 ANGLES = ("roll", "heading")  # channels that start again at a full turn
-FULL_TURN = 2.0 * np.pi
 NOWHERE = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
 

@@ -10,7 +10,6 @@ from pitotbench.effects.effect import (
     CHANGING_AIRSPEED,
     CHANGING_HEIGHT,
     EARLY_AND_LATE,
-    MINUTE,
     POWER,
     RANGE_OF_AIRSPEED,
     SIDESLIP,
@@ -30,7 +29,7 @@ from pitotbench.effects.response import (
     first_order_varying,
     second_order,
 )
-from pitotbench.units import INCH_OF_MERCURY, KNOT, SUFFIXES, Array
+from pitotbench.units import INCH_OF_MERCURY, KNOT, MINUTE, SUFFIXES, Array
 
 Response = Callable[[Signals, Array, Sizes], Array]
 

@@ -20,8 +20,8 @@ from pitotbench.logbook.columns import (
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
 from pitotbench.records import BadInputError
-from pitotbench.records.legs import CardLeg, FlyBy, ReadingSteps
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
+from pitotbench.records.legs import USUAL_STEPS, CardLeg, FlyBy, ReadingSteps
+from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
 
 POINT, CONFIGURATION, HEADING = "point", "configuration", "heading"
 COLUMNS = (
@@ -55,8 +55,6 @@ _QUANTITIES = (
     "ground_speed",
     "track",
 )
-# The steps of usual displays, where the numbers of a short card show none [SI].
-_ROUND_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 _FLY_BY_STEPS = {
     "indicated_airspeed": KNOT,
     "pressure_altitude": 10.0 * FOOT,
@@ -109,7 +107,7 @@ def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
     """
     names = [_parsed(name)[0] for name in _names(path)]
     by_heading = HEADING in names and "track" not in names
-    rows, steps = _read(path, _QUANTITIES, COLUMNS[2:], asdict(_ROUND_STEPS))
+    rows, steps = _read(path, _QUANTITIES, COLUMNS[2:], asdict(USUAL_STEPS))
     return tuple(CardLeg(**row, by_heading=by_heading) for row in rows), ReadingSteps(**steps)
 
 

@@ -39,9 +39,9 @@ from pitotbench.records.verdict import (
     Kind,
     OwnSize,
 )
+from pitotbench.units import MINUTE
 
 FARTHEST = 1e-300  # smallest probability that is turned into a distance
-SECONDS_A_MINUTE = 60.0
 
 
 def is_apart(own: OwnSize) -> bool:
@@ -78,7 +78,7 @@ def flights_of(
             JoinedFlight(
                 log=name,
                 maneuver="",
-                minutes=float(time[-1] - time[0]) / SECONDS_A_MINUTE,
+                minutes=float(time[-1] - time[0]) / MINUTE,
                 alone=kind,
                 causes=tuple(holding(gap.causes) for gap in known),
                 log_bayes_factor=max(

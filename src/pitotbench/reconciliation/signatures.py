@@ -13,6 +13,7 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import (
     FROM,
+    NOWHERE,
     TO,
     AircraftEffect,
     AirEffect,
@@ -21,7 +22,7 @@ from pitotbench.effects.effect import (
     SensorEffect,
     share_of_size,
 )
-from pitotbench.effects.overlay import Baseline, Overlay
+from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.flight_path import VANES
@@ -45,7 +46,6 @@ OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not
 THROTTLES = frozenset(("throttle_left", "throttle_right"))
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
 Key = tuple[str, str]  # a size: the effect and its parameter
-NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,9 +164,7 @@ def _air_change(
         wind = effect.wind(Signals(reference.clean.time, reference.clean.channels), sizes)
         at_instants = np.stack([reference.grid.smooth(np.asarray(part)) for part in wind], axis=1)
         return residuals_of_wind(at_instants, reference)
-    baseline = (
-        NO_AIRCRAFT if reference.force_model is None else reference.force_model.aircraft.baseline
-    )
+    baseline = NOWHERE if reference.force_model is None else reference.force_model.aircraft.baseline
     warmer = effect.overlay(sizes, baseline).temperature_offset
     return _warmed(reference, warmer) if warmer else None
 

@@ -6,6 +6,7 @@ from math import pi
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.calibration import FixedSpeedPoint as FixedSpeedPoint
+from pitotbench.units import DEGREE, FOOT, KNOT
 
 # A card written by hand: its legs, and what they give: a point each airspeed and a curve each
 # configuration.
@@ -45,6 +46,10 @@ class ReadingSteps:
     air_temperature: float
     ground_speed: float
     track: float
+
+
+# Of usual displays, where the numbers of a short card show none.
+USUAL_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 
 
 @dataclass(frozen=True, slots=True)

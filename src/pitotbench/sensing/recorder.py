@@ -37,7 +37,7 @@ from pitotbench.sensing.sampling import (
     schedule,
 )
 from pitotbench.timeline import gaps, interval, stretches
-from pitotbench.units import Array, Meters, Pascal, Seconds
+from pitotbench.units import FULL_TURN, Array, Meters, Pascal, Seconds
 
 Curve = PressureErrorCurve | TableCurve
 
@@ -275,7 +275,6 @@ CALIBRATION_CHANNELS = (
     "velocity_north", "velocity_east", "velocity_down",
 )  # fmt: skip
 LOG_CHANNELS = tuple(dict.fromkeys((*CALIBRATION_CHANNELS, *(channel.name for channel in PLAIN))))
-_FULL_TURN = 2.0 * np.pi
 
 
 def record(
@@ -344,7 +343,7 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
     )
     values = add_noise(values, deviation, noise_stream(seed, channel.name, das))
     if channel.wraps:
-        values = np.mod(values, _FULL_TURN)
+        values = np.mod(values, FULL_TURN)
     values = quantize(values, resolution(channel, das))
     return values[when.fix] if by_gps else values
 

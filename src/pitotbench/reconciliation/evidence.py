@@ -11,7 +11,7 @@ from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.special import log_ndtr
 
 from pitotbench.effects import effect_of
-from pitotbench.reconciliation.equations import Fit, NormalEquations
+from pitotbench.reconciliation.equations import SMALLEST, Fit, NormalEquations
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import ScoreScale, size_label
 from pitotbench.reconciliation.signatures import Signature, reads_gusts
@@ -26,7 +26,6 @@ from pitotbench.units import Array
 # Information Theory, Inference, and Learning Algorithms, 2003, ch. 28; Rasmussen and Williams 2006,
 # §2.7). Columns that every model shares are eliminated first.
 
-SMALLEST = 1e-300
 SINGULAR = 1e-9  # share of a column, or of its power, that is as good as nothing
 ROUNDED = 1e-6  # share of a power below which the rest of a difference is rounding
 

@@ -8,9 +8,13 @@ import numpy as np
 from scipy.special import ndtri
 
 from pitotbench.estimation.noise import robust_deviation
-from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whitened_equations
-from pitotbench.reconciliation.evidence import (
+from pitotbench.reconciliation.equations import (
     SMALLEST,
+    noise_residuals,
+    scaled_to,
+    whitened_equations,
+)
+from pitotbench.reconciliation.evidence import (
     Evidence,
     floored,
     significance,

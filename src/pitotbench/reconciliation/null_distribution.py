@@ -195,7 +195,7 @@ class _Noise:
 @dataclass(frozen=True, slots=True)
 class _Text:
     """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
-    obey.
+    obey. A text may lack `evidence`, the largest by far: no fit is then held against null flights.
     """
 
     noise: _Noise
@@ -206,7 +206,7 @@ class _Text:
     gust_level: Measure
     channel_powers: dict[str, Measure]
     spectral_lines: dict[str, Measure]
-    evidence: NullEvidence
+    evidence: NullEvidence = field(default_factory=NullEvidence)
 
 
 def text_of(null: NullDistribution) -> str:

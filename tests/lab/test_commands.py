@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from tests.test_pages_run import KEPT, require_the_readme_to_hold
+from tests.test_pages_run import kept_null_flights, require_the_readme_to_hold
 
 import pitotlab
 from pitotbench.bench import workflow
@@ -122,7 +122,7 @@ def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monke
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
     require_the_readme_to_hold(capsys, without=" --out gap", hiding=False)
     (flown,) = (tmp_path / "cache").glob("null-*.json")
-    new, kept = (read_distribution(path.read_bytes()) for path in (flown, KEPT))
+    new, kept = map(read_distribution, (flown.read_bytes(), kept_null_flights()))
     assert new.scores.cell_mean.keys() == kept.scores.cell_mean.keys()
     assert new.scores.effect_spread.keys() == kept.scores.effect_spread.keys()
     for name in ("threshold", "cell_threshold"):

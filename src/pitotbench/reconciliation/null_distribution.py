@@ -64,9 +64,9 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. `free` is the root
-    mean square of each free parameter, in deviations of its prior: the scale of a vane that reads
-    gusts may come out at five of them on every flight. No other spread is below 1.
+    those before it. `free` is the root mean square of each free parameter, in deviations of its
+    prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
+    other spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]
@@ -118,9 +118,8 @@ class NullDistribution:
 
     `threshold` is for the largest score of the table and `cell_threshold` for the largest score of
     the cells, both on the scale of `scores`. `gust_level`, `channel_powers` and `spectral_lines`
-    hold further measures, see
-    `null_learning`, which measures them.
-    `evidence` holds each flight as a log to be fitted.
+    hold further measures, see `null_learning`, which measures them. `evidence` holds each flight as
+    a log to be fitted.
     """
 
     noise: NoiseModel
@@ -195,7 +194,7 @@ class _Noise:
 @dataclass(frozen=True, slots=True)
 class _Text:
     """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
-    obey. A text may lack `evidence`, the largest by far: no fit is then held against null flights.
+    obey.
     """
 
     noise: _Noise
@@ -206,7 +205,7 @@ class _Text:
     gust_level: Measure
     channel_powers: dict[str, Measure]
     spectral_lines: dict[str, Measure]
-    evidence: NullEvidence = field(default_factory=NullEvidence)
+    evidence: NullEvidence
 
 
 def text_of(null: NullDistribution) -> str:

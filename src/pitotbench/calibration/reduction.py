@@ -196,8 +196,8 @@ def reduce_log(
     """Reduce a log.
 
     `scale` is that of the curve; None takes the log's own. `rows` are those of the log with these
-    options, where it was read before. Raises BadInputError for a log that
-    cannot be used, NoAnswerError for one that does not determine the answer.
+    options, where it was read before. Raises BadInputError for a log that cannot be used,
+    NoAnswerError for one that does not determine the answer.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, used) if rows is None else rows

@@ -19,6 +19,7 @@ from pitotbench.effects.overlay import (
 )
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.replay import (
+    REACTION_NAMES,
     added_forces,
     adds_forces,
     answer,
@@ -185,6 +186,27 @@ def test_added_forces_are_those_of_the_force_meter(
     assert np.allclose(
         added_forces(overlay, units), on_meter, rtol=0.0, atol=SAME * np.abs(on_meter).max()
     )
+
+
+def test_an_added_moment_keeps_pace_with_a_quick_roll(sensed) -> None:
+    """Ten states a second, at which a rate of half a hertz is whole; what a pound changes is
+    measured once a second and interpolated.
+    """
+    log = sensed(das="50/50")
+    track = track_of(log.select(log.time < log.time[0] + 12.0))
+    motion = motion_of(track, np.arange(0, len(track.time), 5))
+    motion = replace(motion, roll_rate=0.2 * np.sin(np.pi * motion.time))
+    model, effect = aircraft_model("navajo"), EFFECTS["roll_damping"]
+    overlay = effect.overlay(effect.complete({"change": 0.4}), model.baseline)
+    units = model.unit_forces(motion, properties_of_forces(model.baseline))
+    without, with_it = (
+        answer(lambda m, o=each: model.react(m, o, False), motion) for each in (Overlay(), overlay)
+    )
+    damped = REACTION_NAMES.index("roll_acceleration")
+    change = (with_it - without)[:, damped]
+    assert np.abs(change).max() > 0.1  # rad/s²
+    added = added_forces(overlay, units)[:, damped]
+    assert np.allclose(added, change, rtol=0.0, atol=1e-3 * np.abs(change).max())
 
 
 @pytest.mark.parametrize(

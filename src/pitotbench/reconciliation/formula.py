@@ -78,10 +78,11 @@ class _Forces:
     def __init__(self, reference: ReferenceState) -> None:
         assert reference.force_model is not None
         self.reference, self.model = reference, reference.force_model
-        self.rows = coarse_rows(reference.clean)
+        self.rows = self.model.replay.rows
         channels = {name: values[self.rows] for name, values in reference.clean.channels.items()}
         self.signals = Signals(reference.clean.time[self.rows], channels)
-        self.units = {**self.model.units.changes, "LIFT": _unit_lift(self.model)}
+        lift = spread(self.rows, coarse_rows(reference.clean), _unit_lift(self.model))
+        self.units = {**self.model.units.changes, "LIFT": lift}
 
     def change(self, name: str, parameter: str, size: float) -> Array | None:
         """Return the change of the residuals by one term, (n, c); None where the log lacks a
@@ -100,18 +101,14 @@ class _Forces:
             pounds = pounds * known[AXES[axis].length]
         lost = np.zeros((len(self.rows), len(REACTION_NAMES)))
         lost[:, :6] = -self.units[axis] * pounds[:, None]
-        reference, every = self.reference, self.model.replay.rows
+        reference = self.reference
         return change_by_answer(
-            reference.base.names,
-            reference.clean,
-            reference.grid,
-            every,
-            spread(every, self.rows, lost),
+            reference.base.names, reference.clean, reference.grid, self.rows, lost
         )
 
 
 def _unit_lift(model: ForceModel) -> Array:
-    """What a pound of lift changes in each state, (m, 6), measured with the engines held.
+    """What a pound of lift changes in each coarse state, (k, 6), measured with the engines held.
 
     The unit forces of the reference state do not hold it, because functions of drag may read the lift.
     """

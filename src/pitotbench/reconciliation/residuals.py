@@ -339,10 +339,10 @@ class AircraftModel:
 class ForceModel:
     """An aircraft model on the force meter along one log.
 
-    `replay` is its answer along the measured track. `coarse` is the motion of the clean track in
-    steps of 1 s. `units` are the changes by unit forces in that motion, with the properties that
-    the functions of all effects read. What was measured in that motion is kept: `unchanged` by
-    whether the engines run, `kept` by overlay.
+    `replay` is its answer along the measured track. `units` are the changes by unit forces along
+    the clean track at the rows of `replay`, with the properties that the functions of all effects
+    read. `coarse` is the motion of the clean track in steps of 1 s. What was measured in that
+    motion is kept: `unchanged` by whether the engines run, `kept` by overlay.
     """
 
     replay: Replay
@@ -451,5 +451,6 @@ def reference_state(
     if replay is None or aircraft is None:
         return ReferenceState(clean, grid, frame, base, None)
     coarse = motion_of(clean, coarse_rows(clean))
-    units = aircraft.unit_forces(coarse, properties_of_forces(aircraft.baseline))
+    fine, read = motion_of(clean, replay.rows), properties_of_forces(aircraft.baseline)
+    units = aircraft.unit_forces(fine, read)
     return ReferenceState(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units))

@@ -189,13 +189,11 @@ def _aircraft_change(
     split = _throttle_split(overlay)
     if split is not None:
         return _in_split(reference, split)
-    missing = (
-        -added_forces(overlay, model.units)
-        if adds_forces(overlay)
-        else model.missing(overlay, not _spares_engines(overlay))
-    )
-    rows = coarse_rows(reference.clean)
-    lost = spread(model.replay.rows, rows, missing)
+    if adds_forces(overlay):
+        lost = -added_forces(overlay, model.units)
+    else:
+        missing = model.missing(overlay, not _spares_engines(overlay))
+        lost = spread(model.replay.rows, coarse_rows(reference.clean), missing)
     return change_by_answer(
         reference.base.names, reference.clean, reference.grid, model.replay.rows, lost
     )

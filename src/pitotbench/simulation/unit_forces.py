@@ -15,11 +15,15 @@ from pitotbench.records.motion import AeroTerms, ModelForces, Motion, UnitForces
 from pitotbench.simulation.force_meter import CALLS, Rig, read_zero, visit_states
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.variant import on_branch
+from pitotbench.timeline import gaps
 from pitotbench.units import FOOT, SLUG, Array
 
 # Not LIFT: functions of drag may read the lift, so that it does not simply add.
 AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
 LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far above rounding
+# s between states in which the changes by a unit are measured: they follow the mass and the angle
+# of attack alone
+UNIT_STEP = 1.0
 
 
 # What the air alone does to the airplane, in body axes about its center of gravity [lb, lb ft].
@@ -161,18 +165,35 @@ def measure_unit_forces(
 ) -> UnitForces:
     """Return the changes by unit forces along a measured motion, and the properties at `paths`.
 
-    The engines are frozen. Parameters and errors are those of `measure`; the plant has the
+    The properties are read in each state: a rate or an angle may change within tenths of a second.
+    The changes are measured every `UNIT_STEP` and at both ends of every stretch, and interpolated
+    between. The engines are frozen. Parameters and errors are those of `measure`; the plant has the
     `unit_overlay`.
     """
     rig = Rig.set_up(plant, motion, loaded_mass)
-    names = sorted(paths)
+    names, time = sorted(paths), motion.time
     reads = [plant.getter(name)[0] for name in names]
-    changes = np.empty((len(AXES), len(motion.time), 6))
-    values = np.empty((len(names), len(motion.time)))
+    values = np.empty((len(names), len(time)))
+    measured = _in_steps(time)
+    changes = np.empty((len(AXES), len(measured), 6))
     for k in visit_states(rig, motion, CALLS, engines_run=False):
         values[:, k] = [read() for read in reads]
-        changes[:, k] = _unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6])
+        if k in measured:
+            changes[:, measured.index(k)] = _unit_changes(
+                plant, AXES, lambda: rig.row()[:6], rig.row()[:6]
+            )
+    at = time[measured]
     return UnitForces(
-        changes=dict(zip(AXES, changes, strict=True)),
+        changes={
+            axis: np.stack([np.interp(time, at, each) for each in change.T], axis=1)
+            for axis, change in zip(AXES, changes, strict=True)
+        },
         properties=dict(zip(names, values, strict=True)),
     )
+
+
+def _in_steps(time: Array) -> list[int]:
+    """The states every `UNIT_STEP`, and both ends of every stretch."""
+    every = max(1, round(UNIT_STEP / float(np.median(np.diff(time))))) if len(time) > 1 else 1
+    first = np.array(gaps(time), dtype=int)
+    return sorted({*range(0, len(time), every), *first, *(first - 1), len(time) - 1})
